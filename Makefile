@@ -1,0 +1,53 @@
+# gearplay: every command a contributor or a new user needs.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+KERNELS := $(wildcard src/gearplay/kernels/*.py)
+
+.PHONY: help study test lint format bench docs clean
+
+help: ## print this list
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "gearplay needs Python 3.11 or newer; $(PYTHON) is older. Use: make PYTHON=python3.12 ..."; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/user.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/dev.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@ $(VENV)/user.stamp
+
+$(VENV)/docs.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	@touch $@ $(VENV)/user.stamp
+
+study: $(VENV)/user.stamp ## set up, then reproduce the article's study into out/han2021/
+	$(BIN)/gearplay study han2021 --out out/han2021 --overwrite
+
+test: $(VENV)/dev.stamp ## set up, then run the tests
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/dev.stamp ## style, types and floors
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/dev.stamp ## let ruff arrange the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performance.md
+	$(BIN)/python -m bench
+
+docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
+	$(BIN)/python docs/figures/draw_conventions.py
+	$(BIN)/mkdocs build --strict --quiet
+
+clean: ## remove what the commands above made
+	rm -rf $(VENV) out site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -1,0 +1,42 @@
+"""gearplay: dynamics of gear mechanisms whose small clearances are coupled.
+
+The public names below are the interface; everything else may move. Heavy parts load on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Case": "gearplay.model.case",
+    "load_case": "gearplay.model.reading",
+    "replace": "gearplay.model.reading",
+    "check_case": "gearplay.model.check",
+    "simulate": "gearplay.api",
+    "Result": "gearplay.api",
+    "read_result": "gearplay.api",
+    "GearplayError": "gearplay.vocabulary.errors",
+    "InputError": "gearplay.vocabulary.errors",
+    "SimulationError": "gearplay.vocabulary.errors",
+    "ResourceError": "gearplay.vocabulary.errors",
+}
+
+__all__ = ["__version__", *_HOME]
+
+if TYPE_CHECKING:
+    from gearplay.api import Result, read_result, simulate
+    from gearplay.model.case import Case
+    from gearplay.model.check import check_case
+    from gearplay.model.reading import load_case, replace
+    from gearplay.vocabulary.errors import GearplayError, InputError, ResourceError, SimulationError
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'gearplay' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,102 @@
+"""Dormand-Prince 5(4) with dense output: one step, its error, its interpolant.
+
+J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; the continuous extension of order 4 is that of
+E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section II.6.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.layout import System
+from gearplay.kernels.motion import right_hand_side
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STAGES = 7
+ORDER = 5
+NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
+WEIGHTS = np.array(
+    [
+        [0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+DENSE = np.array(
+    [
+        -12715105075 / 11282082432,
+        0.0,
+        87487479700 / 32700410799,
+        -10690763975 / 1880347072,
+        701980252875 / 199316789632,
+        -1453857185 / 822651844,
+        69997945 / 29380423,
+    ]
+)
+
+
+@compiled
+def step(
+    system: System,
+    t: float,
+    h: float,
+    y: Floats,
+    stages: Floats,
+    modes: Ints,
+    latch: Floats,
+    y_new: Floats,
+    contacts: Floats,
+    force: Floats,
+    out: Floats,
+) -> int:
+    """Advance y [state] by one step h [s] on fixed modes; return 0, or 1 where a pair cannot mesh.
+
+    ``stages`` [7, state] holds f(t, y) in row 0 on entry and f(t + h, y_new) in row 6 on return, when
+    ``contacts`` belongs to (t + h, y_new).
+    """
+    n = y.size
+    for stage in range(1, STAGES):
+        for i in range(n):
+            total = 0.0
+            for j in range(stage):
+                total += WEIGHTS[stage, j] * stages[j, i]
+            y_new[i] = y[i] + h * total
+        if right_hand_side(system, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out) != 0:
+            return 1
+    return 0
+
+
+@compiled
+def error_norm(h: float, stages: Floats, scale: Floats) -> float:
+    """Return the largest local error over its allowance: max_i |e_i| / scale_i; NaN and inf pass through."""
+    worst = 0.0
+    for i in range(scale.size):
+        e = 0.0
+        for j in range(STAGES):
+            e += ERROR[j] * stages[j, i]
+        e = abs(h * e) / scale[i]
+        if not (e <= worst):  # also true for NaN
+            worst = e
+            if not (e < np.inf):
+                return np.inf
+    return worst
+
+
+@compiled
+def interpolate(x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats) -> None:
+    """Fill ``result`` with the continuous extension at t + x h, 0 <= x <= 1 (order 4)."""
+    for i in range(y.size):
+        difference = y_new[i] - y[i]
+        bend = h * stages[0, i] - difference
+        d = 0.0
+        for j in range(STAGES):
+            d += DENSE[j] * stages[j, i]
+        r4 = difference - h * stages[6, i] - bend
+        result[i] = y[i] + x * (difference + (1.0 - x) * (bend + x * (r4 + (1.0 - x) * h * d)))

@@ -1,0 +1,208 @@
+"""Which smooth branch every contact is on, and the functions whose zeros end a branch.
+
+The motion is piecewise smooth. A *mode* names the branch of one element, a *switch* is a function that is
+negative while the branch holds and crosses zero upwards where it ends. ``modes`` is laid out as
+
+====================  ======================================  ===============================================
+slice                 element                                 value
+====================  ======================================  ===============================================
+``[0, nc)``           sleeves, then drive/back flank a mesh   OPEN, LOADED or SEPARATING (touching, no force)
+``+ 2 nm``            the same flanks                         1 beyond the damping ramp's end, else 0
+``+ nm``              meshes with square stiffness            half-waves passed
+``+ nr``              servos                                  0 linear, +1/-1 at the torque limit
+``+ nr``              ramps                                   1 while ramping
+====================  ======================================  ===============================================
+
+with nc = ns + 2 nm contacts. Switches: nc penetrations, nc force margins, 2 nm ramp ends, nm jumps, nr servos.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.layout import (
+    DRIVE_SERVO,
+    LOADED,
+    MARGIN,
+    MESH_COUPLED,
+    MESH_UNCOUPLED,
+    OPEN,
+    PENETRATION,
+    RATE,
+    SEPARATING,
+    STIFFNESS_SQUARE,
+    System,
+)
+from gearplay.kernels.mesh import square_edge, square_segment
+from gearplay.kernels.motion import servo_torque
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+INACTIVE = -1.0
+
+
+@compiled
+def contact_count(system: System) -> int:
+    """Return the number of contacts: one a sleeve, two a mesh."""
+    return int(system.sleeves.size + 2 * system.meshes.size)
+
+
+@compiled
+def mode_count(system: System) -> int:
+    """Return the length of ``modes``."""
+    return int(system.sleeves.size + 5 * system.meshes.size + 2 * system.rotors.size)
+
+
+@compiled
+def switch_count(system: System) -> int:
+    """Return the number of switch functions."""
+    return int(2 * system.sleeves.size + 7 * system.meshes.size + system.rotors.size)
+
+
+@compiled
+def is_printed(system: System, mesh: int) -> bool:
+    """Return whether mesh ``mesh`` follows the article's equations as printed."""
+    kind = system.meshes[mesh].kind
+    return bool(kind != MESH_COUPLED and kind != MESH_UNCOUPLED)
+
+
+@compiled
+def flank_is_idle(system: System, contact: int, modes: Ints) -> bool:
+    """Return whether a printed back flank is overruled by its loaded drive flank (g >= 0 is tested first)."""
+    flank = contact - system.sleeves.size
+    if flank < 0 or flank % 2 == 0 or not is_printed(system, flank // 2):
+        return False
+    return bool(modes[contact - 1] == LOADED)
+
+
+@compiled
+def switch_values(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, g: Floats) -> None:
+    """Fill ``g`` with the switch functions [m, N, 1, rad, N m] from the contact table of the same state."""
+    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
+    for k in range(n_c):
+        p, margin = contacts[k, PENETRATION], contacts[k, MARGIN]
+        g[n_c + k] = INACTIVE
+        if modes[k] == OPEN:
+            g[k] = INACTIVE if flank_is_idle(system, k, modes) else p
+        else:
+            g[k] = -p
+            g[n_c + k] = -margin if modes[k] == LOADED else margin
+    for f in range(2 * n_m):
+        mesh = system.meshes[f // 2]
+        g[2 * n_c + f] = INACTIVE
+        if mesh.C_m > 0.0 and modes[n_s + f] != OPEN:
+            beyond = contacts[n_s + f, PENETRATION] - mesh.depth
+            g[2 * n_c + f] = beyond if modes[n_s + 2 * n_m + f] == 0 else -beyond
+    for j in range(n_m):
+        mesh = system.meshes[j]
+        row = 2 * n_c + 2 * n_m + j
+        g[row] = INACTIVE
+        if mesh.stiffness_kind == STIFFNESS_SQUARE:
+            driver = system.rotors[mesh.driver]
+            psi = mesh.z_driver * (driver.nominal_speed * t + y[3 * mesh.driver + 2])
+            segment = modes[n_s + 4 * n_m + j]
+            g[row] = max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
+    for i in range(n_r):
+        row = 2 * n_c + 3 * n_m + i
+        g[row] = INACTIVE
+        r = system.rotors[i]
+        if r.drive == DRIVE_SERVO:
+            mode = modes[n_s + 5 * n_m + i]
+            excess = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
+            excess = (abs(excess) if mode == 0 else mode * excess) - r.servo_limit
+            g[row] = excess if mode == 0 else -excess
+
+
+@compiled
+def latch_speed(system: System, k: int, rate: float, latch: Floats) -> None:
+    """Latch the impact speed [m/s] of sleeve k at an onset, floored by the sleeve's minimum."""
+    if k < system.sleeves.size:
+        latch[k] = max(rate, system.sleeves[k].minimum_speed)
+
+
+@compiled
+def settle_printed_flanks(system: System, modes: Ints, contacts: Floats) -> None:
+    """Make the two flanks of each printed mesh exclusive: one force f_g (19), the drive branch first."""
+    n_s = system.sleeves.size
+    for j in range(system.meshes.size):
+        if not is_printed(system, j):
+            continue
+        drive, back = n_s + 2 * j, n_s + 2 * j + 1
+        if modes[drive] == LOADED:
+            modes[back] = OPEN
+        elif modes[back] == OPEN and contacts[back, PENETRATION] > 0.0:
+            modes[back] = LOADED
+
+
+@compiled
+def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
+    """Set every mode from the state alone; used once, at the start of a run.
+
+    A sleeve that starts in contact latches its present rate of penetration.
+    """
+    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
+    for k in range(n_c):
+        latch_speed(system, k, contacts[k, RATE], latch)
+        modes[k] = LOADED if contacts[k, PENETRATION] > 0.0 else OPEN
+    settle_printed_flanks(system, modes, contacts)
+    for f in range(2 * n_m):
+        modes[n_s + 2 * n_m + f] = 1 if contacts[n_s + f, PENETRATION] > system.meshes[f // 2].depth else 0
+    for j in range(n_m):
+        mesh = system.meshes[j]
+        if mesh.stiffness_kind == STIFFNESS_SQUARE:
+            driver = system.rotors[mesh.driver]
+            psi = mesh.z_driver * (driver.nominal_speed * t + y[3 * mesh.driver + 2])
+            modes[n_s + 4 * n_m + j] = square_segment(mesh, psi)
+    for i in range(n_r):
+        r = system.rotors[i]
+        modes[n_s + 5 * n_m + n_r + i] = 1 if t < r.ramp_time else 0
+        if r.drive == DRIVE_SERVO:
+            torque = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
+            modes[n_s + 5 * n_m + i] = int(math.copysign(1.0, torque)) if abs(torque) > r.servo_limit else 0
+
+
+@compiled
+def settle_margins(system: System, modes: Ints, contacts: Floats) -> None:
+    """Mark contacts that would pull as separating; used once, after `settle_modes`."""
+    for k in range(contact_count(system)):
+        if modes[k] == LOADED and contacts[k, MARGIN] < 0.0:
+            modes[k] = SEPARATING
+
+
+@compiled
+def switch_mode(system: System, k: int, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
+    """Apply switch k: change the mode that it guards."""
+    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
+    if k < n_c:  # a penetration crossed zero
+        if modes[k] == OPEN:
+            latch_speed(system, k, contacts[k, RATE], latch)
+            modes[k] = LOADED
+            if k >= n_s:
+                modes[2 * n_m + k] = 0
+        else:
+            modes[k] = OPEN
+        settle_printed_flanks(system, modes, contacts)
+    elif k < 2 * n_c:  # the formula's force crossed zero while touching
+        if modes[k - n_c] != OPEN:
+            modes[k - n_c] = SEPARATING if modes[k - n_c] == LOADED else LOADED
+    elif k < 2 * n_c + 2 * n_m:
+        slot = n_s + 2 * n_m + (k - 2 * n_c)
+        modes[slot] = 1 - modes[slot]
+    elif k < 2 * n_c + 3 * n_m:
+        mesh = k - 2 * n_c - 2 * n_m
+        slot = n_s + 4 * n_m + mesh
+        m = system.meshes[mesh]
+        driver = system.rotors[m.driver]
+        psi = m.z_driver * (driver.nominal_speed * t + y[3 * m.driver + 2])
+        modes[slot] += 1 if psi > 0.5 * (square_edge(m, modes[slot]) + square_edge(m, modes[slot] + 1)) else -1
+    else:
+        rotor = k - 2 * n_c - 3 * n_m
+        slot = n_s + 5 * n_m + rotor
+        if modes[slot] == 0:
+            torque = servo_torque(system, rotor, t, y, modes[n_s + 5 * n_m + n_r + rotor])
+            modes[slot] = int(math.copysign(1.0, torque))
+        else:
+            modes[slot] = 0

@@ -1,0 +1,87 @@
+"""The case: all that a simulation needs to know, validated and frozen."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cached_property
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from gearplay.model.consistency import cross_faults
+from gearplay.model.fields import FrozenTable, Listed, Measure, Name, Part
+from gearplay.model.mesh import Mesh
+from gearplay.model.rotor import Rotor
+from gearplay.model.sleeve import Sleeve
+from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.errors import InputError
+
+Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
+
+
+class Run(Part):
+    """How long, how finely and how often to simulate."""
+
+    duration: Annotated[float, Measure(q.TIME, "simulated time", gt=0.0, le=1e6)]
+    transient: Annotated[float, Measure(q.TIME, "start-up time that statistics leave out", ge=0.0, le=1e6)] = 0.0
+    sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
+    ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
+    tolerance: Annotated[float, Measure(None, "error tolerance on scaled states", ge=1e-13, le=1e-2)] = 1e-9
+    max_steps: Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")] | None = None
+    max_wall_time: Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)] | None = None
+
+
+class Case(Part):
+    """A planar network of rotors, sleeves and meshes, and the run to do with it.
+
+    All numbers are SI. The tables `rotors` and `sleeves` keep the order of the file, which is the order of the
+    state and of the results.
+    """
+
+    title: Annotated[
+        str, Field(max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$", description="title, for people")
+    ] = ""
+    formulation: Annotated[
+        Literal["geometric", "as_published"], Field(description="exact involute flanks, or the article's equations")
+    ] = "geometric"
+    backlash_model: Annotated[
+        Literal["coupled", "uncoupled"], Field(description="backlash follows the centre distance, or is constant")
+    ] = "coupled"
+    gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2)] = (0.0, 0.0)
+    rotors: Annotated[
+        dict[Name, Rotor], Field(min_length=1, max_length=200, description="rotors by name"), AfterValidator(FrozenTable)
+    ]
+    sleeves: Annotated[
+        dict[Name, Sleeve],
+        Field(max_length=200, description="sleeves by the name of the rotor they support"),
+        AfterValidator(FrozenTable),
+    ] = FrozenTable()
+    meshes: Annotated[tuple[Mesh, ...], Listed(0, 400)] = ()
+    run: Run
+
+    @model_validator(mode="after")
+    def _check(self) -> Case:
+        faults = cross_faults(self.rotors, self.sleeves, self.meshes)
+        if faults:
+            raise InputError(faults)
+        return self
+
+    def resolved(self) -> dict[str, Any]:
+        """Return every value, defaults included, as a JSON-able dictionary in SI.
+
+        `load_case` reads it back to an equal case.
+        """
+        document: dict[str, Any] = self.model_dump(mode="json")
+        return document
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the resolved case.
+
+        Neither the order of fields, nor units, nor defaults that are written out change it; the order of rotors
+        and sleeves does, since it is the order of the state.
+        """
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+        return hashlib.sha256(text.encode("ascii")).hexdigest()

@@ -1,0 +1,217 @@
+"""Plane geometry and kinematics of a train: radii, centres, nominal speeds, contact and jam ratios."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+    from gearplay.model.mesh import Mesh
+
+ADDENDUM = 1.0  # in modules: full-depth teeth, ISO 53
+DEDENDUM = 1.25
+
+
+def ring_of(case: "Case", mesh: "Mesh") -> str | None:
+    """Return the name of the mesh's internal gear, or None for an external pair."""
+    for name in (mesh.driver, mesh.driven):
+        if case.rotors[name].internal:
+            return name
+    return None
+
+
+def teeth_of(case: "Case", name: str) -> int:
+    """Return the number of teeth of a rotor that takes part in a mesh."""
+    teeth = case.rotors[name].teeth
+    assert teeth is not None, "validated: rotors in a mesh have teeth"
+    return teeth
+
+
+def pitch_radius(case: "Case", mesh: "Mesh", name: str) -> float:
+    """Return the reference pitch radius m z / 2 [m] of one gear of a mesh."""
+    return 0.5 * mesh.module * teeth_of(case, name)
+
+
+def base_radii(case: "Case", j: int) -> tuple[float, float]:
+    """Return the base radii r_b = m z cos(alpha0) / 2 [m] of mesh j's driver and driven gear."""
+    mesh = case.meshes[j]
+    c = math.cos(mesh.pressure_angle)
+    return pitch_radius(case, mesh, mesh.driver) * c, pitch_radius(case, mesh, mesh.driven) * c
+
+
+def nominal_center_distance(case: "Case", j: int) -> float:
+    """Return A0 [m]: m (z_g - z_p) / 2 for an internal, m (z_1 + z_2) / 2 for an external pair."""
+    mesh = case.meshes[j]
+    r_1, r_2 = pitch_radius(case, mesh, mesh.driver), pitch_radius(case, mesh, mesh.driven)
+    return abs(r_2 - r_1) if ring_of(case, mesh) else r_1 + r_2
+
+
+def contact_ratio(z_1: int, z_2: int, internal: bool, module: float, alpha: float) -> float:
+    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at the nominal centre distance.
+
+    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad.
+    Path of contact between the tip circles over the base pitch, ISO 21771-1. The path of an internal pair is cut
+    where the ring's tip would reach inside its base circle.
+
+    >>> round(contact_ratio(20, 20, False, 0.004, math.radians(20.0)), 4)
+    1.557
+    """
+
+    def beyond_base(r_tip: float, r_base: float) -> float:
+        return math.sqrt(max(r_tip * r_tip - r_base * r_base, 0.0))
+
+    r_1, r_2 = 0.5 * module * z_1, 0.5 * module * z_2
+    b_1, b_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
+    tip_1 = beyond_base(r_1 + ADDENDUM * module, b_1)
+    if internal:
+        path = tip_1 - beyond_base(r_2 - ADDENDUM * module, b_2) + (r_2 - r_1) * math.sin(alpha)
+    else:
+        path = tip_1 + beyond_base(r_2 + ADDENDUM * module, b_2) - (r_1 + r_2) * math.sin(alpha)
+    return path / (math.pi * module * math.cos(alpha))
+
+
+def mesh_contact_ratio(case: "Case", j: int) -> float:
+    """Return the contact ratio of mesh j."""
+    mesh = case.meshes[j]
+    z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
+    return contact_ratio(z_1, z_2, ring_of(case, mesh) is not None, mesh.module, mesh.pressure_angle)
+
+
+def jam_ratio(case: "Case", j: int) -> float:
+    """Return 2 sin(alpha0) (sum of both radial clearances) / b0 of mesh j: wedging is possible above 1.
+
+    Infinite where b0 = 0 and a clearance is left; 0 without clearances.
+    """
+    mesh = case.meshes[j]
+    play = sum(case.sleeves[n].radial_clearance for n in (mesh.driver, mesh.driven) if n in case.sleeves)
+    if play == 0.0:
+        return 0.0
+    return 2.0 * math.sin(mesh.pressure_angle) * play / mesh.backlash if mesh.backlash > 0.0 else math.inf
+
+
+def carrier_of(case: "Case", name: str) -> str | None:
+    """Return the rotor that carries this rotor's bush, or None for the ground."""
+    sleeve = case.sleeves.get(name)
+    return sleeve.on if sleeve is not None else None
+
+
+def mesh_frame(case: "Case", j: int) -> str | None:
+    """Return the carrier in whose frame mesh j rolls, or None for the ground.
+
+    Raises `InputError` where its two gears sit on two different carriers.
+    """
+    mesh = case.meshes[j]
+    carriers = {carrier_of(case, n) for n in (mesh.driver, mesh.driven)} - {None, mesh.driver, mesh.driven}
+    if len(carriers) > 1:
+        names = " and ".join(sorted(str(c) for c in carriers))
+        raise InputError(
+            [Fault(f"meshes.{j}", names, "both gears of a mesh must share one carrier", "Mount one of them elsewhere.")]
+        )
+    return next(iter(carriers), None)
+
+
+def centres(case: "Case") -> dict[str, tuple[float, float]]:
+    """Return every rotor's nominal centre [m], given or found by going along the meshes (docs/conventions).
+
+    Raises `InputError` where two explicit positions cannot mesh at all.
+    """
+    found = {n: (r.position[0], r.position[1]) for n, r in case.rotors.items() if r.position is not None}
+    left = list(range(len(case.meshes)))
+    while left:
+        j = next((j for j in left if {case.meshes[j].driver, case.meshes[j].driven} & found.keys()), None)
+        if j is None:  # a new train: its ring or driver is the origin
+            mesh = case.meshes[left[0]]
+            found[ring_of(case, mesh) or mesh.driver] = (0.0, 0.0)
+            continue
+        left.remove(j)
+        mesh = case.meshes[j]
+        ring, A0 = ring_of(case, mesh), nominal_center_distance(case, j)
+        known, other = (mesh.driver, mesh.driven) if mesh.driver in found else (mesh.driven, mesh.driver)
+        if other not in found:
+            step = -A0 if other == ring else A0
+            found[other] = (found[known][0] + step, found[known][1])
+    for name in case.rotors:
+        on = carrier_of(case, name)
+        found.setdefault(name, found.get(on, (0.0, 0.0)) if on else (0.0, 0.0))
+    return found
+
+
+def signed_radii(case: "Case", j: int) -> tuple[str, str, float, float]:
+    """Return (a, b, r_a, r_b): foot and tip of the vector of centres, and pitch radii [m], negative for a ring."""
+    mesh = case.meshes[j]
+    ring = ring_of(case, mesh)
+    if ring is None:
+        a, b = mesh.driver, mesh.driven
+        return a, b, pitch_radius(case, mesh, a), pitch_radius(case, mesh, b)
+    a, b = ring, mesh.driven if mesh.driver == ring else mesh.driver
+    return a, b, -pitch_radius(case, mesh, a), pitch_radius(case, mesh, b)
+
+
+def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+    """Return the least speeds [rad/s] that roll at every mesh and take the given values.
+
+    A carrier that neither meshes nor drives force to turn (a differential's free arm) stands still.
+    """
+    names = list(case.rotors)
+    rows, right = [], []
+    for j in range(len(case.meshes)):
+        a, b, r_a, r_b = signed_radii(case, j)
+        row = np.zeros(len(names))
+        row[names.index(a)] += r_a
+        row[names.index(b)] += r_b
+        frame = mesh_frame(case, j)
+        if frame is not None:
+            row[names.index(frame)] -= r_a + r_b
+        rows.append(row / max(abs(r_a), abs(r_b)))
+        right.append(0.0)
+    for name, speed in given.items():
+        rows.append(np.eye(len(names))[names.index(name)])
+        right.append(speed)
+    carriers = {sleeve.on for sleeve in case.sleeves.values() if sleeve.on is not None} - given.keys()
+    still = [np.eye(len(names))[names.index(name)] for name in sorted(carriers)]
+    size = max(1.0, max((abs(v) for v in right), default=0.0))
+    for extra in (still, []):
+        if not rows + extra:
+            return np.zeros(len(names))
+        matrix, target = np.array(rows + extra), np.array(right + [0.0] * len(extra))
+        speeds = np.linalg.lstsq(matrix, target, rcond=None)[0]
+        if float(np.max(np.abs(matrix @ speeds - target))) <= 1e-9 * size:
+            speeds[np.abs(speeds) < 1e-12 * size] = 0.0
+            return np.asarray(speeds)
+    named = ", ".join(f"rotors.{n}.drive" for n in given)
+    raise InputError(
+        [Fault(named, "prescribed speeds", "they must roll together at every mesh", "Drive fewer rotors, or change a speed.")]
+    )
+
+
+def nominal_speeds(case: "Case") -> NDArray[np.float64]:
+    """Return every rotor's nominal speed Omega [rad/s], shape [rotor]: prescribed, the rest by rolling.
+
+    Raises `InputError` where the prescribed speeds contradict each other.
+    """
+    given = {
+        n: r.drive.speed for n, r in case.rotors.items() if r.drive is not None and r.drive.kind in ("speed", "servo")
+    }
+    return _roll(case, given)
+
+
+def senses(case: "Case") -> NDArray[np.float64]:
+    """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
+
+    From the nominal speeds; in a train that only torques or initial speeds move, from these.
+    """
+    speeds = nominal_speeds(case)
+    if not np.any(speeds):
+        given: dict[str, float] = {}
+        for name, r in case.rotors.items():
+            if r.drive is not None and r.drive.kind == "torque" and not given:
+                given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
+        if not any(given.values()):
+            given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
+            given = dict(list(given.items())[:1])
+        speeds = _roll(case, given)
+    return np.sign(speeds)

@@ -1,0 +1,180 @@
+"""Meshes: two gears in contact, with the stiffness, damping and errors of their teeth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from gearplay.model.fields import Listed, Measure, Name, Order, Part, Problem, by_kind, refuse
+from gearplay.vocabulary import quantities as q
+
+Phase = Annotated[float, Measure(q.ANGLE, "phase against the mesh phase psi")]
+Mean = Annotated[float, Measure(q.STIFFNESS, "mean stiffness along the line of action", gt=0.0)]
+Amplitude = Annotated[float, Measure(q.STIFFNESS, "amplitude (half peak to peak)")]
+TablePhase = Annotated[float, Measure(q.ANGLE, "mesh phase", ge=0.0, lt=2.0 * math.pi)]
+TableStiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness at this phase", gt=0.0)]
+
+
+class HarmonicStiffness(Part):
+    """``K = mean + amplitude cos(psi + phase)``, equation (16) of Han et al. 2021."""
+
+    kind: Literal["harmonic"] = "harmonic"
+    mean: Mean
+    amplitude: Annotated[float, Measure(q.STIFFNESS, "amplitude (half peak to peak)", ge=0.0)] = 0.0
+    phase: Phase = 0.0
+
+    @model_validator(mode="after")
+    def _check(self) -> HarmonicStiffness:
+        if self.amplitude >= self.mean:
+            rule = f"must be less than the mean, {self.mean:g} N/m, so that the stiffness stays positive"
+            refuse([Problem(("amplitude",), rule, "Lower the amplitude or raise the mean")])
+        return self
+
+
+class SquareStiffness(Part):
+    """One pair of teeth in contact, then two: `single` and `double`, by the contact ratio."""
+
+    kind: Literal["square"] = "square"
+    single: Annotated[float, Measure(q.STIFFNESS, "stiffness with one pair in contact", gt=0.0)]
+    double: Annotated[float, Measure(q.STIFFNESS, "stiffness with two pairs in contact", gt=0.0)]
+    contact_ratio: (
+        Annotated[float, Measure(None, "contact ratio; from the geometry if not given", ge=1.0, le=2.0)] | None
+    ) = None
+    phase: Phase = 0.0
+
+    @model_validator(mode="after")
+    def _check(self) -> SquareStiffness:
+        if self.double < self.single:
+            rule = f"must be at least the stiffness of a single pair, {self.single:g} N/m"
+            refuse([Problem(("double",), rule, "Exchange the two or correct one")])
+        return self
+
+
+class StiffnessTerm(Part):
+    """One term ``amplitude cos(order psi + phase)``."""
+
+    order: Order
+    amplitude: Amplitude
+    phase: Phase = 0.0
+
+
+class FourierStiffness(Part):
+    """``K = mean + sum of terms``."""
+
+    kind: Literal["fourier"] = "fourier"
+    mean: Mean
+    terms: Annotated[tuple[StiffnessTerm, ...], Listed(0, 64)]
+
+    @model_validator(mode="after")
+    def _check(self) -> FourierStiffness:
+        if sum(abs(term.amplitude) for term in self.terms) >= self.mean:
+            rule = f"must have amplitudes whose sum is less than the mean, {self.mean:g} N/m"
+            refuse([Problem(("terms",), rule, "Lower the amplitudes or raise the mean")])
+        return self
+
+
+class TableStiffnessCurve(Part):
+    """Stiffness at given mesh phases; periodic between the last and the first."""
+
+    kind: Literal["table"] = "table"
+    phase: Annotated[tuple[TablePhase, ...], Listed(4, 4096)]
+    stiffness: Annotated[tuple[TableStiffness, ...], Listed(4, 4096)]
+
+    @model_validator(mode="after")
+    def _check(self) -> TableStiffnessCurve:
+        problems = []
+        if any(b <= a for a, b in zip(self.phase, self.phase[1:], strict=False)):
+            problems.append(Problem(("phase",), "must rise strictly from item to item", "Sort it, remove repeats"))
+        if len(self.phase) != len(self.stiffness):
+            rule = f"must have as many items as phase, {len(self.phase)}"
+            problems.append(Problem(("stiffness",), rule, "Add or remove items"))
+        refuse(problems)
+        return self
+
+
+class Iso6336Stiffness(Part):
+    """Stiffness from the facewidth, by ISO 6336-1 method B."""
+
+    kind: Literal["iso6336"] = "iso6336"
+    facewidth: Annotated[float, Measure(q.LENGTH, "common facewidth", gt=0.0, le=100.0)]
+    modulus: Annotated[float, Measure(q.PRESSURE, "Young's modulus of both gears", gt=0.0)] = 206e9
+    amplitude_ratio: Annotated[float, Measure(q.RATIO, "amplitude over mean", ge=0.0, lt=1.0)] = 0.0
+    phase: Phase = 0.0
+
+
+Stiffness = Annotated[
+    Annotated[HarmonicStiffness, Tag("kind:harmonic")]
+    | Annotated[SquareStiffness, Tag("kind:square")]
+    | Annotated[FourierStiffness, Tag("kind:fourier")]
+    | Annotated[TableStiffnessCurve, Tag("kind:table")]
+    | Annotated[Iso6336Stiffness, Tag("kind:iso6336")],
+    Discriminator(
+        by_kind("harmonic", "square", "fourier", "table", "iso6336"),
+        custom_error_type="gearplay_kind",
+        custom_error_message="unknown kind",
+        custom_error_context={"kinds": "harmonic, square, fourier, table, iso6336"},
+    ),
+]
+
+
+class Damping(Part):
+    """Damping that rises with penetration: `maximum` from the depth `depth` on, or as a damping ratio."""
+
+    maximum: Annotated[float, Measure(q.DAMPING, "damping from the given depth on", ge=0.0)] = 0.0
+    ratio: Annotated[float, Measure(q.RATIO, "damping ratio, instead of maximum", ge=0.0, le=2.0)] | None = None
+    depth: Annotated[float, Measure(q.LENGTH, "penetration of full damping", gt=0.0, le=0.1)] = 1e-6
+    ramp: Annotated[
+        Literal["smooth", "literal"], Field(description="smooth: cubic ramp; literal: as the article prints it")
+    ] = "smooth"
+
+    @model_validator(mode="after")
+    def _check(self) -> Damping:
+        if self.ratio is not None and self.maximum > 0.0:
+            refuse([Problem(("ratio",), "must not be given beside maximum", "Remove one of the two")])
+        return self
+
+
+class ErrorTerm(Part):
+    """One term ``amplitude sin(order psi + phase)`` of the static transmission error."""
+
+    order: Order
+    amplitude: Annotated[float, Measure(q.LENGTH, "amplitude (half peak to peak) along the line of action")]
+    phase: Phase = 0.0
+
+
+class Mesh(Part):
+    """Two gears in mesh."""
+
+    driver: Annotated[Name, Field(description="rotor whose teeth count the mesh phase")]
+    driven: Annotated[Name, Field(description="the other rotor")]
+    module: Annotated[float, Measure(q.LENGTH, "module", gt=0.0, le=10.0)]
+    pressure_angle: Annotated[
+        float, Measure(q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0))
+    ] = math.radians(20.0)
+    backlash: Annotated[
+        float, Measure(q.LENGTH, "total backlash, normal, at the nominal centre distance", ge=0.0, le=10.0)
+    ]
+    stiffness: Stiffness
+    damping: Damping = Damping()
+    transmission_error: Annotated[tuple[ErrorTerm, ...], Listed(0, 64)] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> Mesh:
+        refuse(self._problems())
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        if self.driver == self.driven:
+            yield Problem(("driven",), "must differ from the driver", "Name the other gear")
+        pitch = math.pi * self.module * math.cos(self.pressure_angle)
+        if self.backlash >= pitch:
+            rule = f"must be less than the base pitch, {pitch:.4g} m"
+            yield Problem(("backlash",), rule, "Check the number and its unit")
+
+    @property
+    def label(self) -> str:
+        """Name of the mesh in results: ``driver-driven``."""
+        return f"{self.driver}-{self.driven}"

@@ -1,0 +1,292 @@
+"""The one translation: a validated case in full words -> packed records in kernel symbols."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import layout
+from gearplay.kernels.involute import involute, involute_from_distance
+from gearplay.kernels.layout import MESH, ROTOR, SLEEVE, System
+from gearplay.model import contact_laws, geometry
+from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+Floats = NDArray[np.float64]
+
+LENGTH_SCALE, SPEED_SCALE = 1e-4, 0.1  # m, m/s: natural sizes behind the error tolerances
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A case ready for the kernels, with what the solver needs beside the equations."""
+
+    system: System
+    rotor_names: tuple[str, ...]
+    sleeve_names: tuple[str, ...]
+    mesh_names: tuple[str, ...]
+    natural: Floats  # natural size per state: m, rad, m/s, rad/s
+    restart_step: float  # s, first step after a switch
+    stops: Floats  # s, times where the right-hand side jumps
+
+    @property
+    def state_size(self) -> int:
+        """Number of states."""
+        return int(self.natural.size)
+
+
+def _records(dtype: np.dtype[Any], count: int) -> Any:
+    return np.zeros(count, dtype=dtype).view(np.recarray)
+
+
+def _pack_rotors(case: "Case") -> Any:
+    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+    rotors = _records(ROTOR, len(case.rotors))
+    slot = 6 * len(case.rotors)
+    for i, (name, given) in enumerate(case.rotors.items()):
+        r, drive = rotors[i], given.drive
+        prescribed = drive is not None and drive.kind == "speed"
+        held = name not in case.sleeves and not given.floating
+        r.mass, r.inertia = given.mass, given.inertia
+        r.inv_mass = 0.0 if held else 1.0 / given.mass
+        r.inv_inertia = 0.0 if prescribed else 1.0 / given.inertia
+        r.nominal_speed = speeds[i]
+        if given.load.torque > 0.0 and senses[i] == 0.0:
+            raise InputError(
+                [
+                    Fault(
+                        f"rotors.{name}.load.torque",
+                        f"{given.load.torque:g} N m",
+                        "it opposes the nominal sense of rotation, but nothing says which way this rotor turns",
+                        "Drive the train, give an initial.omega, or use a torque drive of the wanted sign.",
+                    )
+                ]
+            )
+        r.torque = -senses[i] * given.load.torque
+        r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
+        r.radial_damping = given.radial_damping
+        r.eccentricity, r.eccentricity_phase = given.runout.amplitude, given.runout.phase
+        r.drive, r.servo_slot = layout.DRIVE_NONE, -1
+        if drive is None:
+            continue
+        if drive.kind == "torque":
+            r.torque += drive.torque
+            continue
+        r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
+        r.drive_speed, r.ramp_time = drive.speed, drive.ramp
+        r.ramp_acceleration = drive.speed / drive.ramp if drive.ramp > 0.0 else 0.0
+        if drive.kind == "servo":
+            r.servo_gain, r.servo_integral_gain = drive.proportional_gain, drive.integral_gain
+            r.servo_limit, r.servo_slot = drive.torque_limit, slot
+            slot += 1
+    return rotors
+
+
+def _pack_sleeves(case: "Case", centres: dict[str, tuple[float, float]]) -> Any:
+    names = list(case.rotors)
+    sleeves = _records(SLEEVE, len(case.sleeves))
+    for k, (name, given) in enumerate(case.sleeves.items()):
+        s = sleeves[k]
+        s.clearance, s.exponent = given.radial_clearance, given.exponent
+        s.shaft_radius = given.shaft_radius or 0.0
+        s.stiffness = sleeve_stiffness(case, name)
+        s.dissipation = (
+            contact_laws.solved_dissipation(given.restitution)
+            if given.restitution_reading == "delivered"
+            else contact_laws.literal_dissipation(given.law, given.restitution)
+        )
+        s.minimum_speed = given.minimum_impact_speed
+        s.friction, s.friction_speed = given.friction_coefficient, given.friction_speed
+        s.journal = names.index(name)
+        s.bush = -1 if given.on is None else names.index(given.on)
+        if given.on is not None:
+            s.offset_x = centres[name][0] - centres[given.on][0]
+            s.offset_y = centres[name][1] - centres[given.on][1]
+        s.bed = layout.BED_NONE
+        if given.law == "conformal":
+            if case.formulation == "as_published":
+                s.bed, s.bed_exponent = layout.BED_AS_PRINTED, given.exponent
+            else:
+                s.bed, s.bed_exponent = layout.BED_MATCHED, given.bed_exponent
+                s.bed_stiffness = contact_laws.bed_stiffness(
+                    s.stiffness, s.exponent, s.clearance, s.shaft_radius, s.bed_exponent, given.bed_reference_penetration
+                )
+    return sleeves
+
+
+def sleeve_stiffness(case: "Case", name: str) -> float:
+    """Return a sleeve's contact stiffness [N/m^exponent], as given or from radius and materials by (9)."""
+    given = case.sleeves[name]
+    if given.stiffness is not None:
+        return given.stiffness
+    assert given.shaft_radius is not None and given.material is not None, "validated"
+    shaft, sleeve = given.sides()
+    return contact_laws.hertz_stiffness(given.shaft_radius, given.radial_clearance, shaft, sleeve)
+
+
+def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
+    """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2."""
+    mesh = case.meshes[j]
+    if mesh.damping.ratio is None:
+        return mesh.damping.maximum or 0.0
+    mobility = sum(
+        r * r / case.rotors[n].inertia for r, n in zip(geometry.base_radii(case, j), (mesh.driver, mesh.driven), strict=True)
+    )
+    return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)
+
+
+def _mesh_kind(case: "Case") -> int:
+    coupled = case.backlash_model == "coupled"
+    if case.formulation == "geometric":
+        return layout.MESH_COUPLED if coupled else layout.MESH_UNCOUPLED
+    return layout.MESH_PRINTED_COUPLED if coupled else layout.MESH_PRINTED_UNCOUPLED
+
+
+def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], speeds: Floats, senses: Floats) -> None:
+    mesh, names = case.meshes[j], list(case.rotors)
+    a, b, r_a, r_b = geometry.signed_radii(case, j)
+    frame = geometry.mesh_frame(case, j)
+    carried = frame is not None and speeds[names.index(frame)] != 0.0
+    m.kind = _mesh_kind(case)
+    if carried and m.kind != layout.MESH_COUPLED:
+        raise InputError(
+            [
+                Fault(
+                    f"meshes.{j}",
+                    f"carried by {frame}",
+                    "a turning carrier needs the geometric, coupled model: the others have one fixed line of action",
+                    "Set formulation = 'geometric' and backlash_model = 'coupled'.",
+                )
+            ]
+        )
+    cosine = math.cos(mesh.pressure_angle)
+    m.c0 = abs(r_a + r_b) * cosine
+    dx, dy = centres[b][0] - centres[a][0], centres[b][1] - centres[a][1]
+    m.A0 = math.hypot(dx, dy)
+    m.s = -1.0 if r_a > 0.0 else 1.0
+    # Beyond these the tips leave each other (external) or strike the roots (internal).
+    deep, clear = 2.0 * geometry.ADDENDUM * mesh.module, 2.0 * geometry.DEDENDUM * mesh.module
+    nominal = abs(r_a + r_b)
+    m.A_min = m.c0
+    m.A_max = nominal + (deep if m.s < 0.0 else clear)
+    if not m.A_min < m.A0 < m.A_max:
+        raise InputError(
+            [
+                Fault(
+                    f"rotors.{b}.position",
+                    f"{1e3 * m.A0:.6g} mm from {a}",
+                    f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
+                    f"Place them {1e3 * nominal:.6g} mm apart, or leave the position out.",
+                )
+            ]
+        )
+    m.u0_x, m.u0_y = dx / m.A0, dy / m.A0
+    m.cos_alpha0 = m.c0 / m.A0
+    m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
+    m.inv_alpha0 = involute(mesh.pressure_angle)
+    at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
+    m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
+    radius = 1.0 if m.kind in (layout.MESH_PRINTED_COUPLED, layout.MESH_PRINTED_UNCOUPLED) else cosine
+    m.rho_a, m.rho_b = r_a * radius, r_b * radius
+    m.a, m.b, m.driver = names.index(a), names.index(b), names.index(mesh.driver)
+    m.frame = names.index(frame) if frame is not None else -1
+    sense = senses[m.driver]
+    if carried:
+        sense = np.sign(speeds[m.driver] - speeds[m.frame])
+    m.sigma = -1.0 if sense < 0.0 else 1.0
+    if mesh.driver == geometry.ring_of(case, mesh):
+        m.sigma = -m.sigma
+    m.backlash = mesh.backlash
+    m.z_driver = float(geometry.teeth_of(case, mesh.driver))
+
+
+def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple[Any, Floats, Floats]:
+    meshes = _records(MESH, len(case.meshes))
+    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+    terms: list[list[float]] = []
+    spline: list[list[float]] = []
+    for j, mesh in enumerate(case.meshes):
+        m = meshes[j]
+        _pack_mesh(case, j, m, centres, speeds, senses)
+        k = pack_stiffness(case, j)
+        m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
+        table = spline if k.kind == layout.STIFFNESS_SPLINE else terms
+        m.stiffness_start, m.stiffness_count = len(table), len(k.rows)
+        table.extend(k.rows.tolist())
+        m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
+        terms.extend([float(e.order), e.amplitude, e.phase] for e in mesh.transmission_error)
+        m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
+        m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
+        m.ramp = layout.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else layout.RAMP_SMOOTH
+    return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5)
+
+
+def _arm(system: System, i: int) -> float:
+    """Return the radius [m] that turns rotor i's rotation into a length: its largest toothing, or 0.1 m."""
+    arms = [abs(m.rho_a) for m in system.meshes if m.a == i] + [abs(m.rho_b) for m in system.meshes if m.b == i]
+    return max(arms, default=0.1)
+
+
+def _natural_sizes(system: System, servos: int) -> Floats:
+    arms = [_arm(system, i) for i in range(system.rotors.size)]
+    positions = [x for r in arms for x in (LENGTH_SCALE, LENGTH_SCALE, LENGTH_SCALE / r)]
+    speeds = [x for r in arms for x in (SPEED_SCALE, SPEED_SCALE, SPEED_SCALE / r)]
+    return np.array(positions + speeds + [LENGTH_SCALE / 0.1] * servos)
+
+
+def _fastest_rate(case: "Case", system: System) -> float:
+    """Return an estimate of the fastest contact's angular frequency [rad/s]."""
+    fastest = 1.0
+    depth = 1e-6  # m, a typical penetration
+    for s in system.sleeves:
+        stiffness = s.stiffness * s.exponent * depth ** (s.exponent - 1.0)
+        fastest = max(fastest, math.sqrt(stiffness * max(system.rotors[s.journal].inv_mass, 1e-3)))
+    for j, m in enumerate(system.meshes):
+        mobility = sum(
+            r * r * system.rotors[i].inv_inertia + system.rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
+        )
+        fastest = max(fastest, math.sqrt(pack_stiffness(case, j).highest * mobility))
+    return fastest
+
+
+def pack(case: "Case") -> Packed:
+    """Translate a case for the kernels.
+
+    Raises `InputError` where drives contradict each other or given centres cannot mesh.
+    """
+    centres = geometry.centres(case)
+    rotors = _pack_rotors(case)
+    meshes, terms, spline = _pack_meshes(case, centres)
+    system = System(
+        rotors=rotors,
+        sleeves=_pack_sleeves(case, centres),
+        meshes=meshes,
+        terms=terms,
+        spline=spline,
+        gravity=np.array(case.gravity, dtype=np.float64),
+    )
+    servos = int(np.sum(rotors.drive == layout.DRIVE_SERVO))
+    ramps = sorted({float(r.ramp_time) for r in rotors if r.ramp_time > 0.0})
+    return Packed(
+        system=system,
+        rotor_names=tuple(case.rotors),
+        sleeve_names=tuple(case.sleeves),
+        mesh_names=mesh_names(case),
+        natural=_natural_sizes(system, servos),
+        restart_step=0.1 / _fastest_rate(case, system),
+        stops=np.array(ramps, dtype=np.float64),
+    )
+
+
+def mesh_names(case: "Case") -> tuple[str, ...]:
+    """Return the meshes' labels, ``driver-driven``; a repeated pair gets a number."""
+    names: list[str] = []
+    for mesh in case.meshes:
+        name = f"{mesh.driver}-{mesh.driven}"
+        names.append(name if name not in names else f"{name}-{1 + sum(n.startswith(name) for n in names)}")
+    return tuple(names)

@@ -1,0 +1,111 @@
+"""Rotors: planar rigid bodies with what drives, loads and starts them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from gearplay.model.fields import Listed, Measure, Part, Problem, by_kind, refuse
+from gearplay.vocabulary import quantities as q
+
+Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
+Ramp = Annotated[float, Measure(q.TIME, "time of constant acceleration from rest; 0 starts at speed", ge=0.0)]
+Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
+
+
+class SpeedDrive(Part):
+    """Prescribed rotation: ``theta = speed t`` after the ramp."""
+
+    kind: Literal["speed"] = "speed"
+    speed: Speed
+    ramp: Ramp = 0.0
+
+
+class TorqueDrive(Part):
+    """Constant torque."""
+
+    kind: Literal["torque"] = "torque"
+    torque: Annotated[float, Measure(q.TORQUE, "driving torque, counter-clockwise positive")]
+
+
+class ServoDrive(Part):
+    """Speed loop with a torque limit: ``T = kp (target - omega) + ki integral``."""
+
+    kind: Literal["servo"] = "servo"
+    speed: Speed
+    proportional_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the speed error", gt=0.0)]
+    integral_gain: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "gain on its integral", ge=0.0)]
+    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
+    ramp: Ramp = 0.0
+
+
+Drive = Annotated[
+    Annotated[SpeedDrive, Tag("kind:speed")]
+    | Annotated[TorqueDrive, Tag("kind:torque")]
+    | Annotated[ServoDrive, Tag("kind:servo")],
+    Discriminator(
+        by_kind("speed", "torque", "servo"),
+        custom_error_type="gearplay_kind",
+        custom_error_message="unknown kind",
+        custom_error_context={"kinds": "speed, torque, servo"},
+    ),
+]
+
+
+class Load(Part):
+    """What holds a rotor back; torque and friction oppose the nominal sense of rotation, drag the velocity."""
+
+    torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
+    drag: Annotated[float, Measure(q.ROTATIONAL_DRAG, "viscous drag", ge=0.0)] = 0.0
+    friction: Annotated[float, Measure(q.TORQUE, "dry friction torque", ge=0.0)] = 0.0
+    friction_speed: Annotated[
+        float, Measure(q.ANGULAR_SPEED, "speed within which dry friction is smoothed", gt=0.0)
+    ] = 0.01
+
+
+class Initial(Part):
+    """State at the start; a rotation or speed that is not given is the kinematically matching one."""
+
+    x: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along x")] = 0.0
+    y: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along y")] = 0.0
+    vx: Annotated[float, Measure(q.SPEED, "velocity along x")] = 0.0
+    vy: Annotated[float, Measure(q.SPEED, "velocity along y")] = 0.0
+    theta: Annotated[float, Measure(q.ANGLE, "rotation")] | None = None
+    omega: Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation")] | None = None
+
+
+class Runout(Part):
+    """Eccentricity of the toothing: half the total indicator reading, and where it points at ``theta = 0``."""
+
+    amplitude: Annotated[float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)] = 0.0
+    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
+
+
+class Rotor(Part):
+    """A planar rigid body: a gear, a ring, a carrier or a plain disc."""
+
+    teeth: Annotated[int, Field(ge=6, le=10_000, description="number of teeth; required in a mesh")] | None = None
+    internal: Annotated[bool, Field(description="true for a ring gear")] = False
+    mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
+    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
+    drive: Drive | None = None
+    load: Load = Load()
+    position: Annotated[tuple[Coordinate, Coordinate], Listed(2, 2)] | None = None
+    initial: Initial = Initial()
+    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = 0.0
+    floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = False
+    runout: Runout = Runout()
+
+    @model_validator(mode="after")
+    def _check(self) -> Rotor:
+        problems = []
+        if isinstance(self.drive, SpeedDrive):
+            for name in ("theta", "omega"):
+                if getattr(self.initial, name) is not None:
+                    rule = "must not be given for a rotor whose drive prescribes its rotation"
+                    problems.append(Problem(("initial", name), rule, "Remove it, or use a torque or servo drive"))
+        if self.internal and self.teeth is None:
+            problems.append(Problem(("teeth",), "is required for an internal gear", "Give the number of teeth"))
+        refuse(problems)
+        return self

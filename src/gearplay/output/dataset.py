@@ -1,0 +1,114 @@
+"""Trajectories -> one labelled `xarray.Dataset`, as docs/conventions and the result-file contract say."""
+
+import json
+import platform
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.solver.trajectory import Trajectory, contact_labels
+from gearplay.vocabulary.quantities import RESULT_VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+METHOD = "Dormand-Prince 5(4), located events"
+
+_STATISTICS = {
+    "share_of_time": ("1", "share of time in contact"),
+    "impacts_per_second": ("1/s", "onsets of contact per second"),
+    "mean_impact_speed": ("m/s", "mean speed of approach at onset"),
+    "rms_impact_speed": ("m/s", "rms speed of approach at onset"),
+    "max_impact_speed": ("m/s", "largest speed of approach at onset"),
+    "peak_force": ("N", "largest normal force"),
+    "max_penetration": ("m", "largest penetration"),
+}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # run from a source tree
+        return "unknown"
+
+
+def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
+    """Return the attributes that say where a result comes from."""
+    worst = max(runs, key=lambda run: int(run.status))
+    return {
+        "title": case.title,
+        "Conventions": "CF-1.11",
+        "case": json.dumps(case.resolved()),
+        "case_sha256": case.sha256,
+        "gearplay_version": _version("gearplay"),
+        "python_version": platform.python_version(),
+        "numpy_version": _version("numpy"),
+        "numba_version": _version("numba"),
+        "method": METHOD,
+        "tolerance": case.run.tolerance,
+        "seed": case.run.seed,
+        "status": worst.status.name,
+        "message": worst.message,
+        "steps": sum(run.counters.steps for run in runs),
+        "events": sum(run.counters.events for run in runs),
+        "rejected_steps": sum(run.counters.rejected_steps for run in runs),
+        "wall_time": sum(run.wall_time for run in runs),
+    }
+
+
+def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
+    """Return the data variables; members that stopped early are filled up with NaN."""
+    labels = {"rotor": packed.rotor_names, "sleeve": packed.sleeve_names, "mesh": packed.mesh_names}
+    length = max(run.values.shape[0] for run in runs)
+    places: dict[tuple[str, str], list[int]] = {}
+    for at, column in enumerate(runs[0].columns):
+        places.setdefault((column.signal, column.dimension), []).append(at)
+    variables: dict[str, Any] = {}
+    for (signal, dimension), columns in places.items():
+        quantity = RESULT_VARIABLES[signal]
+        names = labels[dimension]
+        block = np.full((len(runs), length, len(names)), np.nan)
+        for at in columns:
+            element = names.index(runs[0].columns[at].label)
+            for m, run in enumerate(runs):
+                block[m, : run.values.shape[0], element] = run.values[:, at]
+        attributes = {"units": quantity.unit, "long_name": quantity.long_name}
+        if signal == "contact_state":
+            attributes["flag_values"] = "0 1 2 3"
+            attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
+        dims = ("member", "time", dimension) if ensemble else ("time", dimension)
+        variables[signal] = (dims, block if ensemble else block[0], attributes)
+    for name, (unit, words) in _STATISTICS.items():
+        table = np.array([getattr(run.statistics, name) for run in runs])
+        dims = ("member", "contact") if ensemble else ("contact",)
+        variables[name] = (dims, table if ensemble else table[0], {"units": unit, "long_name": words})
+    return variables
+
+
+def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":
+    """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.
+
+    Every variable has ``units`` and ``long_name``; attributes hold the resolved case and how it was computed.
+    """
+    import xarray as xr
+
+    ensemble = len(runs) > 1
+    longest = max(runs, key=lambda run: len(run.time))
+    time = ("time", longest.time, {"units": "s", "long_name": "time", "axis": "T"})
+    coordinates: dict[str, Any] = {
+        "time": time,
+        "rotor": list(packed.rotor_names),
+        "sleeve": np.array(packed.sleeve_names, dtype=object if packed.sleeve_names else "U1"),
+        "mesh": np.array(packed.mesh_names, dtype=object if packed.mesh_names else "U1"),
+        "contact": np.array(contact_labels(packed), dtype=object if contact_labels(packed) else "U1"),
+    }
+    if ensemble:
+        coordinates["member"] = [run.member for run in runs]
+        coordinates["member_status"] = ("member", [run.status.name for run in runs])
+    return xr.Dataset(
+        _labelled(case, packed, runs, ensemble=ensemble), coords=coordinates, attrs=provenance(case, runs)
+    )

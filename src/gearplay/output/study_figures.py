@@ -1,0 +1,144 @@
+"""Figures of the article's study, as PNG bytes for the report and as files beside it."""
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gearplay.output.plots import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
+from gearplay.study.article import LINE_WORDS, LINES, Condition, conditions, printed
+from gearplay.study.comparison import LineDifference, by_condition, model_amplitudes
+from gearplay.study.han2021 import ConditionResult
+
+COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
+
+
+def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Any, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for ax in axes.flat:
+        tidy(ax)
+    return figure, axes
+
+
+def _png(figure: Any) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
+    return buffer.getvalue()
+
+
+def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) -> bytes:
+    """Draw one condition in the manner of Figures 5-10: both models, and the test's lines by the fitted factor."""
+    figure, axes = _figure(1, 2, 10.0, 3.8)
+    for ax, model in zip(axes[0], COLORS, strict=True):
+        result = by_condition(results, model)[condition]
+        factor = model_amplitudes(results, model).factor
+        top = 2.6 * condition.mesh_frequency
+        f, a = np.array(result.frequency), np.array(result.amplitude)
+        s = np.array(result.spread)
+        inside = (f > 0.4) & (f <= top)
+        ax.fill_between(
+            f[inside], (a * 10**-s)[inside], (a * 10**s)[inside], color=COLORS[model], alpha=0.15, linewidth=0,
+            label="± 1 standard deviation of the members",
+        )  # fmt: skip
+        plot_spectrum(ax, f[inside], a[inside], "m/s²", color=COLORS[model], label=f"{model}, {result.members} members")
+        for i, line in enumerate(LINES):
+            frequency = printed(condition, line, "frequency_hz").test
+            height = printed(condition, line, "amplitude_as_printed").test / factor
+            ax.plot([frequency], [height], marker="o", markersize=5, color=TEST, linestyle="none", markerfacecolor="none",
+                    label=f"test ÷ {factor:.0f}" if i == 0 else None)  # fmt: skip
+            ax.annotate(
+                LINE_WORDS[line], (frequency, height), textcoords="offset points", xytext=(6, 5), fontsize=8, color=TEST
+            )
+        ax.set_xlim(0.0, top)
+        ax.legend(fontsize=7, loc="lower right", framealpha=0.9)
+        ax.set_title(f"{model}", fontsize=9, loc="left")
+    low = min(ax.get_ylim()[0] for ax in axes[0])
+    high = max(ax.get_ylim()[1] for ax in axes[0])
+    for ax in axes[0]:
+        ax.set_ylim(low, high * 2.0)
+    axes[0, 1].set_ylabel("")
+    figure.suptitle(f"Acceleration of the driven gear along the centre line, {condition.label.replace('um', 'µm')}", fontsize=10)
+    return _png(figure)
+
+
+def orbit_figure(results: Sequence[ConditionResult]) -> bytes:
+    """Draw the driven gear's centre in its clearance circle, one member a condition and model."""
+    figure, axes = _figure(2, len(conditions()), 15.0, 5.4)
+    for row, model in enumerate(COLORS):
+        found = by_condition(results, model)
+        for ax, condition in zip(axes[row], conditions(), strict=True):
+            orbit = found[condition].orbit
+            plot_orbit(
+                ax, np.array(orbit["x"]), np.array(orbit["y"]), 1e-6 * condition.radial_clearance_um, color=COLORS[model]
+            )
+            if row == 0:
+                ax.set_title(condition.label.replace("um", "µm"), fontsize=8)
+                ax.set_xlabel("")
+        for ax in axes[row, 1:]:
+            ax.set_ylabel("")
+        axes[row, 0].set_ylabel(f"{model}\ny [µm]", fontsize=8)
+    return _png(figure)
+
+
+def backlash_figure(results: Sequence[ConditionResult]) -> bytes:
+    """Draw the backlash history of one member a condition, coupled and uncoupled."""
+    figure, axes = _figure(2, 3, 12.0, 5.4)
+    for at, (ax, condition) in enumerate(zip(axes.flat, conditions(), strict=True)):
+        for model, color in COLORS.items():
+            orbit = by_condition(results, model)[condition].orbit
+            plot_history(
+                ax, np.array(orbit["time"]), np.array(orbit["backlash"]), "backlash", color=color, label=model
+            )
+        if min(by_condition(results, "coupled")[condition].orbit["backlash"]) < 5e-6:
+            ax.axhline(0.0, color=TEST, linewidth=0.8, linestyle=":")
+        ax.set_title(condition.label.replace("um", "µm"), fontsize=9)
+        ax.set_ylabel("backlash, total, normal [µm]" if at % 3 == 0 else "", fontsize=8)
+        ax.set_xlabel("time [s]" if at >= 3 else "", fontsize=8)
+    axes[0, 0].legend(fontsize=7)
+    return _png(figure)
+
+
+def radial_frequency_figure(results: Sequence[ConditionResult]) -> bytes:
+    """Draw f_r of test, article and both models over sqrt(speed / clearance)."""
+    figure, axes = _figure(1, 1, 6.4, 4.0)
+    ax = axes[0, 0]
+    abscissa = np.array([np.sqrt(c.speed_rpm / c.radial_clearance_um) for c in conditions()])
+    rows = [printed(c, "radial", "frequency_hz") for c in conditions()]
+    test = np.array([r.test for r in rows])
+    ax.plot(abscissa, test, "o", color=TEST, markerfacecolor="none", label="test")
+    ax.plot(abscissa, [r.coupled for r in rows], "x", color="#777777", label="article, coupled")
+    for model, marker in (("coupled", "^"), ("uncoupled", "v")):
+        found = by_condition(results, model)
+        values = [found[c].lines["radial"].frequency for c in conditions()]
+        ax.plot(abscissa, values, marker, color=COLORS[model], label=f"ours, {model}", markersize=5)
+    slope = float(np.sum(test * abscissa) / np.sum(abscissa**2))
+    line = np.array([0.0, 1.05 * abscissa.max()])
+    ax.plot(line, slope * line, color=TEST, linewidth=0.8, linestyle=":", label=f"{slope:.2f} · sqrt(speed / clearance)")
+    ax.set_xlim(0.0, None)
+    ax.set_ylim(0.0, None)
+    ax.set_xlabel("sqrt(pinion speed [rpm] / radial clearance [µm])", fontsize=8)
+    ax.set_ylabel("radial frequency f_r [Hz]", fontsize=8)
+    ax.legend(fontsize=7, loc="upper left")
+    return _png(figure)
+
+
+def difference_figure(differences: Sequence[LineDifference]) -> bytes:
+    """Draw the ratio coupled over uncoupled at each line with its 95 % interval."""
+    figure, axes = _figure(1, 1, 8.0, 3.4)
+    ax = axes[0, 0]
+    for at, d in enumerate(differences):
+        color = COUPLED if d.significant else "#9aa0a8"
+        ax.errorbar([at], [d.decades], yerr=[1.96 * d.standard_error], fmt="o", color=color, markersize=4, linewidth=1)
+    ax.axhline(0.0, color=TEST, linewidth=0.8)
+    ax.set_xticks(range(len(differences)))
+    ax.set_xticklabels(
+        [f"{d.condition.label.replace('um', 'µm')}\n{LINE_WORDS[d.line]}" for d in differences], rotation=60, ha="right", fontsize=6
+    )
+    ax.set_ylabel("coupled over uncoupled [decades]", fontsize=8)
+    return _png(figure)

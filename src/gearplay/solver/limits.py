@@ -1,0 +1,56 @@
+"""What a run will cost, and the refusal of one that is too large, before it starts."""
+
+from dataclasses import dataclass
+
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.vocabulary.errors import ResourceError
+
+STEPS_PER_SECOND = 2e4  # typical, per simulated second and contact pair, at the default tolerance
+STEPS_PER_WALL_SECOND = 1e6
+SAMPLES_PER_WALL_SECOND = 3e6
+
+MAX_BYTES = 16e9
+MAX_STEPS = 2e10
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Rough cost of a run: order of magnitude only."""
+
+    steps: float
+    samples: float
+    bytes: float
+    wall_time: float  # s, on one core
+
+    def __str__(self) -> str:
+        return (
+            f"about {self.steps:.2g} steps, {self.samples:.2g} samples, {self.bytes / 1e9:.2g} GB,"
+            f" {self.wall_time:.2g} s on one core"
+        )
+
+
+def estimate(case: Case, packed: Packed, *, columns: int, members: int, sampling: float, duration: float, transient: float) -> Estimate:
+    """Estimate the cost of simulating ``members`` members."""
+    meshes = max(1, packed.system.meshes.size)
+    steps = STEPS_PER_SECOND * meshes * (duration + transient) * members
+    samples = sampling * duration * members
+    return Estimate(
+        steps=steps,
+        samples=samples,
+        bytes=8.0 * samples * (columns + 1),
+        wall_time=steps / STEPS_PER_WALL_SECOND + samples / SAMPLES_PER_WALL_SECOND,
+    )
+
+
+def check_estimate(wanted: Estimate) -> None:
+    """Raise `ResourceError` for a run that no machine of ordinary size should start."""
+    if wanted.bytes > MAX_BYTES:
+        raise ResourceError(
+            f"run: {wanted} are more than the limit of {MAX_BYTES / 1e9:.0f} GB. "
+            "Lower run.sampling, run.duration or run.ensemble, or keep fewer signals."
+        )
+    if wanted.steps > MAX_STEPS:
+        raise ResourceError(
+            f"run: {wanted} are more than the limit of {MAX_STEPS:.0e} steps. Shorten run.duration or lower run.ensemble."
+        )

@@ -1,0 +1,35 @@
+"""Status codes of a run, in words that carry the cure."""
+
+from enum import IntEnum
+
+from gearplay.kernels import stepper
+
+
+class Status(IntEnum):
+    """How a run ended; everything but DONE leaves what was computed so far."""
+
+    DONE = stepper.DONE
+    PAUSED = stepper.PAUSED
+    NOT_FINITE = stepper.NOT_FINITE
+    STEP_TOO_SMALL = stepper.STEP_TOO_SMALL
+    CHATTER = stepper.CHATTER
+    CANNOT_MESH = stepper.CANNOT_MESH
+    BLOW_UP = stepper.BLOW_UP
+    TOO_MANY_STEPS = 20
+    OUT_OF_TIME = 21
+    INTERRUPTED = 22
+
+
+WORDS = {
+    Status.DONE: "Done.",
+    Status.PAUSED: "Paused between two steps.",
+    Status.NOT_FINITE: "A state became infinite or NaN. Check stiffnesses, masses and initial values for absurd sizes.",
+    Status.STEP_TOO_SMALL: "The step fell below the resolution of time. Loosen `run.tolerance` or soften the stiffest contact.",
+    Status.CHATTER: "Contacts switch endlessly within no time. Add damping or restitution below 1, or raise the impact-speed floor.",
+    Status.CANNOT_MESH: "A pair of gears left mesh: its centre distance went out of the range that can mesh."
+    " Reduce the radial clearances or the loads, or stiffen the sleeves.",
+    Status.BLOW_UP: "The motion grew beyond all reason. Check loads, supports and drives: something accelerates for ever.",
+    Status.TOO_MANY_STEPS: "The limit on steps was reached. Raise `run.max_steps` or loosen `run.tolerance`.",
+    Status.OUT_OF_TIME: "The limit on wall time was reached. Raise `run.max_wall_time` or shorten `run.duration`.",
+    Status.INTERRUPTED: "Interrupted. What was computed so far is kept.",
+}

@@ -1,0 +1,140 @@
+"""What a simulation returns: sampled signals, contact statistics, the log of contacts and how it went."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.layout import MESH_SIGNALS, ROTOR_SIGNALS, SLEEVE_SIGNALS
+from gearplay.kernels.stepper import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
+from gearplay.model.pack import Packed
+from gearplay.solver.status import WORDS, Status
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+DIMENSIONS = {"rotor": ROTOR_SIGNALS, "sleeve": SLEEVE_SIGNALS, "mesh": MESH_SIGNALS}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One sampled signal of one element."""
+
+    signal: str
+    dimension: str  # rotor, sleeve or mesh
+    label: str
+
+
+def all_columns(packed: Packed) -> tuple[Column, ...]:
+    """Return every signal in the order of the kernel's rows."""
+    labels = {"rotor": packed.rotor_names, "sleeve": packed.sleeve_names, "mesh": packed.mesh_names}
+    return tuple(
+        Column(signal, dimension, label)
+        for dimension, signals in DIMENSIONS.items()
+        for label in labels[dimension]
+        for signal in signals
+    )
+
+
+def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Column, ...], NDArray[np.int64]]:
+    """Return the wanted columns and their places in a full row.
+
+    ``wanted`` holds signal names (``ax``) or one element's signal (``ring.ax``); None keeps all.
+
+    Raises `InputError` for a name that is no signal.
+    """
+    every = all_columns(packed)
+    if wanted is None:
+        return every, np.arange(len(every), dtype=np.int64)
+    chosen: list[int] = []
+    for name in wanted:
+        found = [i for i, c in enumerate(every) if name in (c.signal, f"{c.label}.{c.signal}")]
+        if not found:
+            known = sorted({c.signal for c in every})
+            raise InputError([Fault("signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}.")])
+        chosen.extend(i for i in found if i not in chosen)
+    return tuple(every[i] for i in chosen), np.array(chosen, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class ContactStatistics:
+    """Statistics of every contact after the transient: sleeves by name, flanks as ``mesh:drive``, ``mesh:back``.
+
+    Arrays have shape [contact]: share of time in contact [1], onsets per second [1/s], mean, rms and largest onset speed
+    [m/s], largest force [N], largest penetration [m].
+    """
+
+    labels: tuple[str, ...]
+    share_of_time: Floats
+    impacts_per_second: Floats
+    mean_impact_speed: Floats
+    rms_impact_speed: Floats
+    max_impact_speed: Floats
+    peak_force: Floats
+    max_penetration: Floats
+
+
+def contact_labels(packed: Packed) -> tuple[str, ...]:
+    """Return the contacts' labels in kernel order."""
+    flanks = tuple(f"{mesh}:{flank}" for mesh in packed.mesh_names for flank in ("drive", "back"))
+    return packed.sleeve_names + flanks
+
+
+def statistics_of(packed: Packed, tallies: Floats, span: float) -> ContactStatistics:
+    """Turn the kernel's tallies over ``span`` seconds into statistics."""
+    onsets = np.maximum(tallies[:, ONSETS], 1.0)
+    span = span if span > 0.0 else np.nan
+    return ContactStatistics(
+        labels=contact_labels(packed),
+        share_of_time=tallies[:, TIME] / span,
+        impacts_per_second=tallies[:, ONSETS] / span,
+        mean_impact_speed=tallies[:, SPEED_SUM] / onsets,
+        rms_impact_speed=np.sqrt(tallies[:, SPEED_SQUARES] / onsets),
+        max_impact_speed=tallies[:, SPEED_MAX].copy(),
+        peak_force=tallies[:, FORCE_MAX].copy(),
+        max_penetration=tallies[:, DEPTH_MAX].copy(),
+    )
+
+
+@dataclass(frozen=True)
+class Counters:
+    """Work done, transient included."""
+
+    steps: int = 0
+    rejected_steps: int = 0
+    events: int = 0
+    calls: int = 0  # evaluations of the right-hand side by the stepper, sampling excluded
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate)."""
+
+    member: int
+    time: Floats  # s
+    values: Floats
+    columns: tuple[Column, ...]
+    statistics: ContactStatistics
+    log: Floats
+    status: Status
+    counters: Counters
+    reached: float  # s, simulated time
+    wall_time: float  # s
+    final_state: Floats = field(repr=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status == Status.DONE
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
+        return WORDS[self.status] + place
+
+    def signal(self, name: str, label: str) -> Floats:
+        """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""
+        for i, column in enumerate(self.columns):
+            if column.signal == name and column.label == label:
+                return self.values[:, i]
+        raise KeyError(f"{label}.{name} was not kept")

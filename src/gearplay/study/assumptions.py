@@ -1,0 +1,69 @@
+"""The study's parameters with where each comes from: the article, a formula, or our assumption."""
+
+import math
+from dataclasses import dataclass
+
+from gearplay.kernels.layout import STIFFNESS_FOURIER
+from gearplay.model import geometry
+from gearplay.model.case import Case
+from gearplay.model.contact_laws import delivered_restitution
+from gearplay.model.pack import Packed
+
+ARTICLE = "article, Table 2"
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One parameter: name, value in words, source ("assumed" where the article is silent)."""
+
+    parameter: str
+    value: str
+    source: str
+
+
+def _um(value: float) -> str:
+    return f"{1e6 * value:.4g} µm"
+
+
+def assumptions(case: Case, packed: Packed) -> list[Assumption]:
+    """Return the table of parameters of a `han2021`-like case."""
+    pinion, ring, mesh, sleeve = case.rotors["pinion"], case.rotors["ring"], case.meshes[0], case.sleeves["ring"]
+    packed_mesh, packed_sleeve = packed.system.meshes[0], packed.system.sleeves[0]
+    gyration = [math.sqrt(r.inertia / r.mass) for r in (pinion, ring)]
+    swing = packed.system.terms[packed_mesh.stiffness_start, 1] if packed_mesh.stiffness_count else 0.0
+    errors = " + ".join(f"{_um(t.amplitude)} of order {t.order}" for t in mesh.transmission_error) or "none"
+    assert packed_mesh.stiffness_kind == STIFFNESS_FOURIER
+    return [
+        Assumption("teeth, module, pressure angle", "20 / 60 internal, 4 mm, 20°", ARTICLE),
+        Assumption("masses", f"{pinion.mass:g} kg, {ring.mass:g} kg", ARTICLE),
+        Assumption(
+            "moments of inertia",
+            f"{pinion.inertia:.4g} and {ring.inertia:.4g} kg m² (radii of gyration {gyration[0]:.3f} and {gyration[1]:.3f} m)",
+            f"{ARTICLE}; the printed values do not fit pitch radii of 0.040 and 0.120 m"
+            if case.rotors["pinion"].inertia > 1e-2
+            else "solid disc and annulus from the geometry",
+        ),
+        Assumption("speeds, radial clearances, backlashes", "Tables 3-6", "article; only the driven gear's sleeve has clearance"),
+        Assumption("contact ratio", f"{geometry.mesh_contact_ratio(case, 0):.3f}", "full-depth teeth at the nominal centre distance"),
+        Assumption(
+            "mesh stiffness", f"{packed_mesh.k_m:.4g} N/m, amplitude {swing / packed_mesh.k_m:.3g} of it", "assumed: 6 mm of steel, ISO 6336-1 B"
+        ),
+        Assumption(
+            "mesh damping",
+            f"C_m = {packed_mesh.C_m:.4g} N s/m, full from {_um(packed_mesh.depth)}",
+            "assumed: damping ratio 0.07" if mesh.damping.ratio is not None else "assumed",
+        ),
+        Assumption("sleeve stiffness", f"{packed_sleeve.stiffness:.4g} N/m^1.5 at this clearance", "assumed shaft radius and steel, (9)"),
+        Assumption(
+            "sleeve restitution",
+            f"{sleeve.restitution:g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}",
+            "assumed",
+        ),
+        Assumption("drag on the ring", f"{ring.load.drag:.4g} N m s/rad", "the one constant fitted, to the six measured f_r"),
+        Assumption("static transmission error", errors, "assumed: without an error source nothing excites the rig"),
+        Assumption(
+            "runout of pinion and ring", f"{_um(pinion.runout.amplitude)} and {_um(ring.runout.amplitude)} (eccentricity)", "assumed"
+        ),
+        Assumption("initial states", f"seed {case.run.seed}: drawn within 0.9 of the clearance circle, 1 mm/s", "assumed"),
+        Assumption("gravity", "none: the plane of the rig is horizontal", "article"),
+    ]

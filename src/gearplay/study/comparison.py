@@ -1,0 +1,247 @@
+"""Simulation against the published test: tables, ordinate readings, and whether the two models differ."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.article import LINES, Condition, PrintedRow, printed, printed_rows
+from gearplay.study.han2021 import MODELS, ConditionResult
+
+Floats = NDArray[np.float64]
+RESAMPLES = 400
+READINGS = ("unnormalised", "displacement")
+
+
+def by_condition(results: Sequence[ConditionResult], model: str) -> dict[Condition, ConditionResult]:
+    """Return one model's results by condition."""
+    return {r.condition: r for r in results if r.model == model}
+
+
+def amplitude_bound(clearance: float, frequency: float) -> float:
+    """Return the largest possible line of acceleration [m/s^2] of motion within +-clearance [m] at a frequency [Hz].
+
+    A square wave of amplitude c has the strongest first harmonic, 4 c / pi: (4/pi) c (2 pi f)^2.
+
+    >>> round(amplitude_bound(100e-6, 1.642), 5)
+    0.01355
+    """
+    return 4.0 / math.pi * clearance * (2.0 * math.pi * frequency) ** 2
+
+
+def log_factor(test: Floats, simulated: Floats) -> float:
+    """Return the one common factor between two sets of amplitudes: the geometric mean of test over simulated."""
+    return float(np.exp(np.mean(np.log(test / simulated))))
+
+
+@dataclass(frozen=True)
+class ModelAmplitudes:
+    """The 18 amplitudes of one model in print order, in both readings of the article's ordinate."""
+
+    test: Floats  # as printed
+    acceleration: Floats  # m/s^2
+    displacement: Floats  # um
+    levels: list[Floats]  # per line: each member's level, m/s^2
+    factor: float  # un-normalised FFT: printed = factor x acceleration
+
+    def mean_error(self, reading: str) -> float:
+        """Mean error [%] of the 18 amplitudes in one reading."""
+        ours = self.factor * self.acceleration if reading == "unnormalised" else self.displacement
+        return float(100.0 * np.mean(np.abs(ours - self.test) / self.test))
+
+    def log_error(self) -> float:
+        """Mean |log10 (factor x simulated / test)| [decades], the error that does not favour small values."""
+        return float(np.mean(np.abs(np.log10(self.factor * self.acceleration / self.test))))
+
+
+def model_amplitudes(results: Sequence[ConditionResult], model: str) -> ModelAmplitudes:
+    """Collect one model's 18 amplitudes and fit its common factor."""
+    rows = [row for row in printed_rows() if row.quantity == "amplitude_as_printed"]
+    found = by_condition(results, model)
+    lines = [found[row.condition].lines[row.line] for row in rows]
+    test = np.array([row.test for row in rows])
+    acceleration = np.array([line.amplitude for line in lines])
+    return ModelAmplitudes(
+        test=test,
+        acceleration=acceleration,
+        displacement=np.array([1e6 * line.displacement for line in lines]),
+        levels=[np.array(line.levels) for line in lines],
+        factor=log_factor(test, acceleration),
+    )
+
+
+def _error(value: float, test: float) -> float:
+    return 100.0 * abs(value - test) / test
+
+
+def table_rows(results: Sequence[ConditionResult]) -> list[dict[str, Any]]:
+    """Return every row of Tables 3-6 beside ours, with recomputed errors [%], spreads and marks.
+
+    Amplitude rows carry our acceleration [m/s^2], the same times the fitted factor (the un-normalised reading), and our
+    displacement [um] (the displacement reading). ``spread`` is the members' standard deviation in decades.
+    """
+    factors = {model: model_amplitudes(results, model).factor for model in MODELS}
+    rows = []
+    for row in printed_rows():
+        entry: dict[str, Any] = {
+            "table": row.table,
+            "speed_rpm": row.condition.speed_rpm,
+            "radial_clearance_um": row.condition.radial_clearance_um,
+            "backlash_um": row.condition.backlash_um,
+            "line": row.line,
+            "quantity": row.quantity,
+            "test": row.test,
+        }
+        for model in MODELS:
+            entry.update(_article_columns(row, model))
+            line = by_condition(results, model)[row.condition].lines[row.line]
+            if row.quantity == "frequency_hz":
+                entry[f"ours_{model}"] = line.frequency
+                entry[f"ours_{model}_error_pct"] = _error(line.frequency, row.test)
+            else:
+                scaled, micrometres = factors[model] * line.amplitude, 1e6 * line.displacement
+                entry[f"ours_{model}_m_per_s2"] = line.amplitude
+                entry[f"ours_{model}"] = scaled
+                entry[f"ours_{model}_error_pct"] = _error(scaled, row.test)
+                entry[f"ours_{model}_um"] = micrometres
+                entry[f"ours_{model}_um_error_pct"] = _error(micrometres, row.test)
+                entry[f"ours_{model}_spread_decades"] = line.spread
+            entry[f"ours_{model}_prominence"] = line.prominence
+        entry["note"] = row.note
+        rows.append(entry)
+    return rows
+
+
+def _article_columns(row: PrintedRow, model: str) -> dict[str, Any]:
+    value = row.coupled if model == "coupled" else row.uncoupled
+    error = row.coupled_error_printed if model == "coupled" else row.uncoupled_error_printed
+    return {
+        f"article_{model}": value,
+        f"article_{model}_error_printed_pct": error,
+        f"article_{model}_error_recomputed_pct": row.recomputed_error(model),
+        f"article_{model}_error_follows": row.printed_error_follows(model),
+    }
+
+
+@dataclass(frozen=True)
+class LineDifference:
+    """Coupled against uncoupled at one line: log10 ratio, its standard error [decades], two-sided p of Welch's test."""
+
+    condition: Condition
+    line: str
+    decades: float
+    standard_error: float
+    p: float
+    significant: bool
+
+
+def line_differences(results: Sequence[ConditionResult], level: float = 0.05) -> list[LineDifference]:
+    """Test at each line whether the two models' members differ: Welch's t on log10 levels, Holm's correction.
+
+    Needs at least two members a model; otherwise p is NaN and nothing is significant.
+    """
+    from scipy.stats import ttest_ind_from_stats
+
+    coupled, uncoupled = by_condition(results, "coupled"), by_condition(results, "uncoupled")
+    found: list[LineDifference] = []
+    for condition in coupled:
+        for line in LINES:
+            a, b = (np.log10(np.maximum(r[condition].lines[line].levels, 1e-300)) for r in (coupled, uncoupled))
+            if min(a.size, b.size) < 2:
+                found.append(LineDifference(condition, line, float(a.mean() - b.mean()), math.nan, math.nan, False))
+                continue
+            va, vb = a.var(ddof=1), b.var(ddof=1)
+            error = math.sqrt(va / a.size + vb / b.size)
+            p = 1.0
+            if error > 0.0:
+                p = float(
+                    ttest_ind_from_stats(
+                        a.mean(), math.sqrt(va), a.size, b.mean(), math.sqrt(vb), b.size, equal_var=False
+                    ).pvalue
+                )
+            found.append(LineDifference(condition, line, float(a.mean() - b.mean()), error, p, False))
+    return _holm(found, level)
+
+
+def _holm(found: list[LineDifference], level: float) -> list[LineDifference]:
+    order = sorted((i for i, d in enumerate(found) if not math.isnan(d.p)), key=lambda i: found[i].p)
+    marked = list(found)
+    for rank, i in enumerate(order):
+        if found[i].p > level / (len(order) - rank):
+            break
+        d = found[i]
+        marked[i] = LineDifference(d.condition, d.line, d.decades, d.standard_error, d.p, True)
+    return marked
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A quantity of coupled minus uncoupled with its 95 % interval from resampled members."""
+
+    coupled: float
+    uncoupled: float
+    difference: float
+    low: float
+    high: float
+
+    @property
+    def better(self) -> str:
+        """Which model has the smaller error, or that it cannot be told."""
+        if self.high < 0.0:
+            return "coupled"
+        return "uncoupled" if self.low > 0.0 else "cannot be told"
+
+
+def _resampled(amplitudes: ModelAmplitudes, draw: Callable[[int], NDArray[np.int64]]) -> Floats:
+    """Return the 18 amplitudes of one resampled ensemble: the members' rms levels, scaled to the lines."""
+    result = []
+    for levels, height in zip(amplitudes.levels, amplitudes.acceleration, strict=True):
+        whole = math.sqrt(float(np.mean(levels**2)))
+        result.append(height * math.sqrt(float(np.mean(levels[draw(levels.size)] ** 2))) / whole)
+    return np.array(result)
+
+
+def amplitude_verdict(results: Sequence[ConditionResult], seed: int = 0) -> Verdict:
+    """Compare the models' mean log error over the 18 amplitudes, each with its own fitted factor (un-normalised reading).
+
+    The interval comes from resampling members with replacement; it says what the ensemble size can tell, not what other
+    parameters would give.
+    """
+    generator = np.random.default_rng(seed)
+    sets = [model_amplitudes(results, model) for model in MODELS]
+
+    def draw(size: int) -> NDArray[np.int64]:
+        return generator.integers(0, size, size)
+
+    def error(test: Floats, simulated: Floats) -> float:
+        return float(np.mean(np.abs(np.log10(log_factor(test, simulated) * simulated / test))))
+
+    differences = [
+        error(sets[0].test, _resampled(sets[0], draw)) - error(sets[1].test, _resampled(sets[1], draw))
+        for _ in range(RESAMPLES)
+    ]
+    low, high = np.percentile(differences, [2.5, 97.5])
+    return Verdict(
+        sets[0].log_error(), sets[1].log_error(), sets[0].log_error() - sets[1].log_error(), float(low), float(high)
+    )
+
+
+def radial_frequency_error(results: Sequence[ConditionResult], model: str) -> float:
+    """Return the mean error [%] of the six radial frequencies f_r."""
+    return float(
+        np.mean(
+            [
+                _error(r.lines["radial"].frequency, printed(r.condition, "radial", "frequency_hz").test)
+                for r in by_condition(results, model).values()
+            ]
+        )
+    )
+
+
+def article_error(model: str, quantity: str, line: str | None = None) -> float:
+    """Return the article's own mean error [%] of a model, recomputed from its printed values."""
+    rows = [r for r in printed_rows() if r.quantity == quantity and line in (None, r.line)]
+    return float(np.mean([r.recomputed_error(model) for r in rows]))

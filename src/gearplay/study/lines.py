@@ -1,0 +1,101 @@
+"""Finding lines in a spectrum: sharp ones between the bins, and broad humps."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearplay.study.spectra import Spectrum, smoothed
+from gearplay.vocabulary.errors import Fault, InputError
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a spectrum: frequency [Hz], amplitude [unit of the spectrum], prominence over its surroundings [1]."""
+
+    frequency: float
+    amplitude: float
+    prominence: float
+
+
+def _band(spectrum: Spectrum, low: float, high: float) -> tuple[int, int]:
+    inside = np.nonzero((spectrum.frequency >= low) & (spectrum.frequency <= high))[0]
+    if inside.size < 3:
+        raise InputError(
+            [
+                Fault(
+                    "band",
+                    f"{low:.4g}..{high:.4g} Hz",
+                    f"must hold at least 3 lines of the spectrum (one each {spectrum.resolution:.4g} Hz)",
+                    "Widen the band or take a longer record.",
+                )
+            ]
+        )
+    return int(inside[0]), int(inside[-1])
+
+
+def _offset(window: str, left: float, peak: float, right: float) -> tuple[float, float]:
+    """Return (place in bins between -0.5 and 0.5, true over largest amplitude) of an isolated tone.
+
+    Hann: the ratio a of the larger neighbour to the peak gives (2a - 1) / (a + 1); boxcar: a / (1 + a). Others: a
+    parabola through the logarithms.
+    """
+    side = 1.0 if right >= left else -1.0
+    ratio = max(left, right) / peak if peak > 0.0 else 0.0
+    if window == "hann":
+        d = max(0.0, (2.0 * ratio - 1.0) / (ratio + 1.0))
+        return side * d, (1.0 - d * d) / float(np.sinc(d))
+    if window == "boxcar":
+        d = ratio / (1.0 + ratio)
+        return side * d, 1.0 / float(np.sinc(d))
+    low, middle, high = (math.log(max(v, 1e-300)) for v in (left, peak, right))
+    bend = low - 2.0 * middle + high
+    d = 0.5 * (low - high) / bend if bend < 0.0 else 0.0
+    return d, math.exp(-0.25 * (low - high) * d)
+
+
+def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> Line:
+    """Return the highest line within ``expected`` (1 -+ ``search``) [Hz], its frequency resolved between the bins.
+
+    Prominence is its height over the median of the spectrum from half to one and a half times ``expected``.
+
+    Raises `InputError` where the band holds fewer than three lines.
+
+    >>> from gearplay.study.spectra import amplitude_spectrum
+    >>> t = np.arange(4000) / 1000.0
+    >>> line = find_line(amplitude_spectrum(2.0 * np.sin(2.0 * np.pi * 40.1 * t), 1000.0), 40.0)
+    >>> round(line.frequency, 3), round(line.amplitude, 2)
+    (40.1, 2.0)
+    """
+    margin = max(search * expected, 1.5 * spectrum.resolution)
+    low, high = _band(spectrum, expected - margin, expected + margin)
+    at = low + int(np.argmax(spectrum.amplitude[low : high + 1]))
+    at = min(max(at, 1), spectrum.amplitude.size - 2)
+    place, gain = _offset(spectrum.window, *(float(v) for v in spectrum.amplitude[at - 1 : at + 2]))
+    first, last = _band(spectrum, 0.5 * expected, 1.5 * expected)
+    floor = float(np.median(spectrum.amplitude[first : last + 1]))
+    height = float(spectrum.amplitude[at]) * gain
+    return Line(float(spectrum.frequency[at]) + place * spectrum.resolution, height, height / floor if floor > 0.0 else math.inf)
+
+
+def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.08) -> Line:
+    """Return the highest broad hump between ``low`` and ``high`` [Hz], after smoothing over a relative ``width``.
+
+    Its amplitude is that of the smoothed spectrum, so it depends on the record's length as all noise-like content does.
+
+    Raises `InputError` where the band holds fewer than three lines.
+    """
+    _band(spectrum, low, high)
+    frequency, inside = smoothed(spectrum, low, high, width)
+    # A true hump has lower sides; without one the band's highest value is all there is to say.
+    tops = [i for i in range(1, inside.size - 1) if inside[i] >= inside[i - 1] and inside[i] > inside[i + 1]]
+    at = max(tops, key=lambda i: inside[i]) if tops else int(np.argmax(inside))
+    place = 0.0
+    if 0 < at < inside.size - 1:
+        place, _ = _offset("parabola", *(float(v) for v in inside[at - 1 : at + 2]))
+    floor = float(np.median(inside))
+    return Line(
+        float(frequency[at]) + min(max(place, -0.5), 0.5) * spectrum.resolution,
+        float(inside[at]),
+        float(inside[at]) / floor if floor > 0.0 else math.inf,
+    )

@@ -1,0 +1,122 @@
+"""One-sided amplitude spectra with a stated window and normalisation; averages over ensembles with their spread."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+NORMALISATIONS = ("amplitude", "unnormalised")
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """An amplitude spectrum of one record or of an ensemble.
+
+    ``frequency`` [Hz] and ``amplitude`` have shape [line]. With ``normalisation`` "amplitude" a sine of amplitude a gives a
+    line of height a, in the signal's unit; "unnormalised" is the bare magnitude of the discrete Fourier transform, which grows
+    with the number of samples. ``spread`` is the standard deviation of log10(amplitude) over the members (decades), None for one
+    record; the mean over ``members`` has it divided by sqrt(members).
+    """
+
+    frequency: Floats
+    amplitude: Floats
+    window: str
+    normalisation: str
+    unit: str
+    members: int = 1
+    spread: Floats | None = None
+    each: Floats | None = None  # [member, line], amplitudes of the members
+
+    @property
+    def resolution(self) -> float:
+        """Distance of two lines [Hz]."""
+        return float(self.frequency[1] - self.frequency[0])
+
+
+def _window(name: str, n: int) -> Floats:
+    from scipy.signal import get_window
+
+    try:
+        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
+    except ValueError:
+        raise InputError(
+            [Fault("window", name, "must be a window that scipy.signal knows", "Try 'hann', 'boxcar' or 'flattop'.")]
+        ) from None
+
+
+def amplitude_spectrum(
+    signal: Floats, sampling: float, *, window: str = "hann", normalisation: str = "amplitude", unit: str = ""
+) -> Spectrum:
+    """Return the one-sided amplitude spectrum of a record, shape [time], sampled at ``sampling`` [Hz].
+
+    The mean is taken off first. "amplitude": 2 |X_k| / sum(w), the window's coherent gain corrected. "unnormalised": |X_k|.
+
+    Raises `InputError` for a record that is too short or not finite, or an unknown window or normalisation.
+
+    >>> t = np.arange(1000) / 1000.0
+    >>> s = amplitude_spectrum(3.0 * np.sin(2.0 * np.pi * 50.0 * t), 1000.0)
+    >>> round(float(s.amplitude[50]), 9)
+    3.0
+    """
+    if normalisation not in NORMALISATIONS:
+        raise InputError(
+            [Fault("normalisation", normalisation, "must be a known normalisation", f"Choose from {NORMALISATIONS}.")]
+        )
+    if signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
+        raise InputError(
+            [
+                Fault(
+                    "signal",
+                    f"{signal.shape}",
+                    "must be one record of at least 8 finite samples",
+                    "Simulate longer, or pick one rotor and one member.",
+                )
+            ]
+        )
+    n = signal.size
+    weights = _window(window, n)
+    transform = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
+    if normalisation == "amplitude":
+        transform *= 2.0 / np.sum(weights)
+        transform[0] *= 0.5
+        if n % 2 == 0:
+            transform[-1] *= 0.5
+    return Spectrum(np.fft.rfftfreq(n, 1.0 / sampling), transform, window, normalisation, unit)
+
+
+def ensemble_spectrum(
+    signals: Sequence[Floats], sampling: float, *, window: str = "hann", normalisation: str = "amplitude", unit: str = ""
+) -> Spectrum:
+    """Return the rms average of the members' amplitude spectra, with the spread of log10(amplitude) in decades.
+
+    Motion with clearances is chaotic: a single record's spectrum repeats to some 0.2 decades only, so comparisons
+    use this average.
+    """
+    each = [amplitude_spectrum(s, sampling, window=window, normalisation=normalisation, unit=unit) for s in signals]
+    table = np.array([s.amplitude for s in each])
+    tiny = np.finfo(float).tiny
+    return Spectrum(
+        frequency=each[0].frequency,
+        amplitude=np.sqrt(np.mean(table**2, axis=0)),
+        window=window,
+        normalisation=normalisation,
+        unit=unit,
+        members=len(each),
+        spread=np.std(np.log10(np.maximum(table, tiny)), axis=0, ddof=1) if len(each) > 1 else None,
+        each=table,
+    )
+
+
+def smoothed(spectrum: Spectrum, low: float, high: float, width: float) -> tuple[Floats, Floats]:
+    """Return (frequency, amplitude) between ``low`` and ``high`` [Hz], smoothed in power.
+
+    The kernel is a Gaussian of relative standard deviation ``width``, so that a hump keeps its shape on a logarithmic axis.
+    """
+    f, power = spectrum.frequency, spectrum.amplitude**2
+    centres = f[(f >= low) & (f <= high) & (f > 0.0)]
+    weights = np.exp(-0.5 * ((f[None, 1:] - centres[:, None]) / (width * centres[:, None])) ** 2)
+    return centres, np.sqrt(weights @ power[1:] / np.sum(weights, axis=1))

@@ -1,0 +1,4 @@
+"""Words every floor shares: the errors and the one table of quantities.
+
+This floor imports nothing else of the package.
+"""

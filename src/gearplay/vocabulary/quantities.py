@@ -1,0 +1,142 @@
+"""The one table of quantities: name, symbol, SI unit, display unit, long name.
+
+Case files, result files, plots and reports all take names and units from here. Unit strings are written as
+netCDF and pint both read them: ``N s/m``, ``kg m^2``; ``1`` is dimensionless.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+_DEGREES: Final = 180.0 / math.pi
+_RPM: Final = 30.0 / math.pi
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A physical quantity or a variable of a result.
+
+    Parameters
+    ----------
+    name
+        Identifier, as in a result file.
+    symbol
+        Short symbol, ASCII.
+    unit
+        SI unit; every number inside the package is in it.
+    display_unit
+        Unit for people.
+    display_factor
+        Number of display units in one SI unit: ``shown = value * display_factor``.
+    long_name
+        Words for an axis or a table.
+
+    Examples
+    --------
+    >>> LENGTH.unit, LENGTH.display_unit, 1e-4 * LENGTH.display_factor
+    ('m', 'um', 100.0)
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    display_unit: str
+    display_factor: float
+    long_name: str
+
+    @property
+    def label(self) -> str:
+        """Axis label in display units: ``penetration of the sleeve [um]``."""
+        return f"{self.long_name} [{self.display_unit}]"
+
+
+def hertz_stiffness(exponent: float) -> Quantity:
+    """Return the stiffness of a contact ``F = K delta^exponent`` [N/m^exponent].
+
+    Examples
+    --------
+    >>> hertz_stiffness(1.5).unit, hertz_stiffness(1.0).unit
+    ('N/m^1.5', 'N/m')
+    """
+    unit = "N/m" if exponent == 1.0 else f"N/m^{exponent:g}"
+    return Quantity("hertz_stiffness", "K", unit, unit, 1.0, "contact stiffness")
+
+
+# Dimensions of what a case file gives.
+LENGTH: Final = Quantity("length", "l", "m", "um", 1e6, "length")
+MASS: Final = Quantity("mass", "m", "kg", "kg", 1.0, "mass")
+INERTIA: Final = Quantity("inertia", "J", "kg m^2", "kg m^2", 1.0, "polar moment of inertia")
+ANGLE: Final = Quantity("angle", "phi", "rad", "deg", _DEGREES, "angle")
+ANGULAR_SPEED: Final = Quantity("angular_speed", "omega", "rad/s", "rpm", _RPM, "angular speed")
+TIME: Final = Quantity("time", "t", "s", "s", 1.0, "time")
+FREQUENCY: Final = Quantity("frequency", "f", "Hz", "Hz", 1.0, "frequency")
+SPEED: Final = Quantity("speed", "v", "m/s", "mm/s", 1e3, "speed")
+ACCELERATION: Final = Quantity("acceleration", "a", "m/s^2", "m/s^2", 1.0, "acceleration")
+FORCE: Final = Quantity("force", "F", "N", "N", 1.0, "force")
+TORQUE: Final = Quantity("torque", "T", "N m", "N m", 1.0, "torque")
+STIFFNESS: Final = Quantity("stiffness", "k", "N/m", "N/um", 1e-6, "stiffness")
+DAMPING: Final = Quantity("damping", "C", "N s/m", "N s/m", 1.0, "damping")
+ROTATIONAL_DRAG: Final = Quantity("rotational_drag", "d", "N m s/rad", "N m s/rad", 1.0, "rotational drag")
+ROTATIONAL_STIFFNESS: Final = Quantity(
+    "rotational_stiffness", "k_i", "N m/rad", "N m/rad", 1.0, "rotational stiffness"
+)
+PRESSURE: Final = Quantity("pressure", "E", "Pa", "GPa", 1e-9, "pressure, elastic modulus")
+RATIO: Final = Quantity("ratio", "r", "1", "1", 1.0, "ratio")
+HERTZ_STIFFNESS: Final = hertz_stiffness(1.5)
+
+DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
+    quantity.name: quantity
+    for quantity in (
+        LENGTH, MASS, INERTIA, ANGLE, ANGULAR_SPEED, TIME, FREQUENCY, SPEED, ACCELERATION, FORCE, TORQUE,
+        STIFFNESS, DAMPING, ROTATIONAL_DRAG, ROTATIONAL_STIFFNESS, PRESSURE, RATIO, HERTZ_STIFFNESS,
+    )
+})  # fmt: skip
+"""Dimensions of inputs, by name."""
+
+
+def _table(*rows: Quantity) -> Mapping[str, Quantity]:
+    return MappingProxyType({row.name: row for row in rows})
+
+
+ROTOR_VARIABLES: Final = _table(
+    Quantity("x", "x", "m", "um", 1e6, "displacement of the rotor's centre along x"),
+    Quantity("y", "y", "m", "um", 1e6, "displacement of the rotor's centre along y"),
+    Quantity("theta", "theta", "rad", "rad", 1.0, "rotation of the rotor"),
+    Quantity("vx", "vx", "m/s", "mm/s", 1e3, "velocity of the rotor's centre along x"),
+    Quantity("vy", "vy", "m/s", "mm/s", 1e3, "velocity of the rotor's centre along y"),
+    Quantity("omega", "omega", "rad/s", "rpm", _RPM, "angular speed of the rotor"),
+    Quantity("ax", "ax", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along x"),
+    Quantity("ay", "ay", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along y"),
+)
+"""Result variables with one value per rotor."""
+
+MESH_VARIABLES: Final = _table(
+    Quantity("drive_penetration", "p_d", "m", "um", 1e6, "penetration of the drive flanks"),
+    Quantity("back_penetration", "p_b", "m", "um", 1e6, "penetration of the back flanks"),
+    Quantity("drive_force", "F_d", "N", "N", 1.0, "normal force of the drive flanks"),
+    Quantity("back_force", "F_b", "N", "N", 1.0, "normal force of the back flanks"),
+    Quantity("backlash", "b_t", "m", "um", 1e6, "total normal backlash"),
+    Quantity("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
+    Quantity("center_distance", "A", "m", "mm", 1e3, "centre distance"),
+    Quantity(
+        "transmission_error_dynamic", "DTE", "m", "um", 1e6, "dynamic transmission error along the line of action"
+    ),
+    Quantity("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
+)
+"""Result variables with one value per mesh."""
+
+SLEEVE_VARIABLES: Final = _table(
+    Quantity("sleeve_penetration", "delta", "m", "um", 1e6, "penetration of journal into bush"),
+    Quantity("sleeve_force_x", "Fx", "N", "N", 1.0, "force of the bush on the journal along x"),
+    Quantity("sleeve_force_y", "Fy", "N", "N", 1.0, "force of the bush on the journal along y"),
+)
+"""Result variables with one value per sleeve."""
+
+RESULT_VARIABLES: Final[Mapping[str, Quantity]] = MappingProxyType(
+    {**ROTOR_VARIABLES, **MESH_VARIABLES, **SLEEVE_VARIABLES}
+)
+"""Every result variable, by name."""

@@ -1,0 +1,1259 @@
+"""Independent reference simulator: the equations of the conventions page, written out plainly.
+
+The reference shares no code with the package.  It favours readability and accuracy over speed: the
+eighth-order Dormand-Prince method with a relative tolerance of 1e-13, and every change of a contact (or of
+any other branch of a formula) is a located event at which the integration stops and starts again.
+
+All quantities are SI: m, kg, s, N, rad.  The state vector is ``x, y, theta_rel`` of all rotors (rotor by
+rotor), then ``vx, vy, omega_rel`` of all rotors, then one integral (rad) per servo.  ``theta_rel`` is
+``theta - Omega t`` with the constant nominal speed ``Omega``.
+
+The case dictionary
+-------------------
+``rotors``
+    name -> ``mass``, ``inertia``, optional ``teeth``, ``internal``, ``position`` [x, y], ``floating``,
+    ``radial_damping``, ``initial`` {x, y, theta, vx, vy, omega}, ``runout`` {amplitude, phase},
+    ``drive``, ``load`` {torque, drag, friction, friction_speed}.
+    Drives: ``{kind: speed, speed, ramp}``, ``{kind: torque, torque}`` and
+    ``{kind: servo, speed, proportional_gain, integral_gain, torque_limit, ramp}`` (``torque_limit`` and ``ramp`` optional).
+``sleeves``
+    name of the journal's rotor -> ``radial_clearance``, ``law``, ``stiffness``, ``exponent``,
+    ``restitution``, ``minimum_impact_speed``, optional ``on``, ``friction_coefficient``,
+    ``friction_speed``, ``shaft_radius``, ``bed_exponent``, ``bed_reference_penetration``.
+``meshes``
+    list of ``driver``, ``driven``, ``module``, ``pressure_angle``, ``backlash``, ``stiffness``,
+    ``damping`` {maximum, depth}, ``transmission_error`` [{order, amplitude, phase}].
+    Stiffness: ``{kind: harmonic, mean, amplitude, phase}``,
+    ``{kind: square, single, double, contact_ratio, phase}``,
+    ``{kind: fourier, mean, terms: [{order, amplitude, phase}]}``,
+    ``{kind: table, psi: [...], values: [...]}`` (points inside one period of 2 pi).
+``gravity``, ``formulation``, ``backlash_model``
+    as in the case file.
+
+Choices where the conventions leave room
+----------------------------------------
+* *Transmission error and the driver's torque.*  ``e`` depends on the driver's rotation.  "-F dp/dq" read to
+  the letter gives the driver the additional torque ``-(F_d - F_b) z e'(psi)``; the torques printed as
+  ``r_b (F_d - F_b)`` do not have it.  The default leaves it out (``e`` is treated like ``K(psi)``, as a
+  parametric excitation: linear and angular momentum of a free pair are conserved, the energy is not).
+  ``error_gradient=True`` includes it (energy conserved, angular momentum not).  ``dp/dt`` always contains
+  ``de/dt``.  The two agree wherever the driver's speed is prescribed.
+* *Square stiffness*: the double-contact value holds for ``0 <= psi + phase < 2 pi (contact_ratio - 1)``
+  (modulo 2 pi), the single-contact value for the rest.
+* *Runout* displaces the centre of the toothing everywhere a mesh uses centres: ``A``, ``phi``, and ``d`` of
+  ``uncoupled`` and ``as_published``.
+* *as_published*: the damping force is ``C(|f_g|) dg/dt`` (the rate of ``g``, also on the back branch, where
+  ``f_g`` also changes with ``b_t``).  The force is not clipped, it may pull.  It is reported as ``F_d = F_t``
+  on the drive branch and ``F_b = -F_t`` on the back branch; ``p_d = g`` and ``p_b = -g - b_t``.
+* *load.torque* needs a nominal sense of rotation; on a rotor without one it is refused.
+* *Prescribed speed*: ``initial.theta`` adds to the prescribed angle, ``initial.omega`` is ignored.
+* *Ramps*: with a positive ramp in any drive all rotors start at rest unless ``initial`` says otherwise.
+* A sleeve that is already closed at the start latches the speed it then has.
+* The nominal speed of a carrier must be zero (it may turn freely), unless its journals are concentric to it.
+* *Tangential friction*: the bush's reaction acts at ``R_b`` from the bush's centre, as the journal's at
+  ``R_j`` from its own; the two points differ by the penetration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import DOP853, quad
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq, minimize_scalar
+
+Key = tuple[str, int, str]
+TWO_PI = 2.0 * math.pi
+MIN_TIME_STEP = 1e-16  # s: a shorter way to a stop is taken in one linear step
+LENGTH_TOLERANCE = 1e-16  # m: an indicator of length has left zero beyond this
+RATIO_TOLERANCE = 1e-12  # same, for the dimensionless indicators
+PUSH_TOLERANCE = 1e-9  # same, for F / (K p) of a flank: the rounding of p (1e-17 m) over p
+
+
+def involute(angle: float) -> float:
+    """Return inv(angle) = tan(angle) - angle (rad)."""
+    return math.tan(angle) - angle
+
+
+def law_factor(law: str, restitution: float) -> float:
+    """Return the dimensionless damping factor ``a`` of a contact law for a coefficient of restitution."""
+    e = restitution
+    if law in ("lankarani-nikravesh", "conformal"):
+        return 3.0 * (1.0 - e**2) / 4.0
+    if law == "hunt-crossley":
+        return 3.0 * (1.0 - e) / 2.0
+    if law == "flores":
+        return 8.0 * (1.0 - e) / (5.0 * e)
+    if law == "gonthier":
+        return (1.0 - e**2) / e
+    raise ValueError(f"unknown contact law {law!r}")
+
+
+class WinklerBed:
+    """Conformal contact: radial springs over the contact angle of a bush and a journal.
+
+    ``radius`` (m) is the shaft's radius and ``clearance`` (m) the radius difference.  ``scale`` is chosen
+    such that the force at the penetration ``reference`` (m) is ``stiffness * reference ** exponent`` (N).
+    """
+
+    def __init__(
+        self,
+        radius: float,
+        clearance: float,
+        bed_exponent: float,
+        stiffness: float,
+        exponent: float,
+        reference: float,
+        points: int = 40,
+    ) -> None:
+        self.radius = radius
+        self.clearance = clearance
+        self.bed_exponent = bed_exponent
+        # theta = theta0 sin(xi), 0 <= xi <= pi/2: smooth although delta(theta)^n has a branch at theta0
+        nodes, weights = np.polynomial.legendre.leggauss(points)
+        xi = 0.25 * math.pi * (nodes + 1.0)
+        self._angle_ratio = np.sin(xi)
+        self._weight = 0.25 * math.pi * weights * np.cos(xi)
+        self.scale = 1.0
+        self.scale = stiffness * reference**exponent / self.elastic(reference)
+
+    def contact_angle(self, penetration: float) -> float:
+        """Return the half contact angle theta0 (rad) where the penetration vanishes."""
+        big = self.radius + self.clearance
+        offset = self.clearance + penetration
+        cosine = (big**2 + offset**2 - self.radius**2) / (2.0 * big * offset)
+        return math.acos(min(1.0, max(-1.0, cosine)))
+
+    def depth(self, theta: NDArray[np.float64], penetration: float) -> NDArray[np.float64]:
+        """Return the local penetration delta(theta) (m), never negative."""
+        big = self.radius + self.clearance
+        offset = self.clearance + penetration
+        distance = np.sqrt(big**2 + offset**2 - 2.0 * big * offset * np.cos(theta))
+        return np.maximum(self.radius - distance, 0.0)
+
+    def elastic(self, penetration: float) -> float:
+        """Return the elastic force (N) at the largest penetration (m)."""
+        if penetration <= 0.0:
+            return 0.0
+        theta0 = self.contact_angle(penetration)
+        theta = theta0 * self._angle_ratio
+        values = self.depth(theta, penetration) ** self.bed_exponent * np.cos(theta)
+        return 2.0 * self.scale * theta0 * float(self._weight @ values)
+
+
+@dataclass(slots=True)
+class _Rotor:
+    name: str
+    mass: float
+    inertia: float
+    teeth: int
+    internal: bool
+    position: tuple[float, float]
+    nominal_speed: float  # rad/s
+    movable: bool  # the centre may move
+    radial_damping: float  # N s/m
+    runout: float  # m
+    runout_phase: float  # rad
+    drive: str  # "", "speed", "torque", "servo"
+    speed: float  # rad/s, prescribed or target
+    ramp: float  # s
+    torque: float  # N m, constant: drive torque and -load torque
+    drag: float  # N m s/rad
+    friction: float  # N m
+    friction_speed: float  # rad/s
+    kp: float = 0.0  # N m s/rad
+    ki: float = 0.0  # N m/rad
+    limit: float = math.inf  # N m
+    servo: int = -1  # number of the servo's integral in the state
+
+
+@dataclass(slots=True)
+class _Sleeve:
+    name: str
+    journal: int
+    carrier: int  # -1: ground
+    clearance: float  # m
+    law: str
+    stiffness: float
+    exponent: float
+    factor: float  # dimensionless a
+    minimum_speed: float  # m/s
+    bush: tuple[float, float]  # nominal bush centre relative to the carrier's centre, m
+    friction: float
+    friction_speed: float  # m/s
+    shaft_radius: float  # m
+    bed: WinklerBed | None
+
+
+@dataclass(slots=True)
+class _Mesh:
+    label: str
+    a: int  # rotor at the foot of the vector of centres
+    b: int  # rotor at its tip
+    driver: int
+    s: float
+    sigma: float
+    rho_a: float  # signed base (as_published: pitch) radii, m
+    rho_b: float
+    c0: float  # m
+    alpha0: float
+    inv0: float
+    u0: tuple[float, float]
+    v0: tuple[float, float]  # nominal vector of centres, m
+    backlash: float
+    damping: float  # N s/m
+    depth: float  # m
+    error: tuple[tuple[float, float, float], ...]  # order, amplitude, phase
+    kind: str
+    mean: float  # N/m, also the scale of the separation indicator
+    terms: tuple[tuple[float, float, float], ...]  # cosine terms: order, amplitude, phase
+    single: float = 0.0
+    double: float = 0.0
+    share: float = 0.0  # angle of double contact, rad
+    phase: float = 0.0
+    spline: CubicSpline | None = None
+
+
+@dataclass(slots=True)
+class _MeshMotion:
+    psi: float
+    slope_e: float  # de/dpsi, m/rad
+    p_d: float  # m; g of as_published
+    rate_d: float  # m/s
+    p_b: float
+    rate_b: float
+    b_t: float
+    rate_b_t: float
+    distance: float
+    alpha: float
+    grad_d: tuple[float, float]  # dp_d / d(centre of b); minus this for the centre of a
+    grad_b: tuple[float, float]
+    arm_a: tuple[float, float]  # toothing's centre relative to the shaft's centre
+    arm_b: tuple[float, float]
+
+
+@dataclass(slots=True)
+class _SleeveMotion:
+    ux: float
+    uy: float
+    delta: float
+    rate: float
+    slip: float  # tangential speed of the journal's surface against the bush's, m/s
+    arm: tuple[float, float]  # bush centre relative to the carrier's centre
+
+
+def _number(table: Mapping[str, Any], name: str, default: float = 0.0) -> float:
+    value = table.get(name)
+    return default if value is None else float(value)
+
+
+def _root(function: Callable[[float], float], begin: float, end: float) -> float:
+    """Return where a function that is positive at ``begin`` and negative at ``end`` crosses zero."""
+    if function(begin) <= 0.0:
+        return begin
+    if function(end) >= 0.0:
+        return end
+    return float(brentq(function, begin, end, xtol=1e-20))
+
+
+class Reference:
+    """Simulate one resolved case (see the module's docstring for its form).
+
+    ``relative_tolerance`` (the absolute ones go with it) and ``max_step`` (s) govern the integration;
+    ``error_gradient`` is explained in the module's docstring.  ``events`` lists (time, indicator, new sign)
+    of the last trajectory.
+    """
+
+    def __init__(
+        self,
+        case: Mapping[str, Any],
+        *,
+        error_gradient: bool = False,
+        relative_tolerance: float = 1e-13,
+        max_step: float = 2e-5,
+    ) -> None:
+        self.case = case
+        self.formulation = case.get("formulation", "geometric")
+        self.coupled = case.get("backlash_model", "coupled") == "coupled"
+        self.published = self.formulation == "as_published"
+        self.error_gradient = error_gradient
+        self.relative_tolerance = relative_tolerance
+        self.max_step = max_step
+        gravity = case.get("gravity") or (0.0, 0.0)
+        self.gravity = (float(gravity[0]), float(gravity[1]))
+        self.names: list[str] = list(case["rotors"])
+        self.index = {name: i for i, name in enumerate(self.names)}
+        mesh_tables: Sequence[Mapping[str, Any]] = case.get("meshes") or []
+        sleeve_tables: Mapping[str, Mapping[str, Any]] = case.get("sleeves") or {}
+        positions = self._place(case["rotors"], mesh_tables)
+        speeds = self._nominal_speeds(case["rotors"], mesh_tables)
+        self.rotors = self._build_rotors(case["rotors"], sleeve_tables, positions, speeds)
+        self.servos = [i for i, r in enumerate(self.rotors) if r.drive == "servo"]
+        self.meshes = [self._build_mesh(table) for table in mesh_tables]
+        self.sleeves = [self._build_sleeve(name, table) for name, table in sleeve_tables.items()]
+        self.n = len(self.rotors)
+        size = 6 * self.n + len(self.servos)
+        tolerance = np.empty(size)
+        for i in range(self.n):
+            tolerance[3 * i : 3 * i + 3] = (1e-17, 1e-17, 1e-16)
+            tolerance[3 * (self.n + i) : 3 * (self.n + i) + 3] = (1e-13, 1e-13, 1e-12)
+        tolerance[6 * self.n :] = 1e-16
+        self.absolute_tolerance = tolerance * (relative_tolerance / 1e-13)
+        self.signs: dict[Key, float] = {}
+        self.impact_speeds = [s.minimum_speed for s in self.sleeves]
+        self.events: list[tuple[float, Key, float]] = []
+        self.steps = 0
+        self._armed: set[Key] = set()
+        self._step_size = 1e-7
+        self._segment_start = 0.0
+
+    # ------------------------------------------------------------------ building
+
+    @staticmethod
+    def _is_internal(rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> bool:
+        return bool(rotors[mesh["driver"]].get("internal")) or bool(rotors[mesh["driven"]].get("internal"))
+
+    def _ends(self, rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> tuple[str, str]:
+        """Names of the rotors at the foot and at the tip of the vector of centres."""
+        driver, driven = mesh["driver"], mesh["driven"]
+        if rotors[driven].get("internal"):
+            return driven, driver
+        return driver, driven
+
+    def _place(
+        self, rotors: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]
+    ) -> dict[str, tuple[float, float]]:
+        placed: dict[str, tuple[float, float]] = {}
+        for name, table in rotors.items():
+            if table.get("position") is not None:
+                placed[name] = (float(table["position"][0]), float(table["position"][1]))
+        if meshes and meshes[0]["driver"] not in placed and meshes[0]["driven"] not in placed:
+            placed[self._ends(rotors, meshes[0])[0]] = (0.0, 0.0)
+        for _ in meshes:
+            for mesh in meshes:
+                foot, tip = self._ends(rotors, mesh)
+                distance = self._nominal_distance(rotors, mesh)
+                inner = self._is_internal(rotors, mesh)
+                if foot in placed and tip not in placed:
+                    placed[tip] = (placed[foot][0] + distance, placed[foot][1])
+                elif tip in placed and foot not in placed:
+                    step = -distance if inner else distance
+                    placed[foot] = (placed[tip][0] + step, placed[tip][1])
+        for name in rotors:
+            placed.setdefault(name, (0.0, 0.0))
+        return placed
+
+    def _nominal_distance(self, rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> float:
+        foot, tip = self._ends(rotors, mesh)
+        z_foot, z_tip = rotors[foot]["teeth"], rotors[tip]["teeth"]
+        total = z_foot - z_tip if self._is_internal(rotors, mesh) else z_foot + z_tip
+        return float(mesh["module"] * total / 2.0)
+
+    def _nominal_speeds(
+        self, rotors: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]
+    ) -> dict[str, float]:
+        known: dict[str, float] = {}
+        for name, table in rotors.items():
+            drive = table.get("drive") or {}
+            if drive.get("kind") in ("speed", "servo"):
+                known[name] = float(drive["speed"])
+        for _ in meshes:
+            for mesh in meshes:
+                one, two = mesh["driver"], mesh["driven"]
+                ratio = rotors[one]["teeth"] / rotors[two]["teeth"]
+                if not self._is_internal(rotors, mesh):
+                    ratio = -ratio
+                if one in known and two not in known:
+                    known[two] = known[one] * ratio
+                elif two in known and one not in known:
+                    known[one] = known[two] / ratio
+                elif one in known and abs(known[two] - known[one] * ratio) > 1e-9 * abs(known[two]):
+                    raise ValueError(f"the nominal speeds of {one!r} and {two!r} do not roll")
+        return {name: known.get(name, 0.0) for name in rotors}
+
+    def _build_rotors(
+        self,
+        rotors: Mapping[str, Any],
+        sleeves: Mapping[str, Any],
+        positions: Mapping[str, tuple[float, float]],
+        speeds: Mapping[str, float],
+    ) -> list[_Rotor]:
+        built: list[_Rotor] = []
+        servos = 0
+        for name, table in rotors.items():
+            drive = table.get("drive") or {}
+            load = table.get("load") or {}
+            runout = table.get("runout") or {}
+            kind = drive.get("kind", "")
+            load_torque = _number(load, "torque")
+            if load_torque and speeds[name] == 0.0:
+                raise ValueError(f"load.torque of {name!r} needs a nominal sense of rotation")
+            torque = -math.copysign(load_torque, load_torque * speeds[name]) if load_torque else 0.0
+            if kind == "torque":
+                torque += float(drive["torque"])
+            rotor = _Rotor(
+                name=name,
+                mass=float(table["mass"]),
+                inertia=float(table["inertia"]),
+                teeth=int(table.get("teeth") or 0),
+                internal=bool(table.get("internal")),
+                position=positions[name],
+                nominal_speed=speeds[name],
+                movable=name in sleeves or bool(table.get("floating")),
+                radial_damping=_number(table, "radial_damping"),
+                runout=_number(runout, "amplitude"),
+                runout_phase=_number(runout, "phase"),
+                drive=kind,
+                speed=_number(drive, "speed"),
+                ramp=_number(drive, "ramp"),
+                torque=torque,
+                drag=_number(load, "drag"),
+                friction=_number(load, "friction"),
+                friction_speed=_number(load, "friction_speed"),
+            )
+            if kind == "servo":
+                rotor.kp = float(drive["proportional_gain"])
+                rotor.ki = _number(drive, "integral_gain")
+                rotor.limit = _number(drive, "torque_limit", math.inf)
+                rotor.servo = servos
+                servos += 1
+            built.append(rotor)
+        return built
+
+    def _build_mesh(self, table: Mapping[str, Any]) -> _Mesh:
+        tables = self.case["rotors"]
+        foot, tip = self._ends(tables, table)
+        a, b = self.index[foot], self.index[tip]
+        driver = self.index[table["driver"]]
+        inner = self._is_internal(tables, table)
+        module, alpha0 = float(table["module"]), float(table["pressure_angle"])
+        radius_a = module * self.rotors[a].teeth / 2.0
+        radius_b = module * self.rotors[b].teeth / 2.0
+        distance = radius_a - radius_b if inner else radius_a + radius_b
+        if distance <= 0.0:
+            raise ValueError("the ring must have more teeth than its partner")
+        scale = 1.0 if self.published else math.cos(alpha0)
+        pa, pb = self.rotors[a].position, self.rotors[b].position
+        v0 = (pb[0] - pa[0], pb[1] - pa[1])
+        length = math.hypot(*v0)
+        if abs(length - distance) > 1e-9 * distance:
+            raise ValueError(f"positions {length} m apart, the teeth need {distance} m")
+        speed = self.rotors[driver].nominal_speed
+        sigma = -1.0 if speed < 0.0 else 1.0
+        if self.rotors[driver].internal:
+            sigma = -sigma
+        damping = table.get("damping") or {}
+        stiffness = table["stiffness"]
+        kind = stiffness["kind"]
+        mesh = _Mesh(
+            label=f"{table['driver']}-{table['driven']}",
+            a=a,
+            b=b,
+            driver=driver,
+            s=1.0 if inner else -1.0,
+            sigma=sigma,
+            rho_a=(-radius_a if inner else radius_a) * scale,
+            rho_b=radius_b * scale,
+            c0=distance * math.cos(alpha0),
+            alpha0=alpha0,
+            inv0=involute(alpha0),
+            u0=(v0[0] / length, v0[1] / length),
+            v0=v0,
+            backlash=float(table["backlash"]),
+            damping=_number(damping, "maximum"),
+            depth=_number(damping, "depth", 1.0),
+            error=tuple(
+                (float(e["order"]), float(e["amplitude"]), _number(e, "phase"))
+                for e in table.get("transmission_error") or []
+            ),
+            kind=kind,
+            mean=_number(stiffness, "mean"),
+            terms=(),
+        )
+        if kind == "harmonic":
+            mesh.terms = ((1.0, _number(stiffness, "amplitude"), _number(stiffness, "phase")),)
+        elif kind == "fourier":
+            mesh.terms = tuple(
+                (float(t["order"]), float(t["amplitude"]), _number(t, "phase")) for t in stiffness["terms"]
+            )
+        elif kind == "square":
+            mesh.single, mesh.double = float(stiffness["single"]), float(stiffness["double"])
+            mesh.share = TWO_PI * (float(stiffness["contact_ratio"]) - 1.0)
+            mesh.phase = _number(stiffness, "phase")
+            mesh.mean = mesh.single
+        elif kind == "table":
+            psi = np.append(np.asarray(stiffness["phase"], float), stiffness["phase"][0] + TWO_PI)
+            values = np.append(np.asarray(stiffness["stiffness"], float), stiffness["stiffness"][0])
+            mesh.spline = CubicSpline(psi, values, bc_type="periodic")
+            mesh.mean = float(np.mean(values[:-1]))
+        else:
+            raise ValueError(f"unknown stiffness kind {kind!r}")
+        return mesh
+
+    def _build_sleeve(self, name: str, table: Mapping[str, Any]) -> _Sleeve:
+        journal = self.index[name]
+        carrier = self.index[table["on"]] if table.get("on") else -1
+        bush = (0.0, 0.0)
+        if carrier >= 0:
+            p_j, p_c = self.rotors[journal].position, self.rotors[carrier].position
+            bush = (p_j[0] - p_c[0], p_j[1] - p_c[1])
+            if bush != (0.0, 0.0) and self.rotors[carrier].nominal_speed != 0.0:
+                raise ValueError("the reference has no carriers with a nominal speed")
+        law = table["law"]
+        clearance, stiffness = float(table["radial_clearance"]), float(table["stiffness"])
+        exponent = _number(table, "exponent", 1.5)
+        radius = _number(table, "shaft_radius")
+        bed = None
+        if law == "conformal":
+            bed = WinklerBed(
+                radius,
+                clearance,
+                float(table["bed_exponent"]),
+                stiffness,
+                exponent,
+                float(table["bed_reference_penetration"]),
+            )
+        return _Sleeve(
+            name=name,
+            journal=journal,
+            carrier=carrier,
+            clearance=clearance,
+            law=law,
+            stiffness=stiffness,
+            exponent=exponent,
+            factor=law_factor(law, float(table["restitution"])),
+            minimum_speed=float(table["minimum_impact_speed"]),
+            bush=bush,
+            friction=_number(table, "friction_coefficient"),
+            friction_speed=_number(table, "friction_speed", 1.0),
+            shaft_radius=radius,
+            bed=bed,
+        )
+
+    # ------------------------------------------------------------------ state
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """Return the state vector at t = 0 (SI)."""
+        state = np.zeros(6 * self.n + len(self.servos))
+        at_rest = any(r.ramp > 0.0 for r in self.rotors)
+        for i, rotor in enumerate(self.rotors):
+            start = self.case["rotors"][rotor.name].get("initial") or {}
+            speed = 0.0 if at_rest else rotor.nominal_speed
+            if rotor.drive != "speed":
+                speed = _number(start, "omega", speed)
+            j = 3 * (self.n + i)
+            state[3 * i + 2] = _number(start, "theta")
+            state[j + 2] = speed - rotor.nominal_speed
+            if rotor.movable:
+                state[3 * i : 3 * i + 2] = _number(start, "x"), _number(start, "y")
+                state[j : j + 2] = _number(start, "vx"), _number(start, "vy")
+        return state
+
+    def stop_times(self) -> list[float]:
+        """Return the times (s) at which a ramp ends."""
+        return sorted({r.ramp for r in self.rotors if r.ramp > 0.0})
+
+    # ------------------------------------------------------------------ kinematics
+
+    def _mesh_motion(self, mesh: _Mesh, t: float, z: list[float]) -> _MeshMotion:
+        n3 = 3 * self.n
+        ia, ib = 3 * mesh.a, 3 * mesh.b
+        rotor_a, rotor_b = self.rotors[mesh.a], self.rotors[mesh.b]
+        rel_a, rel_b = z[ia + 2], z[ib + 2]
+        rel_omega_a, rel_omega_b = z[n3 + ia + 2], z[n3 + ib + 2]
+
+        # centres of the two toothings: shaft displacement plus runout
+        arm_a, arm_b = (0.0, 0.0), (0.0, 0.0)
+        vx = z[n3 + ib] - z[n3 + ia]
+        vy = z[n3 + ib + 1] - z[n3 + ia + 1]
+        if rotor_a.runout:
+            angle = rotor_a.nominal_speed * t + rel_a + rotor_a.runout_phase
+            omega = rotor_a.nominal_speed + rel_omega_a
+            arm_a = (rotor_a.runout * math.cos(angle), rotor_a.runout * math.sin(angle))
+            vx += omega * arm_a[1]
+            vy -= omega * arm_a[0]
+        if rotor_b.runout:
+            angle = rotor_b.nominal_speed * t + rel_b + rotor_b.runout_phase
+            omega = rotor_b.nominal_speed + rel_omega_b
+            arm_b = (rotor_b.runout * math.cos(angle), rotor_b.runout * math.sin(angle))
+            vx -= omega * arm_b[1]
+            vy += omega * arm_b[0]
+        dx = z[ib] + arm_b[0] - z[ia] - arm_a[0]
+        dy = z[ib + 1] + arm_b[1] - z[ia + 1] - arm_a[1]
+
+        # mesh phase and transmission error
+        driver = self.rotors[mesh.driver]
+        kd = 3 * mesh.driver + 2
+        psi = driver.teeth * (driver.nominal_speed * t + z[kd])
+        psi_rate = driver.teeth * (driver.nominal_speed + z[n3 + kd])
+        error = slope = 0.0
+        for order, amplitude, phase in mesh.error:
+            error += amplitude * math.sin(order * psi + phase)
+            slope += amplitude * order * math.cos(order * psi + phase)
+
+        # the nominal motion rolls, so that relative rotations are enough
+        rolling = mesh.sigma * (mesh.rho_a * rel_a + mesh.rho_b * rel_b)
+        rolling_rate = mesh.sigma * (mesh.rho_a * rel_omega_a + mesh.rho_b * rel_omega_b)
+
+        cx, cy = mesh.v0[0] + dx, mesh.v0[1] + dy
+        distance = math.hypot(cx, cy)
+        if distance <= mesh.c0:
+            raise ValueError(f"mesh {mesh.label}: centre distance {distance} m, base radii need {mesh.c0} m")
+        ux, uy = cx / distance, cy / distance
+        distance_rate = ux * vx + uy * vy
+        alpha = math.acos(mesh.c0 / distance)
+        opening = mesh.c0 * (involute(alpha) - mesh.inv0)  # D
+        opening_rate = math.sin(alpha) * distance_rate  # dD/dA = sin(alpha_w)
+        s, sigma = mesh.s, mesh.sigma
+
+        if self.published or not self.coupled:
+            sin0, cos0 = math.sin(mesh.alpha0), math.cos(mesh.alpha0)
+            gx = s * (sin0 * mesh.u0[0] - sigma * cos0 * mesh.u0[1])
+            gy = s * (sin0 * mesh.u0[1] + sigma * cos0 * mesh.u0[0])
+            w = rolling + error + gx * dx + gy * dy
+            rate = rolling_rate + slope * psi_rate + gx * vx + gy * vy
+            b_t, b_rate = mesh.backlash, 0.0
+            if self.published and self.coupled:
+                b_t += 2.0 * opening
+                b_rate = 2.0 * opening_rate
+            return _MeshMotion(
+                psi, slope, w, rate, -w - b_t, -rate - b_rate, b_t, b_rate, distance, alpha,
+                (gx, gy), (-gx, -gy), arm_a, arm_b,
+            )  # fmt: skip
+
+        cross = mesh.u0[0] * cy - mesh.u0[1] * cx
+        along = mesh.u0[0] * cx + mesh.u0[1] * cy
+        phi = math.atan2(cross, along)
+        phi_rate = (ux * vy - uy * vx) / distance
+        rho = mesh.rho_a + mesh.rho_b
+        w = rolling - sigma * rho * phi + error
+        rate = rolling_rate - sigma * rho * phi_rate + slope * psi_rate
+        sin_a, cos_a = math.sin(alpha), math.cos(alpha)
+        p_d = w + s * opening
+        p_b = -w + s * opening - mesh.backlash
+        rate_d = rate + s * opening_rate
+        rate_b = -rate + s * opening_rate
+        # d(phi)/d(centre of b) = n / A and -(rho_a + rho_b) / A = s cos(alpha_w)
+        across_x, across_y = -uy * sigma * cos_a, ux * sigma * cos_a
+        return _MeshMotion(
+            psi, slope, p_d, rate_d, p_b, rate_b, mesh.backlash - 2.0 * s * opening, -2.0 * s * opening_rate,
+            distance, alpha,
+            (s * (sin_a * ux + across_x), s * (sin_a * uy + across_y)),
+            (s * (sin_a * ux - across_x), s * (sin_a * uy - across_y)),
+            arm_a, arm_b,
+        )  # fmt: skip
+
+    def _stiffness(self, k: int, psi: float) -> float:
+        mesh = self.meshes[k]
+        if mesh.kind == "square":
+            return mesh.double if self.signs[("mesh", k, "double")] > 0.0 else mesh.single
+        if mesh.spline is not None:
+            return float(mesh.spline(psi))
+        value = mesh.mean
+        for order, amplitude, phase in mesh.terms:
+            value += amplitude * math.cos(order * psi + phase)
+        return value
+
+    def _sleeve_motion(self, sleeve: _Sleeve, t: float, z: list[float]) -> _SleeveMotion:
+        n3 = 3 * self.n
+        i = 3 * sleeve.journal
+        ex, ey = z[i], z[i + 1]
+        vx, vy = z[n3 + i], z[n3 + i + 1]
+        omega_j = self.rotors[sleeve.journal].nominal_speed + z[n3 + i + 2]
+        omega_b = 0.0
+        arm = (0.0, 0.0)
+        if sleeve.carrier >= 0:
+            c = 3 * sleeve.carrier
+            theta = self.rotors[sleeve.carrier].nominal_speed * t + z[c + 2]
+            omega_b = self.rotors[sleeve.carrier].nominal_speed + z[n3 + c + 2]
+            bx, by = sleeve.bush
+            sine, versine = math.sin(theta), 2.0 * math.sin(0.5 * theta) ** 2  # versine = 1 - cos
+            shift_x, shift_y = -versine * bx - sine * by, sine * bx - versine * by
+            arm = (bx + shift_x, by + shift_y)
+            ex -= z[c] + shift_x
+            ey -= z[c + 1] + shift_y
+            vx -= z[n3 + c] - omega_b * arm[1]
+            vy -= z[n3 + c + 1] + omega_b * arm[0]
+        length = math.hypot(ex, ey)
+        if length == 0.0:
+            return _SleeveMotion(1.0, 0.0, -sleeve.clearance, 0.0, 0.0, arm)
+        ux, uy = ex / length, ey / length
+        slip = -uy * vx + ux * vy + omega_j * sleeve.shaft_radius
+        slip -= omega_b * (sleeve.shaft_radius + sleeve.clearance)
+        return _SleeveMotion(ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, arm)
+
+    # ------------------------------------------------------------------ forces
+
+    def _damping(self, k: int, flank: str, p: float) -> float:
+        """C(p) / p (N s/m^2); the branch is the stored one, the ramp is continued through p = 0."""
+        mesh = self.meshes[k]
+        if self.signs[("mesh", k, "full " + flank)] > 0.0:
+            return mesh.damping / p
+        u = p / mesh.depth
+        return mesh.damping * u * (3.0 - 2.0 * u) / mesh.depth
+
+    def _flank_force(self, k: int, flank: str, p: float, rate: float, stiffness: float) -> float:
+        signs = self.signs
+        if signs[("mesh", k, flank)] < 0.0:
+            return 0.0
+        if self.meshes[k].damping == 0.0:
+            return stiffness * p
+        if signs[("mesh", k, "push " + flank)] < 0.0:
+            return 0.0
+        return p * (stiffness + self._damping(k, flank, p) * rate)
+
+    def _mesh_forces(self, k: int, motion: _MeshMotion) -> tuple[float, float]:
+        """Return the forces (N) on the drive and on the back flank."""
+        stiffness = self._stiffness(k, motion.psi)
+        if not self.published:
+            return (
+                self._flank_force(k, "drive", motion.p_d, motion.rate_d, stiffness),
+                self._flank_force(k, "back", motion.p_b, motion.rate_b, stiffness),
+            )
+        damped = self.meshes[k].damping > 0.0
+        g, rate = motion.p_d, motion.rate_d
+        if self.signs[("mesh", k, "drive")] > 0.0:
+            force = stiffness * g
+            if damped:
+                force += g * self._damping(k, "drive", g) * rate
+            return force, 0.0
+        if self.signs[("mesh", k, "back")] > 0.0:
+            depth = motion.p_b  # -f_g
+            force = -stiffness * depth
+            if damped:
+                force += depth * self._damping(k, "back", depth) * rate
+            return 0.0, -force
+        return 0.0, 0.0
+
+    def _sleeve_force(self, k: int, motion: _SleeveMotion) -> tuple[float, float]:
+        """Return the normal (along -u) and tangential force (N) of a sleeve on its journal."""
+        sleeve = self.sleeves[k]
+        if self.signs[("sleeve", k, "contact")] < 0.0 or motion.delta <= 0.0:
+            return 0.0, 0.0
+        if sleeve.factor and self.signs[("sleeve", k, "push")] < 0.0:
+            return 0.0, 0.0
+        if sleeve.bed is not None:
+            elastic = sleeve.bed.elastic(motion.delta)
+        else:
+            elastic = sleeve.stiffness * motion.delta**sleeve.exponent
+        normal = elastic * (1.0 + sleeve.factor * motion.rate / self.impact_speeds[k])
+        tangential = 0.0
+        if sleeve.friction:
+            relative = motion.slip / sleeve.friction_speed
+            tangential = -sleeve.friction * normal * self._smooth_sign("sleeve", k, relative)
+        return normal, tangential
+
+    def _smooth_sign(self, kind: str, k: int, u: float) -> float:
+        if self.signs[(kind, k, "above")] > 0.0:
+            return 1.0
+        if self.signs[(kind, k, "below")] < 0.0:
+            return -1.0
+        return 1.5 * u - 0.5 * u**3
+
+    def _servo(self, rotor: _Rotor, t: float, z: list[float], omega: float) -> tuple[float, float]:
+        """Target speed (rad/s) and unlimited torque (N m)."""
+        target = rotor.speed
+        if rotor.ramp > 0.0 and t < rotor.ramp:
+            target *= t / rotor.ramp
+        return target, rotor.kp * (target - omega) + rotor.ki * z[6 * self.n + rotor.servo]
+
+    def _right_hand_side(self, t: float, state: NDArray[np.float64]) -> list[float]:
+        z: list[float] = state.tolist()
+        n3 = 3 * self.n
+        force = [0.0] * n3  # Fx, Fy, torque of each rotor
+        for k, mesh in enumerate(self.meshes):
+            motion = self._mesh_motion(mesh, t, z)
+            f_d, f_b = self._mesh_forces(k, motion)
+            if f_d == 0.0 and f_b == 0.0:
+                continue
+            fx = -f_d * motion.grad_d[0] - f_b * motion.grad_b[0]  # on the toothing of b
+            fy = -f_d * motion.grad_d[1] - f_b * motion.grad_b[1]
+            along = mesh.sigma * (f_d - f_b)
+            ia, ib = 3 * mesh.a, 3 * mesh.b
+            force[ib] += fx
+            force[ib + 1] += fy
+            force[ib + 2] += -mesh.rho_b * along + motion.arm_b[0] * fy - motion.arm_b[1] * fx
+            force[ia] -= fx
+            force[ia + 1] -= fy
+            force[ia + 2] += -mesh.rho_a * along - motion.arm_a[0] * fy + motion.arm_a[1] * fx
+            if self.error_gradient:
+                teeth = self.rotors[mesh.driver].teeth
+                force[3 * mesh.driver + 2] -= (f_d - f_b) * motion.slope_e * teeth
+        for k, sleeve in enumerate(self.sleeves):
+            if self.signs[("sleeve", k, "contact")] < 0.0:
+                continue
+            touch = self._sleeve_motion(sleeve, t, z)
+            normal, tangential = self._sleeve_force(k, touch)
+            fx = -normal * touch.ux - tangential * touch.uy
+            fy = -normal * touch.uy + tangential * touch.ux
+            i = 3 * sleeve.journal
+            force[i] += fx
+            force[i + 1] += fy
+            force[i + 2] += sleeve.shaft_radius * tangential
+            if sleeve.carrier >= 0:
+                c = 3 * sleeve.carrier
+                force[c] -= fx
+                force[c + 1] -= fy
+                force[c + 2] -= touch.arm[0] * fy - touch.arm[1] * fx
+                force[c + 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
+        result = z[n3 : 2 * n3] + [0.0] * (n3 + len(self.servos))
+        for i, rotor in enumerate(self.rotors):
+            j = n3 + 3 * i
+            if rotor.movable:
+                fx = force[3 * i] - rotor.radial_damping * z[j]
+                fy = force[3 * i + 1] - rotor.radial_damping * z[j + 1]
+                result[j] = fx / rotor.mass + self.gravity[0]
+                result[j + 1] = fy / rotor.mass + self.gravity[1]
+            if rotor.drive == "speed":
+                if self._segment_start < rotor.ramp:  # the end of a ramp is never inside a segment
+                    result[j + 2] = rotor.speed / rotor.ramp
+                continue
+            omega = rotor.nominal_speed + z[j + 2]
+            torque = force[3 * i + 2] + rotor.torque - rotor.drag * omega
+            if rotor.friction:
+                torque -= rotor.friction * self._smooth_sign("load", i, omega / rotor.friction_speed)
+            if rotor.drive == "servo":
+                target, raw = self._servo(rotor, t, z, omega)
+                limited = raw
+                if rotor.limit < math.inf:
+                    if self.signs[("servo", i, "upper")] > 0.0:
+                        limited = rotor.limit
+                    elif self.signs[("servo", i, "lower")] < 0.0:
+                        limited = -rotor.limit
+                torque += limited
+                result[6 * self.n + rotor.servo] = (target - omega) + (limited - raw) / rotor.kp
+            result[j + 2] = torque / rotor.inertia
+        return result
+
+    # ------------------------------------------------------------------ events
+
+    def _indicators(self, t: float, state: NDArray[np.float64]) -> dict[Key, float]:
+        """Return the functions whose sign selects a branch now.
+
+        Lengths (m) are the penetrations "drive", "back", "full ..." (beyond the ramp) and "contact"; all
+        others are dimensionless.  Which of them count depends on the stored signs.
+        """
+        z: list[float] = state.tolist()
+        signs = self.signs
+        values: dict[Key, float] = {}
+        for k, mesh in enumerate(self.meshes):
+            motion = self._mesh_motion(mesh, t, z)
+            if mesh.kind == "square":
+                x = motion.psi + mesh.phase
+                values[("mesh", k, "double")] = -math.sin(0.5 * x) * math.sin(0.5 * (x - mesh.share))
+            if self.published:
+                key = ("mesh", k, "drive")
+                values[key] = motion.p_d
+                flank = "drive"
+                closed = signs.get(key, motion.p_d) >= 0.0
+                if not closed:
+                    key = ("mesh", k, "back")
+                    values[key] = motion.p_b
+                    flank = "back"
+                    closed = signs.get(key, motion.p_b) >= 0.0
+                if closed and mesh.damping:
+                    values[("mesh", k, "full " + flank)] = values[key] - mesh.depth
+                continue
+            for flank, p, rate in (
+                ("drive", motion.p_d, motion.rate_d),
+                ("back", motion.p_b, motion.rate_b),
+            ):
+                key = ("mesh", k, flank)
+                values[key] = p
+                if mesh.damping and signs.get(key, p) > 0.0:
+                    full = ("mesh", k, "full " + flank)
+                    values[full] = p - mesh.depth
+                    if full not in signs:
+                        signs[full] = 1.0 if p > mesh.depth else -1.0
+                    if ("mesh", k, "double") not in signs and mesh.kind == "square":
+                        signs[("mesh", k, "double")] = 1.0 if values[("mesh", k, "double")] >= 0.0 else -1.0
+                    slope = self._stiffness(k, motion.psi) + self._damping(k, flank, p) * rate  # F / p
+                    values[("mesh", k, "push " + flank)] = slope / mesh.mean
+        for k, sleeve in enumerate(self.sleeves):
+            touch = self._sleeve_motion(sleeve, t, z)
+            key = ("sleeve", k, "contact")
+            values[key] = touch.delta
+            if signs.get(key, touch.delta) > 0.0:
+                if key not in signs:
+                    self.impact_speeds[k] = max(touch.rate, sleeve.minimum_speed)
+                if sleeve.factor:
+                    values[("sleeve", k, "push")] = 1.0 + sleeve.factor * touch.rate / self.impact_speeds[k]
+                if sleeve.friction:
+                    values[("sleeve", k, "above")] = touch.slip / sleeve.friction_speed - 1.0
+                    values[("sleeve", k, "below")] = touch.slip / sleeve.friction_speed + 1.0
+        for i, rotor in enumerate(self.rotors):
+            if rotor.drive == "speed":
+                continue
+            omega = rotor.nominal_speed + z[3 * self.n + 3 * i + 2]
+            if rotor.friction:
+                values[("load", i, "above")] = omega / rotor.friction_speed - 1.0
+                values[("load", i, "below")] = omega / rotor.friction_speed + 1.0
+            if rotor.drive == "servo" and rotor.limit < math.inf:
+                raw = self._servo(rotor, t, z, omega)[1]
+                values[("servo", i, "upper")] = raw / rotor.limit - 1.0
+                values[("servo", i, "lower")] = raw / rotor.limit + 1.0
+        return values
+
+    def _signed(self, dense: Callable[[float], NDArray[np.float64]], key: Key, t: float) -> float:
+        """One indicator along a step's dense output, times its stored sign."""
+        return self.signs[key] * self._indicators(t, dense(t))[key]
+
+    @staticmethod
+    def _tolerance(key: Key) -> float:
+        name = key[2]
+        if name in ("drive", "back", "contact") or name.startswith("full"):
+            return LENGTH_TOLERANCE
+        if key[0] == "mesh" and name.startswith("push"):
+            return PUSH_TOLERANCE
+        return RATIO_TOLERANCE
+
+    def _refresh(self, t: float, state: NDArray[np.float64]) -> None:
+        """Drop the signs that no longer count and give a sign to the indicators that now do."""
+        values = self._indicators(t, state)
+        kept: dict[Key, float] = {}
+        for key, value in values.items():
+            if key in self.signs:
+                kept[key] = self.signs[key]
+            elif self.published and key[2] == "drive":
+                kept[key] = 1.0 if value >= 0.0 else -1.0
+            else:
+                kept[key] = 1.0 if value > 0.0 else -1.0
+        self.signs = kept
+        self._armed &= set(kept)
+
+    def _flip(self, key: Key, t: float, state: NDArray[np.float64]) -> None:
+        sign = -self.signs[key]
+        self.signs[key] = sign
+        self._armed.discard(key)
+        self.events.append((t, key, sign))
+        kind, k, name = key
+        if kind == "sleeve" and name == "contact" and sign > 0.0:
+            touch = self._sleeve_motion(self.sleeves[k], t, state.tolist())
+            self.impact_speeds[k] = max(touch.rate, self.sleeves[k].minimum_speed)
+        self._refresh(t, state)
+
+    def _find_event(
+        self,
+        times: list[float],
+        values: list[dict[Key, float]],
+        signed: Callable[[Key, float], float],
+    ) -> tuple[float, Key] | None:
+        """Earliest change of sign within one step, or None.
+
+        ``values`` holds the indicators at ``times``; ``signed(key, t)`` evaluates one of them, times its
+        stored sign.  An indicator that starts at zero (just after its own event) counts only once it has
+        left zero.
+        """
+        found: list[tuple[float, Key]] = []
+        last = len(times) - 1
+        for key, sign in self.signs.items():
+            tolerance = self._tolerance(key)
+            a = [sign * v[key] for v in values]
+            armed = a[0] > tolerance or (key in self._armed and a[0] > 0.0)
+            if not armed and a[0] < -tolerance:
+                found.append((times[0], key))
+                continue
+            first = 0 if armed else -1
+            hit: float | None = None
+            end = last
+            for j in range(1, last + 1):
+                if first >= 0:
+                    if a[j] <= 0.0:
+                        hit = _root(partial(signed, key), times[j - 1], times[j])
+                        end = j - 1
+                        break
+                elif a[j] > tolerance:
+                    first = j
+                elif a[j] < -tolerance:
+                    hit = self._short_visit(key, signed, times[j - 1], times[j], tolerance)
+                    if hit is None:
+                        hit = times[0]
+                    end = j - 1
+                    break
+            if 0 <= first < end:
+                grazing = self._graze(key, signed, times[first : end + 1], a[first : end + 1])
+                if grazing is not None:
+                    hit = grazing
+            if hit is not None:
+                found.append((hit, key))
+        return min(found) if found else None
+
+    @staticmethod
+    def _short_visit(
+        key: Key, signed: Callable[[Key, float], float], begin: float, end: float, tolerance: float
+    ) -> float | None:
+        """Return when an unarmed indicator came back from its side, if it went there within an interval."""
+        best = minimize_scalar(
+            lambda tau: -signed(key, tau), bounds=(begin, end), method="bounded", options={"xatol": 1e-13}
+        )
+        if -best.fun <= tolerance:
+            return None
+        return _root(lambda tau: signed(key, tau), best.x, end)
+
+    @staticmethod
+    def _graze(
+        key: Key, signed: Callable[[Key, float], float], times: list[float], a: list[float]
+    ) -> float | None:
+        """Look for a visit to the other side between two samples: fit parabolas, then minimise."""
+        for j in range(1, len(times) - 1):
+            h0, h1 = times[j] - times[j - 1], times[j + 1] - times[j]
+            if h0 <= 0.0 or h1 <= 0.0:
+                continue
+            d0, d1 = (a[j] - a[j - 1]) / h0, (a[j + 1] - a[j]) / h1
+            curvature = (d1 - d0) / (h0 + h1)
+            if curvature <= 0.0:
+                continue
+            slope = (d0 * h1 + d1 * h0) / (h0 + h1)
+            offset = -slope / (2.0 * curvature)
+            lowest = a[j] - slope**2 / (4.0 * curvature)
+            if not -h0 <= offset <= h1 or lowest > 0.2 * min(a[j - 1 : j + 2]):
+                continue
+            best = minimize_scalar(
+                lambda tau: signed(key, tau),
+                bounds=(times[j - 1], times[j + 1]),
+                method="bounded",
+                options={"xatol": 1e-12},
+            )
+            if best.fun < 0.0:
+                return _root(lambda tau: signed(key, tau), times[j - 1], best.x)
+        return None
+
+    # ------------------------------------------------------------------ integration
+
+    def _integrate(
+        self, t: float, state: NDArray[np.float64], end: float, first_step: float
+    ) -> NDArray[np.float64]:
+        """Integrate without looking for events."""
+        if end - t < MIN_TIME_STEP:
+            return state + (end - t) * np.asarray(self._right_hand_side(t, state))
+        solver = DOP853(
+            self._right_hand_side, t, state, end,
+            first_step=min(first_step, end - t), max_step=self.max_step,
+            rtol=self.relative_tolerance, atol=self.absolute_tolerance,
+        )  # fmt: skip
+        while solver.status == "running":
+            message = solver.step()
+        if solver.status == "failed":
+            raise RuntimeError(message)
+        return np.asarray(solver.y, float)
+
+    def _settle(self, key: Key, t: float, state: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Newton steps onto the zero of one indicator, from a state that is already within rounding of it."""
+        for _ in range(3):
+            value = self._indicators(t, state)[key]
+            rate = np.asarray(self._right_hand_side(t, state))
+            eps = 1e-9
+            ahead = self._indicators(t + eps, state + eps * rate)[key]
+            behind = self._indicators(t - eps, state - eps * rate)[key]
+            slope = (ahead - behind) / (2.0 * eps)
+            if slope == 0.0 or abs(value / slope) > 1e-11:
+                break
+            t = t - value / slope
+            state = state - value / slope * rate
+        residual = abs(self._indicators(t, state)[key])
+        if residual > (1e-15 if self._tolerance(key) == LENGTH_TOLERANCE else 1e-8):
+            raise RuntimeError(f"event {key} at {t} s: residual {residual}")
+        return t, state
+
+    def _advance(
+        self, t: float, state: NDArray[np.float64], stop: float
+    ) -> tuple[float, NDArray[np.float64]]:
+        """Integrate from t to stop (s) through all events on the way."""
+        burst = 0
+        while stop - t >= MIN_TIME_STEP:
+            self._segment_start = t
+            solver = DOP853(
+                self._right_hand_side, t, state, stop,
+                first_step=min(self._step_size, stop - t), max_step=self.max_step,
+                rtol=self.relative_tolerance, atol=self.absolute_tolerance,
+            )  # fmt: skip
+            begin_values = self._indicators(t, state)
+            hit: tuple[float, Key] | None = None
+            while solver.status == "running":
+                planned = solver.h_abs
+                before = solver.y
+                message = solver.step()
+                if solver.status == "failed":
+                    raise RuntimeError(f"{message} at {solver.t} s")
+                self.steps += 1
+                t0, t1 = solver.t_old, solver.t
+                dense = solver.dense_output()
+                times = [t0 + f * (t1 - t0) for f in (0.0, 0.25, 0.5, 0.75)] + [t1]
+                values = [begin_values]
+                values += [self._indicators(tau, dense(tau)) for tau in times[1:-1]]
+                values.append(self._indicators(t1, solver.y))
+                hit = self._find_event(
+                    times,
+                    values,
+                    partial(self._signed, dense),
+                )
+                if hit is not None:
+                    break
+                begin_values = values[-1]
+                for key, sign in self.signs.items():
+                    if sign * begin_values[key] > self._tolerance(key):
+                        self._armed.add(key)
+                self._step_size = max(solver.h_abs, planned) if t1 == stop else solver.h_abs
+            if hit is None:
+                t, state = solver.t, solver.y
+                continue
+            time, key = hit
+            if time > t0:
+                state = self._integrate(t0, before, time, time - t0)
+                time, state = self._settle(key, time, state)
+            else:
+                state = before
+            burst = burst + 1 if time - t < 1e-12 else 0
+            if burst > 50:
+                raise RuntimeError(f"events without end at {time} s: {self.events[-4:]}")
+            t = time
+            self._flip(key, t, state)
+            self._step_size = 2e-7
+        return stop, state
+
+    def start(self) -> NDArray[np.float64]:
+        """Set all branches for t = 0 and return the initial state."""
+        state = self.initial_state()
+        self.signs = {}
+        self.events = []
+        self.steps = 0
+        self._armed = set()
+        self._step_size = 1e-7
+        self._segment_start = 0.0
+        self._refresh(0.0, state)
+        return state
+
+    def trajectory(self, t_eval: ArrayLike) -> dict[str, NDArray[np.float64]]:
+        """Return the motion at the increasing times ``t_eval`` (s, from 0 on).
+
+        ``x``, ``y`` (m), ``theta`` (rad, full), ``vx``, ``vy`` (m/s), ``omega`` (rad/s, full),
+        ``ax``, ``ay`` (m/s^2) and ``alpha`` (rad/s^2) have the shape (time, rotor).  ``state`` (time, n) are
+        the state vectors and ``impact_speed`` (time, sleeve; m/s) the latched speeds, as ``forces`` takes
+        them.
+        """
+        times = np.asarray(t_eval, float)
+        if times.size and (times[0] < 0.0 or np.any(np.diff(times) <= 0.0)):
+            raise ValueError("t_eval must increase from t >= 0")
+        stops = self.stop_times()
+        t, state = 0.0, self.start()
+        rows, rates, speeds = [], [], []
+        for time in times:
+            for stop in stops:
+                if t < stop < time:
+                    t, state = self._advance(t, state, stop)
+            t, state = self._advance(t, state, float(time)) if time > t else (t, state)
+            rows.append(state.copy())
+            self._segment_start = t
+            rates.append(self._right_hand_side(t, state)[3 * self.n : 6 * self.n])
+            speeds.append(list(self.impact_speeds))
+        table = np.array(rows).reshape(times.size, -1)
+        motion = table[:, : 6 * self.n].reshape(times.size, 2, self.n, 3)
+        rate = np.array(rates).reshape(times.size, self.n, 3)
+        nominal = np.array([r.nominal_speed for r in self.rotors])
+        return {
+            "t": times,
+            "x": motion[:, 0, :, 0],
+            "y": motion[:, 0, :, 1],
+            "theta": motion[:, 0, :, 2] + nominal * times[:, None],
+            "vx": motion[:, 1, :, 0],
+            "vy": motion[:, 1, :, 1],
+            "omega": motion[:, 1, :, 2] + nominal,
+            "ax": rate[:, :, 0],
+            "ay": rate[:, :, 1],
+            "alpha": rate[:, :, 2],
+            "theta_rel": motion[:, 0, :, 2],
+            "omega_rel": motion[:, 1, :, 2],
+            "state": table,
+            "impact_speed": np.array(speeds).reshape(times.size, len(self.sleeves)),
+        }
+
+    # ------------------------------------------------------------------ outputs
+
+    def forces(
+        self, t: float, y: ArrayLike, impact_speed: Sequence[float] | None = None
+    ) -> dict[str, dict[str, dict[str, float]]]:
+        """Return the contact forces in a state ``y`` at the time ``t`` (s).
+
+        The branches are chosen by the state alone.  ``mesh`` -> label -> ``p_d``, ``p_b``, ``b_t``, ``A``
+        (m), ``F_d``, ``F_b`` (N), ``alpha_w`` (rad), ``K`` (N/m); ``sleeve`` -> journal -> ``delta`` (m),
+        ``delta_rate`` (m/s), ``F_n``, ``F_t``, ``force_x``, ``force_y`` (N, on the journal).
+        ``impact_speed`` (m/s) gives the latched speeds of the sleeves; without it those of the
+        simulation's present moment count.
+        """
+        state = np.asarray(y, float)
+        saved = self.signs, list(self.impact_speeds), set(self._armed)
+        try:
+            self.signs = {}
+            self._refresh(t, state)
+            self.impact_speeds = saved[1] if impact_speed is None else [float(v) for v in impact_speed]
+            # the sign of the sleeves' damping factor depends on the latched speed
+            values = self._indicators(t, state)
+            for key, value in values.items():
+                if key[0] == "sleeve" and key[2] == "push":
+                    self.signs[key] = 1.0 if value > 0.0 else -1.0
+            z = state.tolist()
+            meshes, sleeves = {}, {}
+            for k, mesh in enumerate(self.meshes):
+                motion = self._mesh_motion(mesh, t, z)
+                f_d, f_b = self._mesh_forces(k, motion)
+                meshes[mesh.label] = {
+                    "p_d": motion.p_d,
+                    "p_b": motion.p_b,
+                    "F_d": f_d,
+                    "F_b": f_b,
+                    "b_t": motion.b_t,
+                    "A": motion.distance,
+                    "alpha_w": motion.alpha,
+                    "K": self._stiffness(k, motion.psi),
+                }
+            for k, sleeve in enumerate(self.sleeves):
+                touch = self._sleeve_motion(sleeve, t, z)
+                normal, tangential = self._sleeve_force(k, touch)
+                sleeves[sleeve.name] = {
+                    "delta": touch.delta,
+                    "delta_rate": touch.rate,
+                    "F_n": normal,
+                    "F_t": tangential,
+                    "force_x": -normal * touch.ux - tangential * touch.uy,
+                    "force_y": -normal * touch.uy + tangential * touch.ux,
+                }
+        finally:
+            self.signs, self.impact_speeds, self._armed = saved
+        return {"mesh": meshes, "sleeve": sleeves}
+
+    def energy(self, y: ArrayLike, t: float) -> float:
+        """Return the mechanical energy (J) in the inertial frame: kinetic, elastic and of weight.
+
+        It is constant where nothing drives or dissipates and the stiffness is constant.
+        """
+        state = np.asarray(y, float)
+        z = state.tolist()
+        n3 = 3 * self.n
+        total = 0.0
+        for i, rotor in enumerate(self.rotors):
+            vx, vy, omega = z[n3 + 3 * i : n3 + 3 * i + 3]
+            omega += rotor.nominal_speed
+            total += 0.5 * rotor.mass * (vx**2 + vy**2) + 0.5 * rotor.inertia * omega**2
+            total -= rotor.mass * (self.gravity[0] * z[3 * i] + self.gravity[1] * z[3 * i + 1])
+        stiffness = {label: m["K"] for label, m in self.forces(t, state)["mesh"].items()}
+        for mesh in self.meshes:
+            motion = self._mesh_motion(mesh, t, z)
+            depths = [max(motion.p_d, 0.0), max(motion.p_b, 0.0)]
+            if self.published and motion.p_d >= 0.0:
+                depths[1] = 0.0
+            total += 0.5 * stiffness[mesh.label] * (depths[0] ** 2 + depths[1] ** 2)
+        for sleeve in self.sleeves:
+            delta = self._sleeve_motion(sleeve, t, z).delta
+            if delta <= 0.0:
+                continue
+            if sleeve.bed is not None:
+                total += quad(sleeve.bed.elastic, 0.0, delta, epsabs=0.0, epsrel=1e-12)[0]
+            else:
+                total += sleeve.stiffness * delta ** (sleeve.exponent + 1.0) / (sleeve.exponent + 1.0)
+        return total

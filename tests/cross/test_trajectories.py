@@ -1,0 +1,57 @@
+"""The compiled kernels against an independent reference: plain Python, SciPy's DOP853, every event located."""
+
+import numpy as np
+import pytest
+
+from cross.random_systems import random_case
+from cross.reference import Reference
+from gearplay.model.case import Case
+from gearplay.solver.simulate import run_members
+from gearplay.solver.trajectory import Trajectory
+
+DURATION = 0.01  # s: beyond some 20 ms the motion is chaotic and trajectories may not be compared
+RUN = {"duration": DURATION, "sampling": 1e4, "tolerance": 1e-11}
+
+
+def simulated(document: dict) -> tuple[Case, Trajectory]:
+    """Simulate with the package; angles that the reference takes as 0 are said to be 0."""
+    document = {**document, "run": RUN, "rotors": {k: dict(v) for k, v in document["rotors"].items()}}
+    for rotor in document["rotors"].values():
+        if rotor.get("drive", {}).get("kind") != "speed":
+            rotor["initial"] = {"theta": 0.0, **rotor.get("initial", {})}
+    case = Case.model_validate(document)
+    return case, run_members(case, [0])[0]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_trajectory_equals_the_independent_reference(seed: int) -> None:
+    document = random_case(seed)
+    case, run = simulated(document)
+    assert run.success, run.message
+    expected = Reference(document).trajectory(run.time)
+    assert run.counters.events >= 8, "the comparison must go through contacts"
+    for i, name in enumerate(case.rotors):
+        arm = 0.1  # m, larger than any toothing here: turns angles into lengths
+        for signal, size in (("x", 1.0), ("y", 1.0), ("theta", arm)):
+            error = size * np.max(np.abs(run.signal(signal, name) - expected[signal][:, i]))
+            assert error < 1e-9, (name, signal, error)
+        for signal, size in (("vx", 1.0), ("vy", 1.0), ("omega", arm)):
+            error = size * np.max(np.abs(run.signal(signal, name) - expected[signal][:, i]))
+            assert error < 1e-6, (name, signal, error)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 5, 11])
+def test_forces_equal_the_independent_reference(seed: int) -> None:
+    document = random_case(seed)
+    case, run = simulated(document)
+    reference = Reference(document)
+    expected = reference.trajectory(run.time)
+    for at in range(0, len(run.time), 7):
+        forces = reference.forces(float(run.time[at]), expected["state"][at], expected["impact_speed"][at])
+        for mesh in case.meshes:
+            label = f"{mesh.driver}-{mesh.driven}"
+            found = forces["mesh"][label]
+            for signal, key in (("drive_penetration", "p_d"), ("back_penetration", "p_b"), ("backlash", "b_t"), ("center_distance", "A")):
+                assert abs(run.signal(signal, label)[at] - found[key]) < 1e-11
+            for signal, key in (("drive_force", "F_d"), ("back_force", "F_b")):
+                assert run.signal(signal, label)[at] == pytest.approx(found[key], rel=1e-5, abs=1e-3)
