@@ -134,14 +134,13 @@ def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: floa
         # an external pair's vector of centres goes from the driver to the driven gear
         a_drives = driver_is_a or not internal
         names = ("a", "b") if a_drives else ("b", "a")
+        gears = {
+            "a": {"teeth": z_a, "internal": internal, "mass": 1.0, "inertia": 1e-3, "floating": True},
+            "b": {"teeth": z_b, "mass": 1.0, "inertia": 1e-3, "floating": True},
+        }
+        gears[names[0]]["drive"] = {"kind": "speed", "speed": speed}
         case = pair_case(
-            rotors={
-                "pinion": None,
-                "ring": None,
-                "a": {"teeth": z_a, "internal": internal, "mass": 1.0, "inertia": 1e-3, "floating": True},
-                "b": {"teeth": z_b, "mass": 1.0, "inertia": 1e-3, "floating": True},
-                names[0]: {"drive": {"kind": "speed", "speed": speed}},
-            },
+            rotors={"pinion": None, "ring": None, **gears},
             sleeves={"pinion": None, "ring": None},
             mesh={"driver": names[0], "driven": names[1], "module": module, "pressure_angle": alpha, "backlash": b0},
         )

@@ -23,8 +23,10 @@ Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis
 class Run(Part):
     """How long, how finely and how often to simulate."""
 
-    duration: Annotated[float, Measure(q.TIME, "simulated time", gt=0.0, le=1e6)]
-    transient: Annotated[float, Measure(q.TIME, "start-up time that statistics leave out", ge=0.0, le=1e6)] = 0.0
+    duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
+    transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (
+        0.0
+    )
     sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
     ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
@@ -44,20 +46,24 @@ class Case(Part):
         str, Field(max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$", description="title, for people")
     ] = ""
     formulation: Annotated[
-        Literal["geometric", "as_published"], Field(description="exact involute flanks, or the article's equations")
+        Literal["geometric", "as_published"],
+        Field(description="exact involute flanks, or the article's equations"),
     ] = "geometric"
     backlash_model: Annotated[
-        Literal["coupled", "uncoupled"], Field(description="backlash follows the centre distance, or is constant")
+        Literal["coupled", "uncoupled"],
+        Field(description="backlash follows the centre distance, or is constant"),
     ] = "coupled"
     gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2)] = (0.0, 0.0)
     rotors: Annotated[
-        dict[Name, Rotor], Field(min_length=1, max_length=200, description="rotors by name"), AfterValidator(FrozenTable)
+        dict[Name, Rotor],
+        Field(min_length=1, max_length=200, description="rotors by name"),
+        AfterValidator(FrozenTable),
     ]
     sleeves: Annotated[
         dict[Name, Sleeve],
         Field(max_length=200, description="sleeves by the name of the rotor they support"),
         AfterValidator(FrozenTable),
-    ] = FrozenTable()
+    ] = Field(default_factory=FrozenTable)
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400)] = ()
     run: Run
 

@@ -31,6 +31,7 @@ def cross_faults(
     ----------
     rotors, sleeves, meshes
         Valid parts, or raw tables where a part is at fault on its own.
+
     """
     names = set(rotors)
     return [
@@ -64,12 +65,16 @@ def _sleeve_faults(
             yield Fault(path, NO_VALUE, "names no rotor", did_you_mean(name, names, "Rotors"))
         elif _read(rotors[name], "floating") is True:
             rule = "must be false for a rotor in a sleeve"
-            yield Fault(join_path(["rotors", name, "floating"]), True, rule, f"Remove it, or remove sleeves.{name}")
+            yield Fault(
+                join_path(["rotors", name, "floating"]), True, rule, f"Remove it, or remove sleeves.{name}"
+            )
         carrier = _text(sleeve, "on")
         if carrier is None:
             continue
         if carrier == name:
-            yield Fault(f"{path}.on", carrier, "must be another rotor", "Name the rotor that carries the bush")
+            yield Fault(
+                f"{path}.on", carrier, "must be another rotor", "Name the rotor that carries the bush"
+            )
         elif carrier not in names:
             yield _unknown(f"{path}.on", carrier, names)
 
@@ -109,10 +114,17 @@ def _mesh_faults(
             yield from _pair_faults(index, ends[0][1], ends[1][1], *pair)
 
 
-def _pair_faults(index: int, driver: str | None, driven: str | None, one: object, two: object) -> Iterator[Fault]:
+def _pair_faults(
+    index: int, driver: str | None, driven: str | None, one: object, two: object
+) -> Iterator[Fault]:
     inside = [_read(one, "internal") is True, _read(two, "internal") is True]
     if all(inside):
-        yield Fault(f"meshes.{index}", f"{driver}-{driven}", "must have at most one internal gear", "Make one external")
+        yield Fault(
+            f"meshes.{index}",
+            f"{driver}-{driven}",
+            "must have at most one internal gear",
+            "Make one external",
+        )
         return
     if not any(inside):
         return

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Any, Final, NoReturn, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from gearplay.model.units import LONGEST, UnitError, parse_quantity, unit_exponent
@@ -59,7 +59,12 @@ class Part(BaseModel):
     """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, strict=True, validate_default=False, hide_input_in_errors=True
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        strict=True,
+        validate_default=False,
+        hide_input_in_errors=True,
     )
 
 
@@ -80,6 +85,7 @@ class Measure:
     --------
     >>> Measure(q.LENGTH, "radial clearance", ge=0.0).read("100 um")
     0.0001
+
     """
 
     quantity: Quantity | None
@@ -101,7 +107,9 @@ class Measure:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         return self.json_schema(None if self.quantity is None else self.quantity.unit)
 
     def json_schema(self, unit: str | None) -> dict[str, Any]:
@@ -121,7 +129,9 @@ class Measure:
             _refuse_here(f"must be {self._range()}", self._advice(value))
         largest = math.inf if self.quantity is None else LARGEST[self.quantity.name]
         if abs(value) > largest:
-            _refuse_here(f"must be at most {self._show(largest)} in magnitude", "Check the number and its unit")
+            _refuse_here(
+                f"must be at most {self._show(largest)} in magnitude", "Check the number and its unit"
+            )
         if self.gt == 0.0 and value < SMALLEST:
             _refuse_here(f"must be at least {self._show(SMALLEST)}", "Check the number and its unit")
         return value
@@ -158,7 +168,9 @@ class HertzStiffness(Measure):
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read_beside)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         return self.json_schema("N/m^exponent")
 
     def read_beside(self, value: Any, info: core_schema.ValidationInfo) -> float:
@@ -196,6 +208,7 @@ class Listed:
     ----------
     shortest, longest
         Bounds on the number of items.
+
     """
 
     shortest: int
@@ -239,8 +252,26 @@ def by_kind(*kinds: str) -> Callable[[Any], str | None]:
     return discriminate
 
 
+class ByKind(Discriminator):
+    """Choose the member of a union by its field `kind`; hashable, so that `ByKind | None` may be written."""
+
+    def __init__(self, *kinds: str) -> None:
+        super().__init__(
+            by_kind(*kinds),
+            custom_error_type="gearplay_kind",
+            custom_error_message="unknown kind",
+            custom_error_context={"kinds": ", ".join(kinds)},
+        )
+
+    def __hash__(self) -> int:
+        return id(self)
+
+
 Name = Annotated[
     str,
-    Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$", description="name: a letter, then at most 31 letters, digits or _"),
+    Field(
+        pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$",
+        description="name: a letter, then at most 31 letters, digits or _",
+    ),
 ]
 Order = Annotated[int, Field(ge=1, le=64, description="order: multiples of the mesh phase psi")]

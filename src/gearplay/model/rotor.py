@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
-from gearplay.model.fields import Listed, Measure, Part, Problem, by_kind, refuse
+from gearplay.model.fields import ByKind, Listed, Measure, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
@@ -44,12 +44,7 @@ Drive = Annotated[
     Annotated[SpeedDrive, Tag("kind:speed")]
     | Annotated[TorqueDrive, Tag("kind:torque")]
     | Annotated[ServoDrive, Tag("kind:servo")],
-    Discriminator(
-        by_kind("speed", "torque", "servo"),
-        custom_error_type="gearplay_kind",
-        custom_error_message="unknown kind",
-        custom_error_context={"kinds": "speed, torque, servo"},
-    ),
+    ByKind("speed", "torque", "servo"),
 ]
 
 
@@ -78,14 +73,18 @@ class Initial(Part):
 class Runout(Part):
     """Eccentricity of the toothing: half the total indicator reading, and where it points at ``theta = 0``."""
 
-    amplitude: Annotated[float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)] = 0.0
+    amplitude: Annotated[
+        float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
+    ] = 0.0
     phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
 
 
 class Rotor(Part):
     """A planar rigid body: a gear, a ring, a carrier or a plain disc."""
 
-    teeth: Annotated[int, Field(ge=6, le=10_000, description="number of teeth; required in a mesh")] | None = None
+    teeth: (
+        Annotated[int, Field(ge=6, le=10_000, description="number of teeth; required in a mesh")] | None
+    ) = None
     internal: Annotated[bool, Field(description="true for a ring gear")] = False
     mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
     inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
@@ -93,8 +92,12 @@ class Rotor(Part):
     load: Load = Load()
     position: Annotated[tuple[Coordinate, Coordinate], Listed(2, 2)] | None = None
     initial: Initial = Initial()
-    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = 0.0
-    floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = False
+    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
+        0.0
+    )
+    floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = (
+        False
+    )
     runout: Runout = Runout()
 
     @model_validator(mode="after")
@@ -104,8 +107,12 @@ class Rotor(Part):
             for name in ("theta", "omega"):
                 if getattr(self.initial, name) is not None:
                     rule = "must not be given for a rotor whose drive prescribes its rotation"
-                    problems.append(Problem(("initial", name), rule, "Remove it, or use a torque or servo drive"))
+                    problems.append(
+                        Problem(("initial", name), rule, "Remove it, or use a torque or servo drive")
+                    )
         if self.internal and self.teeth is None:
-            problems.append(Problem(("teeth",), "is required for an internal gear", "Give the number of teeth"))
+            problems.append(
+                Problem(("teeth",), "is required for an internal gear", "Give the number of teeth")
+            )
         refuse(problems)
         return self

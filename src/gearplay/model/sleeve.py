@@ -40,7 +40,9 @@ class Sleeve(Part):
     the Hertz formula (9) of Han et al. 2021 for parallel cylinders, whose exponent is 1.5.
     """
 
-    radial_clearance: Annotated[float, Measure(q.LENGTH, "radius of the bush minus radius of the journal", ge=0.0, le=0.1)]
+    radial_clearance: Annotated[
+        float, Measure(q.LENGTH, "radius of the bush minus radius of the journal", ge=0.0, le=0.1)
+    ]
     law: Annotated[Law, Field(description="contact law")] = "lankarani-nikravesh"
     exponent: Annotated[float, Measure(None, "exponent of the penetration", ge=1.0, le=3.0)] = 1.5
     stiffness: Annotated[float, HertzStiffness(q.HERTZ_STIFFNESS, "contact stiffness", gt=0.0)] | None = None
@@ -55,18 +57,26 @@ class Sleeve(Part):
     restitution: Annotated[float, Measure(None, "coefficient of restitution", gt=0.0, le=1.0)] = 0.9
     restitution_reading: Annotated[
         Literal["literal", "delivered"],
-        Field(description="delivered solves the damping factor so that an impact really has this restitution"),
+        Field(
+            description="delivered solves the damping factor so that an impact really has this restitution"
+        ),
     ] = "literal"
-    minimum_impact_speed: Annotated[float, Measure(q.SPEED, "floor of the latched impact speed", gt=0.0)] = 1e-4
+    minimum_impact_speed: Annotated[float, Measure(q.SPEED, "floor of the latched impact speed", gt=0.0)] = (
+        1e-4
+    )
     friction_coefficient: Annotated[float, Measure(None, "coefficient of friction", ge=0.0, le=2.0)] = 0.0
     friction_speed: Annotated[
         float, Measure(q.SPEED, "sliding speed within which friction is smoothed", gt=0.0)
     ] = 1e-3
-    bed_exponent: Annotated[float, Measure(None, "exponent of the elastic bed (conformal)", ge=1.0, le=3.0)] = 1.0
+    bed_exponent: Annotated[
+        float, Measure(None, "exponent of the elastic bed (conformal)", ge=1.0, le=3.0)
+    ] = 1.0
     bed_reference_penetration: Annotated[
         float, Measure(q.LENGTH, "penetration at which bed and point law agree (conformal)", gt=0.0, le=0.1)
     ] = 1e-6
-    on: Annotated[Name, Field(description="rotor that carries the bush; the ground if not given")] | None = None
+    on: Annotated[Name, Field(description="rotor that carries the bush; the ground if not given")] | None = (
+        None
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Sleeve:
@@ -82,7 +92,9 @@ class Sleeve(Part):
             yield Problem(("material",), rule, "Remove one of the two")
         if self.material is not None:
             if self.shaft_radius is None:
-                yield Problem(("shaft_radius",), "is required with a material", "Give the radius of the journal")
+                yield Problem(
+                    ("shaft_radius",), "is required with a material", "Give the radius of the journal"
+                )
             if self.radial_clearance == 0.0:
                 rule = "must be greater than 0 m when the stiffness follows from a material"
                 yield Problem(("radial_clearance",), rule, "Give a clearance, or the stiffness itself")
@@ -91,14 +103,18 @@ class Sleeve(Part):
                 yield Problem(("exponent",), rule, "Remove it, or give the stiffness itself")
         elif self.shaft_radius is None:
             if self.law == "conformal":
-                yield Problem(("shaft_radius",), "is required by the conformal law", "Give the radius of the journal")
+                yield Problem(
+                    ("shaft_radius",), "is required by the conformal law", "Give the radius of the journal"
+                )
             if self.friction_coefficient > 0.0:
                 rule = "is required with friction, for its torque on the rotor"
                 yield Problem(("shaft_radius",), rule, "Give the radius of the journal")
 
-    @property
-    def materials(self) -> tuple[Material, Material] | None:
-        """Materials of shaft and sleeve, in this order."""
+    def sides(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return (modulus [Pa], Poisson's ratio) of shaft and of sleeve; only where a material is given."""
+        assert self.material is not None, "validated: asked for only without a stiffness"
         if isinstance(self.material, MaterialPair):
-            return self.material.shaft, self.material.sleeve
-        return None if self.material is None else (self.material, self.material)
+            shaft, sleeve = self.material.shaft, self.material.sleeve
+        else:
+            shaft = sleeve = self.material
+        return (shaft.modulus, shaft.poisson), (sleeve.modulus, sleeve.poisson)

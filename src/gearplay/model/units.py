@@ -103,6 +103,7 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
     (0.0001, 0.25)
     >>> round(parse_quantity("60 rpm", ANGULAR_SPEED), 6)
     6.283185
+
     """
     example = f"Write a number in {quantity.unit} or text such as {_example(quantity)}"
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -199,7 +200,8 @@ def _registry() -> pint.UnitRegistry[Any]:
 def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
     """Return how many `si_unit` are in one `unit` (both in pint's spelling)."""
     foreign = UnitError(
-        f"is not {_article(long_name)} {long_name}", f"Use a unit such as {si_unit}" if si_unit != "1" else "Use %"
+        f"is not {_article(long_name)} {long_name}",
+        f"Use a unit such as {si_unit}" if si_unit != "1" else "Use %",
     )
     with _registry_lock:
         registry = _registry()
@@ -219,7 +221,9 @@ def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
         except Exception:  # pint raises many kinds: undefined units, overflow, offset units
             raise UnitError(f"has an unknown unit '{unit}'", f"Use a unit such as {si_unit}") from None
     if shifted != 0.0 or not math.isclose(double, 2.0 * factor, rel_tol=1e-12):
-        raise UnitError(f"has a unit with an offset or a logarithm, '{unit}'", f"Use a unit such as {si_unit}")
+        raise UnitError(
+            f"has a unit with an offset or a logarithm, '{unit}'", f"Use a unit such as {si_unit}"
+        )
     if not (math.isfinite(factor) and factor > 0.0):
         raise foreign
     return float(factor)
@@ -236,6 +240,7 @@ def unit_exponent(text: str) -> float | None:
     --------
     >>> unit_exponent("1.52e11 N/m^1.5"), unit_exponent("1e8 N/m")
     (1.5, None)
+
     """
     found = _EXPONENTS.findall(text[:LONGEST])
     return float(found[-1]) if found else None

@@ -43,7 +43,7 @@ class Settings:
     """How the study is run."""
 
     case: str = "han2021"
-    members: int = 32
+    members: int = 64
     duration: float = 16.0  # s, per member
     transient: float = 2.0  # s
     sampling: float = 4000.0  # Hz, of the recorded mean acceleration

@@ -42,6 +42,7 @@ def escape_controls(text: str) -> str:
     --------
     >>> print(escape_controls("a\x1b[31m\nb"))
     a\x1b[31m\nb
+
     """
     if text.isprintable():
         return text
@@ -60,6 +61,7 @@ def shorten(text: str, length: int = VALUE_LENGTH) -> str:
     --------
     >>> shorten("x" * 100, 10)
     'xxxxxxx...'
+
     """
     escaped = escape_controls(text[: length + 1])
     return escaped if len(escaped) <= length else escaped[: length - 3] + "..."
@@ -74,6 +76,7 @@ def show_value(value: object) -> str:
     --------
     >>> show_value("20 deg"), show_value(True), show_value([1, 2, 3]), show_value({"a": 1})
     ('"20 deg"', 'true', 'a list of 3', 'a table of 1')
+
     """
     if isinstance(value, str):
         return f'"{shorten(value)}"'
@@ -102,6 +105,7 @@ def join_path(parts: Iterable[object]) -> str:
     --------
     >>> join_path(["meshes", 0, "backlash"]), join_path(["rotors", "a b"])
     ('meshes.0.backlash', 'rotors."a b"')
+
     """
     shown = []
     for part in parts:
@@ -132,6 +136,7 @@ class Fault:
     rotors.pinion.mass = -1.0: must be greater than 0 kg. Give a positive mass.
     >>> print(Fault("rotors.pinion.modul", NO_VALUE, "unknown field", "Did you mean 'module'?"))
     rotors.pinion.modul: unknown field. Did you mean 'module'?
+
     """
 
     path: str
@@ -173,6 +178,7 @@ class InputError(GearplayError):
     >>> error = InputError(Fault("run.seed", -1, "must be 0 or more"))
     >>> str(error), error.exit_code, len(error.faults)
     ('run.seed = -1: must be 0 or more.', 2, 1)
+
     """
 
     exit_code = 2

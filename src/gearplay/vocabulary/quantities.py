@@ -39,6 +39,7 @@ class Quantity:
     --------
     >>> LENGTH.unit, LENGTH.display_unit, 1e-4 * LENGTH.display_factor
     ('m', 'um', 100.0)
+
     """
 
     name: str
@@ -61,6 +62,7 @@ def hertz_stiffness(exponent: float) -> Quantity:
     --------
     >>> hertz_stiffness(1.5).unit, hertz_stiffness(1.0).unit
     ('N/m^1.5', 'N/m')
+
     """
     unit = "N/m" if exponent == 1.0 else f"N/m^{exponent:g}"
     return Quantity("hertz_stiffness", "K", unit, unit, 1.0, "contact stiffness")
@@ -123,7 +125,12 @@ MESH_VARIABLES: Final = _table(
     Quantity("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
     Quantity("center_distance", "A", "m", "mm", 1e3, "centre distance"),
     Quantity(
-        "transmission_error_dynamic", "DTE", "m", "um", 1e6, "dynamic transmission error along the line of action"
+        "transmission_error_dynamic",
+        "DTE",
+        "m",
+        "um",
+        1e6,
+        "dynamic transmission error along the line of action",
     ),
     Quantity("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
 )

@@ -1,0 +1,1 @@
+"""Command line: one module per command, joined in `gearplay.cli.main`."""

@@ -1,0 +1,44 @@
+"""``gearplay check``: validate a case and say what is remarkable about it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(check)
+
+
+def check(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change a field: path=value. May be repeated.", metavar="PATH=VALUE"),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Validate a case and warn about numbers that do not fit each other."""
+    from gearplay.model.check import check_case
+    from gearplay.model.reading import load_case
+
+    loaded = load_case(case, changes or ())
+    findings = check_case(loaded)
+    if json:
+        document = {
+            "status": "done",
+            "case": loaded.resolved(),
+            "sha256": loaded.sha256,
+            "findings": [finding.as_document() for finding in findings],
+        }
+        print_json(document)
+        return
+    for finding in findings:
+        print_text(str(finding))
+    warnings = sum(finding.severity == "warning" for finding in findings)
+    count = {0: "no warnings", 1: "1 warning"}.get(warnings, f"{warnings} warnings")
+    print_text(f"{loaded.title or case}: valid, {count}.")

@@ -1,0 +1,126 @@
+"""The command ``gearplay``: joins the commands, turns errors into one sentence and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Annotated, Final, Protocol
+
+import typer
+
+from gearplay.cli.output import error_document, print_json, say_error
+from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
+
+COMMANDS: Final = ("run", "study", "check", "schema")
+"""Modules of `gearplay.cli`, each with ``register(app)``; they import what is heavy only when they run."""
+
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl-C."""
+
+BROKEN: Final = 1
+"""Exit code after an error in gearplay itself."""
+
+
+class _CommandModule(Protocol):
+    register: Callable[[typer.Typer], None]
+
+
+def _make_app() -> typer.Typer:
+    made = typer.Typer(
+        name="gearplay",
+        help="Dynamics of gear mechanisms whose small clearances are coupled.",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    made.callback()(_options)
+    for name in COMMANDS:
+        module: _CommandModule = import_module(f"gearplay.cli.{name}")
+        module.register(made)
+    return made
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from gearplay import __version__
+
+        sys.stdout.write(f"gearplay {__version__}\n")
+        raise typer.Exit
+
+
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
+) -> None:
+    """Take the options that stand before a command; `main` has read --debug already."""
+
+
+app = _make_app()
+
+_UsageError: Final = typer.BadParameter.__bases__[0]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit code.
+
+    Parameters
+    ----------
+    arguments
+        Words after ``gearplay``; those of the process if not given. ``--debug`` may stand anywhere.
+
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in words
+    sys.exit(run([word for word in words if word != "--debug"], debug=debug))
+
+
+def run(words: Sequence[str], *, debug: bool = False) -> int:
+    """Run one command and return its exit code; every error a user can meet ends here.
+
+    With `debug`, errors are raised as they are.
+    """
+    wants_json = "--json" in words
+    try:
+        code = app(args=list(words) or ["--help"], prog_name="gearplay", standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except (KeyboardInterrupt, typer.Abort):
+        say_error("Interrupted.")
+        return INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains at exit
+        return 0
+    except Exception as error:
+        if debug:
+            raise
+        return _report(error, wants_json)
+
+
+def _report(error: Exception, wants_json: bool) -> int:
+    """Print an error in one sentence and return its exit code."""
+    code = BROKEN
+    if isinstance(error, GearplayError):
+        code, shown = error.exit_code, str(error)
+    elif isinstance(error, _UsageError):
+        code = InputError.exit_code
+        error = InputError(Fault("gearplay", NO_VALUE, _sentence(error), "Run gearplay --help"))
+        shown = str(error)
+    else:
+        shown = f"gearplay failed: {type(error).__name__}: {error}. This is an error in gearplay; run again with --debug."
+    say_error(shown)
+    if wants_json:
+        print_json(error_document(error, code))
+    return code
+
+
+def _sentence(error: Exception) -> str:
+    format_message: Callable[[], str] = getattr(error, "format_message", error.__str__)
+    return " ".join(format_message().split()).rstrip(".")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""`gearplay run CASE`: simulate one case, show what came out, save it."""
+
+from math import isfinite
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text, say_error
+from gearplay.cli.progress import progress_bar
+from gearplay.vocabulary.errors import SimulationError
+
+INTERRUPTED = 130
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(run)
+
+
+def run(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    out: Annotated[Path | None, typer.Option("--out", help="Write the result here, as netCDF-4.")] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change a value: --set meshes.0.backlash=200um. May be repeated."),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a case and save the result."""
+    from gearplay.api import simulate
+    from gearplay.model.reading import load_case
+    from gearplay.output.files import check_new
+
+    chosen = load_case(case, changes or ())
+    if out is not None:
+        check_new(out, overwrite=overwrite)
+    with progress_bar(quiet=json) as report:
+        watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
+        result = simulate(chosen, progress=watch)
+    if out is not None:
+        result.save(out, overwrite=overwrite)
+    document = _summary(result, out)
+    if json:
+        print_json(document)
+    else:
+        print_text(_words(result, out))
+    if result.status.name == "INTERRUPTED":
+        raise typer.Exit(INTERRUPTED)
+    if not result.success:
+        say_error(f"{case}: {result.message}")
+        raise typer.Exit(SimulationError.exit_code)
+
+
+def _summary(result: Any, out: Path | None) -> dict[str, Any]:
+    first = result.runs[0]
+    s = first.statistics
+    return {
+        "title": result.case.title,
+        "case_sha256": result.case.sha256,
+        "status": result.status.name,
+        "message": result.message,
+        "members": len(result.runs),
+        "simulated_time": first.reached,
+        "steps": sum(r.counters.steps for r in result.runs),
+        "rejected_steps": sum(r.counters.rejected_steps for r in result.runs),
+        "events": sum(r.counters.events for r in result.runs),
+        "wall_time": sum(r.wall_time for r in result.runs),
+        "contacts": {
+            label: {
+                name: float(values[i]) if isfinite(values[i]) else 0.0
+                for name, values in (
+                    ("share_of_time", s.share_of_time),
+                    ("impacts_per_second", s.impacts_per_second),
+                    ("mean_impact_speed", s.mean_impact_speed),
+                    ("peak_force", s.peak_force),
+                )
+            }
+            for i, label in enumerate(s.labels)
+        },
+        "out": None if out is None else str(out),
+    }
+
+
+def _words(result: Any, out: Path | None) -> str:
+    d = _summary(result, out)
+    lines = [
+        f"{d['title'] or 'untitled'}: {d['message']}",
+        f"{d['simulated_time']:g} s simulated in {d['wall_time']:.3g} s, {d['steps']} steps, {d['events']} contact events"
+        + (f", {d['members']} members" if d["members"] > 1 else ""),
+        f"{'contact':<24}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
+    ]
+    for label, c in d["contacts"].items():
+        lines.append(
+            f"{label:<24}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
+            f"{1e3 * c['mean_impact_speed']:>9.2f} mm/s{c['peak_force']:>11.1f} N"
+        )
+    if out is not None:
+        lines.append(f"Saved to {out}")
+    return "\n".join(lines)

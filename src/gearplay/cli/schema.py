@@ -1,0 +1,19 @@
+"""``gearplay schema``: the JSON schema of case files."""
+
+from __future__ import annotations
+
+import typer
+
+from gearplay.cli.output import Json, print_json
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(schema)
+
+
+def schema(json: Json = False) -> None:
+    """Print the JSON schema of case files, for editors; --json changes nothing, since it is JSON already."""
+    from gearplay.model.schema import json_schema
+
+    print_json(json_schema())

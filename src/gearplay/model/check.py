@@ -1,0 +1,213 @@
+"""Findings about a valid case: numbers that do not fit each other, and what to expect from a simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Final, Literal
+
+from gearplay.model import geometry
+from gearplay.model.case import Case
+from gearplay.model.rotor import Rotor, ServoDrive, SpeedDrive, TorqueDrive
+
+GYRATION: Final = (0.3, 1.5)
+"""Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
+
+MISFIT: Final = 1e-6
+"""Relative difference of a centre distance from its nominal value that is more than rounding."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding.
+
+    Parameters
+    ----------
+    severity
+        ``warning`` for numbers that probably are not meant, ``note`` for what is good to know.
+    path
+        Field or part of the case it is about.
+    message
+        Sentences for people.
+
+    """
+
+    severity: Literal["warning", "note"]
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.path}: {self.message}"
+
+    def as_document(self) -> dict[str, str]:
+        """Return the finding as a JSON-able table."""
+        return asdict(self)
+
+
+def check_case(case: Case) -> list[Finding]:
+    """Return what is remarkable about a valid case, warnings first.
+
+    Raises
+    ------
+    InputError
+        If the parts are valid but the train is not: speeds that contradict each other, centres that cannot mesh.
+
+    Examples
+    --------
+    >>> from gearplay.model.reading import load_case
+    >>> for finding in check_case(load_case("han2021"))[:1]:
+    ...     print(finding.severity, finding.path)
+    warning rotors.pinion.inertia
+
+    """
+    speeds = dict(zip(case.rotors, (float(speed) for speed in geometry.nominal_speeds(case)), strict=True))
+    found = [*_inertias(case), *_excitation(case)]
+    for index in range(len(case.meshes)):
+        found += [
+            *_contact_ratio(case, index),
+            *_center_distance(case, index),
+            *_wedging(case, index),
+            *_errors(case, index),
+        ]
+    found += _amplitude_bounds(case, speeds)
+    return sorted(found, key=lambda finding: finding.severity != "warning")
+
+
+def mesh_frequency(case: Case, index: int, speeds: dict[str, float]) -> float:
+    """Return the nominal mesh frequency of mesh `index` [Hz], from nominal speeds [rad/s]."""
+    driver = case.meshes[index].driver
+    frame = geometry.mesh_frame(case, index)
+    relative = speeds[driver] - (speeds[frame] if frame is not None else 0.0)
+    return abs(relative) * geometry.teeth_of(case, driver) / (2.0 * math.pi)
+
+
+def amplitude_bound(radial_clearance: float, frequency: float) -> float:
+    """Return the largest line of acceleration that motion within a clearance allows, (4/pi) c (2 pi f)^2 [m/s^2].
+
+    Parameters
+    ----------
+    radial_clearance
+        c [m]; a displacement within -c .. c has no line higher than that of a square wave, 4 c / pi.
+    frequency
+        f of the line [Hz].
+
+    Examples
+    --------
+    >>> round(amplitude_bound(100e-6, 40.0), 3)
+    8.042
+
+    """
+    return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
+
+
+def _inertias(case: Case) -> Iterator[Finding]:
+    checked: set[str] = set()
+    for mesh in case.meshes:
+        for name in (mesh.driver, mesh.driven):
+            if name in checked:
+                continue
+            checked.add(name)
+            rotor = case.rotors[name]
+            gyration, pitch = math.sqrt(rotor.inertia / rotor.mass), geometry.pitch_radius(case, mesh, name)
+            if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:
+                yield Finding(
+                    "warning",
+                    f"rotors.{name}.inertia",
+                    f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch radius, "
+                    f"{pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
+                    "Check mass and inertia and their units.",
+                )
+
+
+def _excitation(case: Case) -> Iterator[Finding]:
+    if not case.meshes or any(case.gravity):
+        return
+    errors = any(term.amplitude != 0.0 for mesh in case.meshes for term in mesh.transmission_error)
+    if not errors and not any(_excites(rotor) for rotor in case.rotors.values()):
+        yield Finding(
+            "note",
+            "meshes",
+            "nothing excites this case: without load, error of the teeth, runout, gravity or an initial displacement, "
+            "rolling without force is an exact solution. Give a transmission_error, a runout or a load.",
+        )
+
+
+def _excites(rotor: Rotor) -> bool:
+    load, start, drive = rotor.load, rotor.initial, rotor.drive
+    ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
+    return (
+        any((load.torque, load.drag, load.friction, rotor.runout.amplitude))
+        or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
+        or ramped
+        or (isinstance(drive, TorqueDrive) and drive.torque != 0.0)
+    )
+
+
+def _contact_ratio(case: Case, index: int) -> Iterator[Finding]:
+    ratio = geometry.mesh_contact_ratio(case, index)
+    if ratio < 1.0:
+        yield Finding(
+            "warning",
+            f"meshes.{index}",
+            f"the contact ratio, {ratio:.2f}, is below 1: between two pairs of teeth nothing would be in contact. "
+            "Check teeth, module and pressure angle.",
+        )
+
+
+def _center_distance(case: Case, index: int) -> Iterator[Finding]:
+    mesh = case.meshes[index]
+    centres = geometry.centres(case)
+    actual = math.dist(centres[mesh.driver], centres[mesh.driven])
+    nominal = geometry.nominal_center_distance(case, index)
+    if abs(actual - nominal) > MISFIT * nominal:
+        yield Finding(
+            "warning",
+            f"meshes.{index}.backlash",
+            f"the positions are {actual:.6g} m apart, the nominal centre distance is {nominal:.6g} m. The backlash is "
+            "defined at the nominal distance; do not count the play of the installed distance twice.",
+        )
+
+
+def _wedging(case: Case, index: int) -> Iterator[Finding]:
+    ratio = geometry.jam_ratio(case, index)
+    if ratio <= 1.0:
+        return
+    mesh = case.meshes[index]
+    if mesh.backlash == 0.0:
+        text = "there is clearance in the sleeves but no backlash"
+    else:
+        text = f"the jam ratio, 2 sin(alpha) x (sum of radial clearances) / backlash, is {ratio:.2f}"
+    yield Finding(
+        "warning",
+        f"meshes.{index}.backlash",
+        f"{text}: both flanks can touch at once and the pair can wedge. Raise the backlash or lower the clearances, "
+        "unless that is the case to study.",
+    )
+
+
+def _errors(case: Case, index: int) -> Iterator[Finding]:
+    mesh = case.meshes[index]
+    total = sum(abs(term.amplitude) for term in mesh.transmission_error)
+    if total > mesh.backlash:
+        yield Finding(
+            "warning",
+            f"meshes.{index}.transmission_error",
+            f"the amplitudes add up to {1e6 * total:.4g} um, more than the backlash of {1e6 * mesh.backlash:.4g} um. "
+            "Check the units.",
+        )
+
+
+def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
+    for name, sleeve in case.sleeves.items():
+        mine = [index for index, mesh in enumerate(case.meshes) if name in (mesh.driver, mesh.driven)]
+        for frequency in sorted({float(f"{mesh_frequency(case, index, speeds):.6g}") for index in mine}):
+            if sleeve.radial_clearance == 0.0 or frequency == 0.0:
+                continue
+            bound = amplitude_bound(sleeve.radial_clearance, frequency)
+            yield Finding(
+                "note",
+                f"sleeves.{name}.radial_clearance",
+                f"motion within the clearance bounds the line of acceleration at the mesh frequency, {frequency:.4g} Hz, "
+                f"to {bound:.3g} m/s^2.",
+            )

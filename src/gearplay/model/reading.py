@@ -1,0 +1,176 @@
+"""Doors of the model: case files, bundled cases and dictionaries into a `Case`, and changed copies of one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from gearplay.model.case import Case
+from gearplay.model.consistency import cross_faults
+from gearplay.model.fields import Part
+from gearplay.model.mesh import Mesh
+from gearplay.model.overrides import apply_change, parse_override
+from gearplay.model.rotor import Rotor
+from gearplay.model.sleeve import Sleeve
+from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
+from gearplay.model.wording import did_you_mean, translate
+from gearplay.vocabulary.errors import Fault, InputError, shorten
+
+_MOST_OVERRIDES: Final = 1000
+
+
+def bundled_names() -> list[str]:
+    """Return the names of the cases that come with the package.
+
+    Examples
+    --------
+    >>> "han2021" in bundled_names()
+    True
+
+    """
+    folder = files("gearplay.model") / "cases"
+    return sorted(
+        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
+    )
+
+
+def load_case(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Sequence[str] = ()) -> Case:
+    """Read a case.
+
+    Parameters
+    ----------
+    source
+        Name of a bundled case, path of a TOML file, or a dictionary laid out as such a file.
+    overrides
+        Changes such as ``"meshes.0.backlash=200 um"``, applied before validation.
+
+    Returns
+    -------
+    Case
+        Validated, in SI.
+
+    Raises
+    ------
+    InputError
+        With every fault found.
+
+    Examples
+    --------
+    >>> load_case("han2021", ["meshes.0.backlash = 200 um"]).meshes[0].backlash
+    0.0002
+
+    """
+    document = _document(source)
+    if len(overrides) > _MOST_OVERRIDES:
+        raise InputError(
+            Fault("overrides", len(overrides), f"must be at most {_MOST_OVERRIDES}", "Write a case file")
+        )
+    changes = [parse_override(text) for text in overrides]
+    return _changed(document, changes)
+
+
+def replace(case: Case, changes: Mapping[str, Any]) -> Case:
+    """Return a copy of a case with changes, validated anew.
+
+    Parameters
+    ----------
+    case
+        What to start from.
+    changes
+        New values by path, as numbers in SI, text with a unit, or tables; None removes an optional value.
+
+    Examples
+    --------
+    >>> changed = replace(load_case("han2021"), {"meshes.0.backlash": "200 um", "run.seed": 3})
+    >>> changed.meshes[0].backlash, changed.run.seed
+    (0.0002, 3)
+
+    """
+    return _changed(case.resolved(), [(str(path), plain_copy(value)) for path, value in changes.items()])
+
+
+def to_toml(case: Case) -> str:
+    """Write a case as TOML in SI, every default included; `load_case` reads it back to an equal case."""
+    return write_toml(case.resolved())
+
+
+def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]]) -> Case:
+    faults = [fault for path, value in changes if (fault := apply_change(document, path, value)) is not None]
+    try:
+        case = _validated(document)
+    except InputError as error:
+        raise InputError(faults + error.faults) from None
+    if faults:
+        raise InputError(faults)
+    return case
+
+
+def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
+    """Return the raw case behind a source: plain dictionaries, lists and values."""
+    if isinstance(source, Mapping):
+        copied: dict[str, Any] = plain_copy(source)
+        return copied
+    if not isinstance(source, (str, os.PathLike)):
+        rule = "must be a bundled name, a path or a table"
+        raise InputError(Fault("case", source, rule, "Pass one of these"))
+    name = os.fspath(source)
+    if not isinstance(name, str):
+        raise InputError(Fault("case", name, "must be a path as text", "Decode it first"))
+    known = bundled_names()
+    if name in known:
+        text = (files("gearplay.model") / "cases" / f"{name}.toml").read_text(encoding="utf-8")
+        where = name
+    else:
+        path = Path(name)
+        if _looks_like_a_name(name):
+            rule = "must be a bundled case or the path of a file"
+            close = did_you_mean(name, known, "Bundled cases")
+            every = f"{close} Bundled cases: {', '.join(known)}" if close.endswith("?") else close
+            raise InputError(Fault("case", name, rule, every))
+        text, where = read_text(path), shorten(path.name)
+    return plain_copy(parse_toml(text, where))  # type: ignore[no-any-return]
+
+
+def _looks_like_a_name(name: str) -> bool:
+    if any(mark in name for mark in "/\\\0") or name.endswith(".toml"):
+        return False
+    try:
+        return not os.path.lexists(name)
+    except (OSError, ValueError):
+        return True
+
+
+def _validated(document: dict[str, Any]) -> Case:
+    try:
+        return Case.model_validate(document)
+    except ValidationError as error:
+        faults = translate(error, document, Case)
+    raise InputError(faults + _faults_between_parts(document, {fault.path for fault in faults}))
+
+
+def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[Fault]:
+    """Check names across parts although some part is at fault, so that one reading reports everything."""
+    rotors, sleeves, meshes = (document.get(name) for name in ("rotors", "sleeves", "meshes"))
+    rotors = rotors if isinstance(rotors, Mapping) else {}
+    sleeves = sleeves if isinstance(sleeves, Mapping) else {}
+    if not rotors:
+        return []
+    faults = cross_faults(
+        {name: _part(Rotor, raw) for name, raw in rotors.items()},
+        {name: _part(Sleeve, raw) for name, raw in sleeves.items()},
+        [_part(Mesh, raw) for raw in meshes] if isinstance(meshes, list) else [],
+    )
+    return [fault for fault in faults if fault.path not in known]
+
+
+def _part(kind: type[Part], raw: object) -> Any:
+    """Return the part if it is valid on its own, else its raw table."""
+    try:
+        return kind.model_validate(raw)
+    except ValidationError:
+        return raw if isinstance(raw, Mapping) else {}

@@ -1,0 +1,181 @@
+"""Validation errors in our own words: where, what was found, what is required, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from gearplay.model.fields import KIND, Problem
+from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, join_path, shorten
+
+Path = tuple[str | int, ...]
+
+LISTED: Final = 12
+"""Names a hint lists before it stops."""
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """Return the word that `word` was probably meant to be.
+
+    Examples
+    --------
+    >>> nearest("modul", ["module", "mass"]), nearest("zzz", ["module"])
+    ('module', None)
+
+    """
+    found = difflib.get_close_matches(word[:KEY_LENGTH], list(words), n=1, cutoff=0.6)
+    return found[0] if found else None
+
+
+def did_you_mean(word: str, words: Iterable[str], title: str = "Known") -> str:
+    """Return a hint: the nearest word, or else the list of all.
+
+    Examples
+    --------
+    >>> did_you_mean("rng", ["ring", "pinion"], "Rotors"), did_you_mean("zz", ["ring"], "Rotors")
+    ("Did you mean 'ring'?", 'Rotors: ring')
+
+    """
+    known = list(words)
+    close = nearest(word, known)
+    if close is not None:
+        return f"Did you mean '{shorten(close, KEY_LENGTH)}'?"
+    if not known:
+        return f"{title}: none"
+    more = ", ..." if len(known) > LISTED else ""
+    return f"{title}: {', '.join(shorten(name, KEY_LENGTH) for name in sorted(known)[:LISTED])}{more}"
+
+
+def translate(error: ValidationError, document: Mapping[str, Any], model: type[BaseModel]) -> list[Fault]:
+    """Return the faults of a validation.
+
+    Parameters
+    ----------
+    error
+        What validating `document` raised.
+    document
+        The raw case, to find the value at fault.
+    model
+        Type of the whole, to name the fields that exist.
+
+    """
+    faults: list[Fault] = []
+    for detail in error.errors(include_url=False):
+        faults.extend(_faults_of(detail, document, model))
+    return faults
+
+
+def _faults_of(detail: ErrorDetails, document: Mapping[str, Any], model: type[BaseModel]) -> list[Fault]:
+    path = _plain_path(detail["loc"])
+    context = detail.get("ctx", {})
+    kind = detail["type"]
+    if kind == "gearplay":
+        problems: list[Problem] = context["problems"]
+        return [_fault(path + problem.at, document, problem.rule, problem.cure) for problem in problems]
+    if kind == "gearplay_kind":
+        return [_kind_fault(path, document, context["kinds"])]
+    if kind == "extra_forbidden":
+        known = known_fields(model, path[:-1], document)
+        return [
+            Fault(join_path(path), NO_VALUE, "unknown field", did_you_mean(str(path[-1]), known, "Fields"))
+        ]
+    if kind == "missing":
+        return [Fault(join_path(path), NO_VALUE, "is required", "Add it")]
+    rule, cure = _words(kind, context)
+    if detail["loc"] and detail["loc"][-1] == "[key]":
+        return [Fault(join_path(path), NO_VALUE, f"the name {rule}", cure)]
+    return [_fault(path, document, rule, cure)]
+
+
+def _fault(path: Path, document: Mapping[str, Any], rule: str, cure: str) -> Fault:
+    return Fault(join_path(path) or "case", value_at(document, path), rule, cure)
+
+
+def _kind_fault(path: Path, document: Mapping[str, Any], kinds: str) -> Fault:
+    value = value_at(document, path)
+    if not isinstance(value, Mapping):
+        return Fault(join_path(path), value, "must be a table with a kind", f"Kinds: {kinds}")
+    given = value.get("kind", NO_VALUE)
+    cure = did_you_mean(given, kinds.split(", "), "Kinds") if isinstance(given, str) else f"Kinds: {kinds}"
+    return Fault(f"{join_path(path)}.kind", given, f"must be one of {kinds}", cure)
+
+
+def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
+    """Return rule and cure for the library's own kinds of error."""
+    match kind:
+        case "int_type" | "int_from_float" | "int_parsing" | "int_parsing_size":
+            return "must be a whole number", "Write it without quotes, point and unit"
+        case "greater_than_equal":
+            return f"must be {context['ge']} or more", "Choose a value in this range"
+        case "less_than_equal":
+            return f"must be at most {context['le']}", "Choose a value in this range"
+        case "bool_type":
+            return "must be true or false", "Write it without quotes"
+        case "string_type":
+            return "must be text", "Put it in quotes"
+        case "string_too_long":
+            return f"must have at most {context['max_length']} characters", "Shorten it"
+        case "string_pattern_mismatch" if "A-Za-z" in str(context.get("pattern")):
+            return "must be a letter followed by at most 31 letters, digits or _", "Choose another name"
+        case "string_pattern_mismatch":
+            return "must not contain control characters", "Remove them"
+        case "string_unicode":
+            return "must be valid Unicode text", "Save the file as UTF-8"
+        case "literal_error":
+            return f"must be one of {context['expected']}".replace(" or ", ", "), "Choose one of these"
+        case "too_short":
+            return f"must have at least {context['min_length']} entry", "Add one"
+        case "too_long":
+            return f"must have at most {context['max_length']} entries", "Remove some"
+        case "model_type" | "model_attributes_type" | "dict_type" | "mapping_type":
+            return "must be a table", "Write it as a [table] or in braces"
+    return "does not fit this field", "See gearplay schema"
+
+
+def _plain_path(location: Sequence[str | int]) -> Path:
+    """Drop the marks of unions and of keys from an error's location."""
+    unions = ("drive", "stiffness", "material")
+    return tuple(
+        part
+        for before, part in zip(("", *location), location, strict=False)
+        if part != "[key]" and not (isinstance(part, str) and part.startswith(KIND) and before in unions)
+    )
+
+
+def value_at(document: object, path: Path) -> object:
+    """Return the raw value at a path, or `NO_VALUE` where there is none."""
+    value: Any = document
+    for part in path:
+        try:
+            value = value[part]
+        except (KeyError, IndexError, TypeError):
+            return NO_VALUE
+    return value if path else NO_VALUE
+
+
+def known_fields(model: type[BaseModel], path: Path, document: Mapping[str, Any]) -> list[str]:
+    """Return the names of the fields that exist in the part of a case at `path`."""
+    types: list[type[BaseModel]] = [model]
+    value: object = document
+    for index, part in enumerate(path):
+        value = value_at(document, path[: index + 1])
+        deeper: list[type[BaseModel]] = []
+        for each in types:
+            if isinstance(part, str) and part in each.model_fields:
+                deeper.extend(_parts_in(each.model_fields[part].annotation))
+        types = deeper or types  # a name or an index: its part is of the table's type
+    kind = value.get("kind") if isinstance(value, Mapping) else None
+    fitting = [
+        each for each in types if "kind" in each.model_fields and each.model_fields["kind"].default == kind
+    ]
+    return list(dict.fromkeys(name for each in fitting or types for name in each.model_fields))
+
+
+def _parts_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for inner in getattr(annotation, "__args__", ()) for found in _parts_in(inner)]

@@ -1,0 +1,105 @@
+"""The Python door: dataset, attributes, saving and reading back, spectra, refusals."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.vocabulary.quantities import RESULT_VARIABLES
+
+
+@pytest.fixture(scope="module")
+def result() -> gp.Result:
+    return gp.simulate("han2021", duration=0.05, transient=0.01, sampling=2e4)
+
+
+def test_the_dataset_has_the_contracts_names_units_and_provenance(result: gp.Result) -> None:
+    ds = result.ds
+    assert dict(ds.sizes) == {"time": 1000, "rotor": 2, "sleeve": 1, "mesh": 1, "contact": 3}
+    assert list(ds.rotor.values) == ["pinion", "ring"]
+    assert list(ds.mesh.values) == ["pinion-ring"]
+    for name, quantity in RESULT_VARIABLES.items():
+        assert ds[name].attrs["units"] == quantity.unit
+        assert ds[name].attrs["long_name"]
+    assert gp.load_case(json.loads(ds.attrs["case"])).sha256 == ds.attrs["case_sha256"] == result.case.sha256
+    for name in ("gearplay_version", "method", "tolerance", "seed", "steps", "events", "rejected_steps", "status", "wall_time"):
+        assert name in ds.attrs
+    assert ds.time.values[0] == pytest.approx(0.01)
+
+
+def test_signals_are_consistent_with_each_other(result: gp.Result) -> None:
+    ds = result.ds
+    ring = ds.sel(rotor="ring")
+    increments = np.diff(ring.x.values) / np.diff(ds.time.values)
+    middle = 0.5 * (ring.vx.values[1:] + ring.vx.values[:-1])
+    assert np.max(np.abs(increments - middle)) < 1e-3
+    total = ds.drive_penetration + ds.back_penetration + ds.backlash
+    assert float(np.abs(total).max()) < 1e-15
+    assert float(ds.drive_force.min()) >= 0.0
+    assert float(ds.back_force.min()) >= 0.0
+
+
+def test_saving_and_reading_back_gives_the_same(result: gp.Result, tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    result.save(path)
+    again = gp.read_result(path)
+    assert again.attrs["case_sha256"] == result.case.sha256
+    np.testing.assert_array_equal(again.ax.values, result.ds.ax.values)
+    with pytest.raises(gp.InputError, match="must not exist yet"):
+        result.save(path)
+    result.save(path, overwrite=True)
+
+
+def test_an_ensemble_has_members_and_a_spectrum_with_spread() -> None:
+    result = gp.simulate("han2021", duration=0.05, transient=0.0, sampling=5e3, ensemble=3, signals=["ring.ax", "ring.x"])
+    assert result.ds.sizes["member"] == 3
+    assert not np.array_equal(result.ds.x.sel(rotor="ring", member=1), result.ds.x.sel(rotor="ring", member=2))
+    spectrum = result.spectrum("ax", rotor="ring")
+    assert spectrum.members == 3
+    assert spectrum.spread is not None
+    assert np.all(np.isnan(result.ds.x.sel(rotor="pinion").values)), "signals that were not kept are NaN, not zero"
+
+
+def test_unknown_signals_are_named(result: gp.Result) -> None:
+    with pytest.raises(gp.InputError, match="signal"):
+        result.spectrum("az", rotor="ring")
+    with pytest.raises(gp.InputError, match="signals"):
+        gp.simulate("han2021", duration=0.001, signals=["ring.aax"])
+    with pytest.raises(gp.InputError, match="plot"):
+        result.plot.orbit("sun")
+
+
+def test_pictures_draw_without_touching_pyplot(result: gp.Result) -> None:
+    import sys
+
+    before = "matplotlib.pyplot" in sys.modules
+    for ax in (result.plot.orbit("ring"), result.plot.history("backlash"), result.plot.spectrum("ax", "ring")):
+        assert "[" in ax.get_xlabel() and "[" in ax.get_ylabel(), "axes carry units"
+        ax.figure.canvas.draw()
+    assert ("matplotlib.pyplot" in sys.modules) == before
+
+
+def test_html_and_repr_escape_the_title() -> None:
+    case = gp.replace(gp.load_case("han2021"), {"title": "<b>bold</b> $x$", "run.duration": 0.001, "run.transient": 0.0})
+    result = gp.simulate(case)
+    assert "<b>" not in result._repr_html_()
+    assert "DONE" in repr(result)
+
+
+def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
+    case = gp.replace(gp.load_case("han2021"), {"run.max_steps": 20_000, "run.duration": 100.0, "run.sampling": 100.0})
+    result = gp.simulate(case)
+    assert not result.success
+    assert result.status.name == "TOO_MANY_STEPS"
+    assert "max_steps" in result.message
+    assert result.ds.sizes["time"] > 10
+
+
+@pytest.mark.parametrize(
+    "changes", [{"run.duration": 1e6, "run.sampling": 1e5}, {"run.duration": 1e6, "run.sampling": 1.0, "run.ensemble": 100}]
+)
+def test_a_run_that_is_too_large_is_refused_with_its_estimate(changes: dict) -> None:
+    with pytest.raises(gp.ResourceError, match="about"):
+        gp.simulate(gp.replace(gp.load_case("han2021"), changes))
