@@ -39,9 +39,15 @@ def merged(base: Document, changes: Document) -> Document:
 
 
 def pair_document(kind: str = "internal", mesh: Document | None = None, **changes: Any) -> Document:
-    """Return an undamped pair 20/60 of module 4 mm with a sleeve each and constant stiffness; nothing drives it."""
+    """Return an undamped, undriven pair 20/60 of module 4 mm with a sleeve each and constant stiffness."""
     wheel = "ring" if kind == "internal" else "wheel"
-    sleeve = {"radial_clearance": 100e-6, "law": "hunt-crossley", "stiffness": 1e10, "exponent": 1.5, "restitution": 1.0}
+    sleeve = {
+        "radial_clearance": 100e-6,
+        "law": "hunt-crossley",
+        "stiffness": 1e10,
+        "exponent": 1.5,
+        "restitution": 1.0,
+    }
     base: Document = {
         "rotors": {
             "pinion": {"teeth": 20, "mass": 0.235, "inertia": 1.88e-4},
@@ -63,6 +69,8 @@ def pair_document(kind: str = "internal", mesh: Document | None = None, **change
         ],
         "run": {"duration": 0.01, "sampling": 1e5, "tolerance": 1e-10},
     }
+    if mesh and "stiffness" in mesh:
+        base["meshes"][0]["stiffness"] = copy.deepcopy(mesh["stiffness"])
     return merged(base, changes)
 
 
@@ -94,7 +102,9 @@ def single_rotor_document(sleeve: Document, **rotor: Any) -> Document:
     }
 
 
-def simulate_one(document: Document, member: int = 0, signals: list[str] | None = None, **policy: Any) -> Trajectory:
+def simulate_one(
+    document: Document, member: int = 0, signals: list[str] | None = None, **policy: Any
+) -> Trajectory:
     """Simulate one member of a document; fail the test where the run fails."""
     trajectory = run_members(case_of(document), [member], signals=signals, **policy)[0]
     assert trajectory.success, trajectory.message
@@ -125,7 +135,11 @@ class Instant:
     def __init__(self, packed: Packed) -> None:
         self.system: System = packed.system
         n_c = packed.system.sleeves.size + 2 * packed.system.meshes.size
-        self.contacts, self.force, self.out = np.zeros((n_c, 6)), np.zeros((packed.system.rotors.size, 3)), np.zeros(20)
+        self.contacts, self.force, self.out = (
+            np.zeros((n_c, 6)),
+            np.zeros((packed.system.rotors.size, 3)),
+            np.zeros(20),
+        )
         self.modes = np.zeros(mode_count(packed.system), dtype=np.int64)
         self.latch = np.ones(packed.system.sleeves.size)
         self.dy = np.zeros(packed.state_size)
@@ -141,11 +155,13 @@ class Instant:
         return self.force.ravel().copy()
 
     def potential(self, t: float, y: Floats) -> float:
-        """Return the elastic energy [J] of all contacts, point laws only; written apart from the kernels' forces."""
+        """Return the elastic energy [J] of all point contacts, written apart from the forces."""
         total = 0.0
         for sleeve in self.system.sleeves:
             sleeve_geometry(sleeve, self.system, t, y, self.out)
-            total += sleeve.stiffness / (sleeve.exponent + 1.0) * max(self.out[0], 0.0) ** (sleeve.exponent + 1.0)
+            total += (
+                sleeve.stiffness / (sleeve.exponent + 1.0) * max(self.out[0], 0.0) ** (sleeve.exponent + 1.0)
+            )
         for mesh in self.system.meshes:
             assert mesh_geometry(mesh, self.system, t, y, self.out) == 0
             k = mesh_stiffness(mesh, self.system, self.out[12], 0)
@@ -158,7 +174,8 @@ class Instant:
         v = y[3 * n : 6 * n].reshape(n, 3).copy()
         v[:, 2] += self.system.rotors.nominal_speed
         return 0.5 * float(
-            np.sum(self.system.rotors.mass * (v[:, 0] ** 2 + v[:, 1] ** 2)) + np.sum(self.system.rotors.inertia * v[:, 2] ** 2)
+            np.sum(self.system.rotors.mass * (v[:, 0] ** 2 + v[:, 1] ** 2))
+            + np.sum(self.system.rotors.inertia * v[:, 2] ** 2)
         )
 
     def energy(self, t: float, y: Floats) -> float:

@@ -22,7 +22,20 @@ _HOME = {
     "ResourceError": "gearplay.vocabulary.errors",
 }
 
-__all__ = ["__version__", *_HOME]
+__all__ = [
+    "Case",
+    "GearplayError",
+    "InputError",
+    "ResourceError",
+    "Result",
+    "SimulationError",
+    "__version__",
+    "check_case",
+    "load_case",
+    "read_result",
+    "replace",
+    "simulate",
+]
 
 if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate

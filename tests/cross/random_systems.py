@@ -192,7 +192,11 @@ def _drive(rng: np.random.Generator, feature: dict[str, Any], rotor: dict[str, A
     if kind == "servo":
         kp = inertia / 2e-3
         # at the start of a ramp the servo is free of its limit and reaches it on the way
-        rotor["drive"] |= {"proportional_gain": kp, "integral_gain": kp / 5e-3, "torque_limit": 0.02 * kp * abs(speed)}
+        rotor["drive"] |= {
+            "proportional_gain": kp,
+            "integral_gain": kp / 5e-3,
+            "torque_limit": 0.02 * kp * abs(speed),
+        }
     if feature.get("ramp"):
         rotor["drive"]["ramp"] = float(rng.uniform(4e-3, 8e-3))
     return speed

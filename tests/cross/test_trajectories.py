@@ -51,7 +51,12 @@ def test_forces_equal_the_independent_reference(seed: int) -> None:
         for mesh in case.meshes:
             label = f"{mesh.driver}-{mesh.driven}"
             found = forces["mesh"][label]
-            for signal, key in (("drive_penetration", "p_d"), ("back_penetration", "p_b"), ("backlash", "b_t"), ("center_distance", "A")):
+            for signal, key in (
+                ("drive_penetration", "p_d"),
+                ("back_penetration", "p_b"),
+                ("backlash", "b_t"),
+                ("center_distance", "A"),
+            ):
                 assert abs(run.signal(signal, label)[at] - found[key]) < 1e-11
             for signal, key in (("drive_force", "F_d"), ("back_force", "F_b")):
                 assert run.signal(signal, label)[at] == pytest.approx(found[key], rel=1e-5, abs=1e-3)

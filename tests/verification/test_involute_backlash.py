@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from building import pair_case
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from building import pair_case
 from gearplay.kernels.involute import dynamic_backlash
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
@@ -18,14 +18,14 @@ NANOMETRE = 1e-9
 
 @dataclass(frozen=True)
 class Flank:
-    """Involute of one tooth side; at the pitch point it stands ``half_angle`` [rad] off the tooth's middle."""
+    """One side of a tooth; at the pitch point it stands ``half_angle`` [rad] off the tooth's middle."""
 
     r_base: float
     r_pitch: float
     half_angle: float
 
     def unwound(self, t: float) -> tuple[float, float]:
-        """Return radius [m] and polar angle [rad] of the end of a string unwound by t from the base circle."""
+        """Return radius [m] and polar angle [rad] of a string's end, unwound by t from the base circle."""
         x = math.cos(t) + t * math.sin(t)
         y = math.sin(t) - t * math.cos(t)
         return self.r_base * math.hypot(x, y), math.atan2(y, x)
@@ -46,7 +46,7 @@ class Flank:
 
 @dataclass(frozen=True)
 class Pair:
-    """Gear a has a tooth space on the line of centres, gear b a tooth in it, ``b0`` of normal play in between."""
+    """Gear a has a tooth space on the line of centres, gear b a tooth in it with ``b0`` of normal play."""
 
     z_a: int
     z_b: int
@@ -95,9 +95,16 @@ class Pair:
 
 @pytest.mark.parametrize(
     ("internal", "moved", "expected"),
-    [(False, 100e-6, 168.565e-6), (False, 200e-6, 237.451e-6), (True, -100e-6, 168.080e-6), (True, 50e-6, 65.717e-6)],
+    [
+        (False, 100e-6, 168.565e-6),
+        (False, 200e-6, 237.451e-6),
+        (True, -100e-6, 168.080e-6),
+        (True, 50e-6, 65.717e-6),
+    ],
 )
-def test_backlash_at_a_changed_centre_distance_is_that_of_real_flanks(internal: bool, moved: float, expected: float) -> None:
+def test_backlash_at_a_changed_centre_distance_is_that_of_real_flanks(
+    internal: bool, moved: float, expected: float
+) -> None:
     """b_t = b0 -/+ 2 c0 (inv alpha_w - inv alpha0): known values, unwound flanks and kernel agree to 1 nm."""
     z_a, z_b = (60, 20) if internal else (20, 60)
     alpha = math.radians(20.0)
@@ -110,10 +117,12 @@ def test_backlash_at_a_changed_centre_distance_is_that_of_real_flanks(internal: 
 
 
 def test_backlash_moves_by_twice_the_sine_of_the_working_pressure_angle() -> None:
-    """d b_t / dA = -/+ 2 sin alpha_w: internal play shrinks, external play grows when the centres part."""
+    """D b_t / dA = -/+ 2 sin alpha_w: internal play shrinks, external play grows when the centres part."""
     alpha, A = math.radians(20.0), 0.0803
     for s in (1.0, -1.0):
-        slope = (dynamic_backlash(A + 1e-7, 0.08, alpha, 0.0, s) - dynamic_backlash(A - 1e-7, 0.08, alpha, 0.0, s)) / 2e-7
+        slope = (
+            dynamic_backlash(A + 1e-7, 0.08, alpha, 0.0, s) - dynamic_backlash(A - 1e-7, 0.08, alpha, 0.0, s)
+        ) / 2e-7
         sine = math.sqrt(1.0 - (0.08 * math.cos(alpha) / A) ** 2)
         assert slope == pytest.approx(-2.0 * s * sine, rel=1e-7)
 
@@ -122,7 +131,7 @@ def test_backlash_moves_by_twice_the_sine_of_the_working_pressure_angle() -> Non
 @pytest.mark.parametrize("speed", [10.0, -10.0])
 @pytest.mark.parametrize("driver_is_a", [True, False])
 def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: float, driver_is_a: bool) -> None:
-    """p_d = 0 and p_b = 0 at the rotations at which unwound flanks touch, at any displacement and rotation."""
+    """p_d = 0 and p_b = 0 at the rotations at which unwound flanks touch, however displaced."""
     rng = np.random.default_rng(5)
     worst = 0.0
     for _ in range(6):
@@ -142,7 +151,13 @@ def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: floa
         case = pair_case(
             rotors={"pinion": None, "ring": None, **gears},
             sleeves={"pinion": None, "ring": None},
-            mesh={"driver": names[0], "driven": names[1], "module": module, "pressure_angle": alpha, "backlash": b0},
+            mesh={
+                "driver": names[0],
+                "driven": names[1],
+                "module": module,
+                "pressure_angle": alpha,
+                "backlash": b0,
+            },
         )
         packed = pack(case)
         mesh = packed.system.meshes[0]

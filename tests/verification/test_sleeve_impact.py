@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from building import Document, case_of, merged, pair_document, simulate_one, single_rotor_document
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from building import Document, case_of, merged, pair_document, simulate_one, single_rotor_document
 from gearplay.kernels.sleeve import bed_half_angle, bed_integrals, bed_penetration, sleeve_force
-from gearplay.model.contact_laws import bed_stiffness, hertz_stiffness, literal_dissipation
+from gearplay.model.contact_laws import bed_stiffness, literal_dissipation
 from gearplay.model.pack import pack
 from gearplay.solver.trajectory import Trajectory
 
@@ -20,7 +20,13 @@ LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier", "conformal
 
 def impact(direction: float = 0.7, **sleeve: Any) -> Document:
     """Return a disc that flies from the middle of its bush against the wall at ``SPEED``."""
-    given = {"radial_clearance": CLEARANCE, "law": "hunt-crossley", "stiffness": STIFFNESS, "exponent": 1.5, "restitution": 1.0}
+    given = {
+        "radial_clearance": CLEARANCE,
+        "law": "hunt-crossley",
+        "stiffness": STIFFNESS,
+        "exponent": 1.5,
+        "restitution": 1.0,
+    }
     start = {"vx": SPEED * math.cos(direction), "vy": SPEED * math.sin(direction)}
     document = single_rotor_document(merged(given, sleeve), mass=MASS, initial=start)
     return merged(document, {"run": {"duration": 2.2e-3, "sampling": 1e7}})
@@ -35,7 +41,7 @@ def first_contact(run: Trajectory) -> tuple[float, float, float, float]:
 
 @pytest.mark.parametrize(("exponent", "stiffness", "periods"), [(1.5, 1e10, 2.94328), (1.0, 5e7, math.pi)])
 def test_elastic_impact_has_its_closed_form(exponent: float, stiffness: float, periods: float) -> None:
-    """delta_max = ((n+1) m v^2 / 2K)^(1/(n+1)), duration 2.94328 (Hertz) or pi (linear) times delta_max / v."""
+    """delta_max = ((n+1) m v^2 / 2K)^(1/(n+1)), duration 2.94328 or pi times delta_max / v."""
     run = simulate_one(impact(exponent=exponent, stiffness=stiffness), signals=["sleeve_penetration"])
     deepest = (0.5 * (exponent + 1.0) * MASS * SPEED**2 / stiffness) ** (1.0 / (exponent + 1.0))
     t_on, t_off, v_on, v_off = first_contact(run)
@@ -50,7 +56,9 @@ def test_hertz_closed_form_of_five_halves() -> None:
     run = simulate_one(impact(), signals=["sleeve_penetration", "sleeve_force_x", "sleeve_force_y"])
     deepest = (5.0 * MASS * SPEED**2 / (4.0 * STIFFNESS)) ** 0.4
     assert float(np.max(run.values[:, 0])) == pytest.approx(deepest, rel=1e-4)
-    assert float(np.max(np.hypot(run.values[:, 1], run.values[:, 2]))) == pytest.approx(STIFFNESS * deepest**1.5, rel=1e-4)
+    assert float(np.max(np.hypot(run.values[:, 1], run.values[:, 2]))) == pytest.approx(
+        STIFFNESS * deepest**1.5, rel=1e-4
+    )
 
 
 def test_statistics_hold_the_peak_between_steps() -> None:
@@ -90,7 +98,9 @@ def test_literal_law_delivers_what_its_phase_plane_says(law: str, given: float) 
 )
 def test_known_rebounds(law: str, given: float, delivered: float) -> None:
     """The tabulated rebounds of the published laws."""
-    _, _, v_on, v_off = first_contact(simulate_one(impact(law=law, restitution=given), signals=["sleeve_penetration"]))
+    _, _, v_on, v_off = first_contact(
+        simulate_one(impact(law=law, restitution=given), signals=["sleeve_penetration"])
+    )
     assert -v_off / v_on == pytest.approx(delivered, abs=1e-5)
 
 
@@ -101,15 +111,19 @@ def test_delivered_reading_gives_the_restitution_asked_for(law: str, wanted: flo
     """restitution_reading = delivered: the rebound is the given one, whatever law and exponent."""
     stiffness = 1e10 if exponent == 1.5 else 5e7
     sleeve = {"law": law, "restitution": wanted, "restitution_reading": "delivered", "shaft_radius": 0.01}
-    run = simulate_one(impact(**sleeve, exponent=exponent, stiffness=stiffness), signals=["sleeve_penetration"])
+    run = simulate_one(
+        impact(**sleeve, exponent=exponent, stiffness=stiffness), signals=["sleeve_penetration"]
+    )
     _, _, v_on, v_off = first_contact(run)
     assert -v_off / v_on == pytest.approx(wanted, abs=1e-6)
 
 
 def test_peak_of_a_damped_impact() -> None:
-    """(delta_max / delta_Hertz)^(5/2) = 2 (a - ln(1 + a)) / a^2: ratio 0.96472 at e = 0.9, Lankarani-Nikravesh."""
+    """(delta_max / delta_Hertz)^(5/2) = 2 (a - ln(1 + a)) / a^2: 0.96472 for Lankarani-Nikravesh at 0.9."""
     law = {"law": "lankarani-nikravesh", "restitution": 0.9}
-    peaks = [float(np.max(simulate_one(impact(**s), signals=["sleeve_penetration"]).values)) for s in (law, {})]
+    peaks = [
+        float(np.max(simulate_one(impact(**s), signals=["sleeve_penetration"]).values)) for s in (law, {})
+    ]
     a = 0.75 * (1.0 - 0.81)
     assert (2.0 * (a - math.log1p(a)) / a**2) ** 0.4 == pytest.approx(0.96472, abs=5e-6)
     assert peaks[0] / peaks[1] == pytest.approx(0.96472, abs=1e-5)
@@ -149,33 +163,40 @@ def test_bed_integral_agrees_with_adaptive_quadrature(k: float, depth: float) ->
     """2 * integral of delta(theta)^k cos theta over 0..theta0, eq. (14), against QUADPACK."""
     c, R = 100e-6, 0.01
     theta0 = bed_half_angle(depth, c, R)
-    expected = 2.0 * quad(
-        lambda u: max(bed_penetration(theta0 * u, depth, c, R), 0.0) ** k * math.cos(theta0 * u) * theta0,
-        0.0,
-        1.0,
-        epsabs=0.0,
-        epsrel=1e-11,
-        limit=200,
-    )[0]
+    expected = (
+        2.0
+        * quad(
+            lambda u: max(bed_penetration(theta0 * u, depth, c, R), 0.0) ** k * math.cos(theta0 * u) * theta0,
+            0.0,
+            1.0,
+            epsabs=0.0,
+            epsrel=1e-11,
+            limit=200,
+        )[0]
+    )
     elastic, opening = bed_integrals(depth, c, R, k)
     assert elastic == pytest.approx(expected, rel=1e-9)
     assert opening == pytest.approx(2.0 * math.sin(theta0), rel=1e-14)
 
 
 def test_linear_bed_has_the_hertz_exponent_and_meets_the_point_law() -> None:
-    """A bed of exponent 1 gives force ~ delta^1.5 as delta -> 0 and the point law's force at its reference."""
+    """A bed of exponent 1 gives delta^1.5 as delta -> 0, and the point law's force at its reference."""
     c, R, reference = 100e-6, 0.01, 1e-6
     force = [bed_integrals(d, c, R, 1.0)[0] for d in (1e-9, 1.01e-9)]
     assert math.log(force[1] / force[0]) / math.log(1.01) == pytest.approx(1.5, abs=1e-4)
     k = bed_stiffness(STIFFNESS, 1.5, c, R, 1.0, reference)
     assert k * bed_integrals(reference, c, R, 1.0)[0] == pytest.approx(STIFFNESS * reference**1.5, rel=1e-13)
-    document = impact(law="conformal", shaft_radius=R, radial_clearance=c, bed_reference_penetration=reference)
+    document = impact(
+        law="conformal", shaft_radius=R, radial_clearance=c, bed_reference_penetration=reference
+    )
     sleeve = pack(case_of(document)).system.sleeves[0]
-    assert sleeve_force(sleeve, reference, 0.0, 1.0)[0] == pytest.approx(STIFFNESS * reference**1.5, rel=1e-13)
+    assert sleeve_force(sleeve, reference, 0.0, 1.0)[0] == pytest.approx(
+        STIFFNESS * reference**1.5, rel=1e-13
+    )
 
 
 def test_conformal_impact_conserves_energy() -> None:
-    """With restitution 1 the bed gives the impact speed back and turns at the depth of its energy integral."""
+    """With restitution 1 the bed gives the speed back and turns at the depth of its energy integral."""
     run = simulate_one(impact(law="conformal", shaft_radius=0.01), signals=["sleeve_penetration"])
     _, _, v_on, v_off = first_contact(run)
     assert -v_off / v_on == pytest.approx(1.0, abs=1e-8)
@@ -186,18 +207,26 @@ def test_conformal_impact_conserves_energy() -> None:
 
 
 def test_bed_as_printed_adds_the_same_damping_at_every_angle() -> None:
-    """(14) as printed: 2 * integral of (K delta^1.5 + C ddelta/dt) cos theta with C = a K delta_m^1.5 / v_in."""
-    document = merged(impact(law="conformal", shaft_radius=0.01, restitution=0.9), {"formulation": "as_published"})
+    """(14) as printed: 2 * integral of (K delta^1.5 + C ddelta/dt) cos theta, C = a K delta_m^1.5 / v_in."""
+    document = merged(
+        impact(law="conformal", shaft_radius=0.01, restitution=0.9), {"formulation": "as_published"}
+    )
     sleeve = pack(case_of(document)).system.sleeves[0]
     depth, rate, v_in = 3e-6, 0.02, 0.05
     theta0 = bed_half_angle(depth, CLEARANCE, 0.01)
     C = 0.75 * (1.0 - 0.81) * STIFFNESS * depth**1.5 / v_in
-    expected = 2.0 * quad(
-        lambda th: (STIFFNESS * max(bed_penetration(th, depth, CLEARANCE, 0.01), 0.0) ** 1.5 + C * rate) * math.cos(th),
-        0.0,
-        theta0,
-        epsrel=1e-12,
-    )[0]
+    expected = (
+        2.0
+        * quad(
+            lambda th: (
+                (STIFFNESS * max(bed_penetration(th, depth, CLEARANCE, 0.01), 0.0) ** 1.5 + C * rate)
+                * math.cos(th)
+            ),
+            0.0,
+            theta0,
+            epsrel=1e-12,
+        )[0]
+    )
     assert sleeve_force(sleeve, depth, rate, v_in)[0] == pytest.approx(expected, rel=1e-9)
 
 
@@ -225,6 +254,8 @@ def test_neither_sleeve_nor_flank_ever_pulls(law: str) -> None:
         e = np.array([run.signal(c, name) for c in "xy"])
         pull = np.sum(f * e, axis=0) / np.maximum(np.hypot(*e), 1e-30)
         assert np.max(pull) <= 1e-9 * np.max(np.hypot(*f))
-        separating += np.count_nonzero((run.signal("sleeve_penetration", name) > 1e-9) & (np.hypot(*f) == 0.0))
+        separating += np.count_nonzero(
+            (run.signal("sleeve_penetration", name) > 1e-9) & (np.hypot(*f) == 0.0)
+        )
     assert separating > 0, "the law alone would pull somewhere: there it touches without pressing"
     assert {0.0, 2.0} <= set(run.log[run.log[:, 2] == 1.0][:, 1])

@@ -4,22 +4,29 @@ import math
 
 import numpy as np
 import pytest
-from building import ALPHA, Document, case_of, merged, pair_document, simulate_one
 
+from building import ALPHA, Document, case_of, merged, pair_document, simulate_one
 from gearplay.model.geometry import base_radii
 
-SPRING = {"radial_clearance": 0.0, "law": "hunt-crossley", "stiffness": 1e8, "exponent": 1.0, "restitution": 1.0}
+SPRING = {
+    "radial_clearance": 0.0,
+    "law": "hunt-crossley",
+    "stiffness": 1e8,
+    "exponent": 1.0,
+    "restitution": 1.0,
+}
 SETTLE = {"duration": 0.02, "transient": 0.2, "sampling": 1e4, "tolerance": 1e-9}
 
 
 def settling(document: Document, torque: float, driven: str) -> Document:
     """Return the document with a slow speed drive, a load and enough damping to come to rest."""
     rotors = {
-        name: {"radial_damping": math.sqrt(SPRING["stiffness"] * rotor["mass"])} for name, rotor in document["rotors"].items()
+        name: {"radial_damping": math.sqrt(SPRING["stiffness"] * rotor["mass"])}
+        for name, rotor in document["rotors"].items()
     }
     rotors["pinion"]["drive"] = {"kind": "speed", "speed": 1.0}
     rotors[driven]["load"] = {"torque": torque}
-    sleeves = {name: SPRING for name in document["rotors"]}
+    sleeves = dict.fromkeys(document["rotors"], SPRING)
     document = merged(document, {"rotors": rotors, "sleeves": sleeves, "run": SETTLE})
     for mesh in document["meshes"]:
         mesh["damping"] = {"ratio": 0.3, "depth": 1e-9}
@@ -38,7 +45,7 @@ def benchmark(kind: str) -> Document:
 
 @pytest.mark.parametrize("kind", ["external", "internal"])
 def test_bearings_carry_the_mesh_force_once(kind: str) -> None:
-    """F = T / r_b; each bearing carries F sin alpha_w along and F cos alpha_w across the centres, not twice that."""
+    """F = T / r_b; each bearing carries F sin alpha_w along, F cos alpha_w across, not twice that."""
     document = benchmark(kind)
     wheel = document["meshes"][0]["driven"]
     label = f"pinion-{wheel}"
@@ -65,7 +72,7 @@ def test_bearings_carry_the_mesh_force_once(kind: str) -> None:
 
 
 def test_published_data_set() -> None:
-    """z 20/20, module 10 mm, 1e8 N/m bearings, 300 N m: F = 3192.5 N, bearings give 21.86 um along the centres.
+    """The 20/20 pair of module 10 mm at 300 N m: F = 3192.5 N, bearings give 21.86 um along the centres.
 
     The centres also turn a little: A0^2 = (A - D sin alpha_w)^2 + (D cos alpha_w)^2 with D = 2 F / k.
     """
@@ -77,7 +84,7 @@ def test_published_data_set() -> None:
     sine = math.sqrt(1.0 - cosine**2)
     D = 2.0 * force / SPRING["stiffness"]
     assert D * sine == pytest.approx(21.86e-6, abs=0.005e-6)
-    assert A == pytest.approx(D * sine + math.sqrt(0.2**2 - (D * cosine) ** 2), abs=1e-12)
+    assert pytest.approx(D * sine + math.sqrt(0.2**2 - (D * cosine) ** 2), abs=1e-12) == A
 
 
 def test_uncoupled_pair_has_the_same_mesh_force_on_its_fixed_line_of_action() -> None:
@@ -85,8 +92,12 @@ def test_uncoupled_pair_has_the_same_mesh_force_on_its_fixed_line_of_action() ->
     run = simulate_one({**benchmark("external"), "backlash_model": "uncoupled"})
     force = float(np.mean(run.signal("drive_force", "pinion-wheel")))
     assert force == pytest.approx(300.0 / (0.1 * math.cos(ALPHA)), rel=1e-7)
-    assert abs(np.mean(run.signal("sleeve_force_x", "wheel"))) == pytest.approx(force * math.sin(ALPHA), rel=1e-7)
-    assert abs(np.mean(run.signal("sleeve_force_y", "wheel"))) == pytest.approx(force * math.cos(ALPHA), rel=1e-7)
+    assert abs(np.mean(run.signal("sleeve_force_x", "wheel"))) == pytest.approx(
+        force * math.sin(ALPHA), rel=1e-7
+    )
+    assert abs(np.mean(run.signal("sleeve_force_y", "wheel"))) == pytest.approx(
+        force * math.cos(ALPHA), rel=1e-7
+    )
 
 
 def test_idler_bearing_carries_the_vector_sum_of_both_meshes() -> None:
@@ -100,7 +111,9 @@ def test_idler_bearing_carries_the_vector_sum_of_both_meshes() -> None:
     run = simulate_one(settling(document, 30.0, "ring"))
     base = 0.002 * math.cos(ALPHA)
     expected = 30.0 / (75 * base)
-    forces = {label: float(np.mean(run.signal("drive_force", label))) for label in ("pinion-idler", "idler-ring")}
+    forces = {
+        label: float(np.mean(run.signal("drive_force", label))) for label in ("pinion-idler", "idler-ring")
+    }
     for force in forces.values():
         assert force == pytest.approx(expected, rel=1e-7)
     assert forces["pinion-idler"] * 20 * base == pytest.approx(30.0 * 20 / 75, rel=1e-7)
@@ -110,7 +123,7 @@ def test_idler_bearing_carries_the_vector_sum_of_both_meshes() -> None:
     }
     # bearings hold the whole train still: their forces sum to zero, so the idler's is minus the others' sum
     np.testing.assert_allclose(bearing["idler"], -bearing["pinion"] - bearing["ring"], atol=1e-6 * expected)
-    # the pinion pushes the idler across the centres, the idler pushes the ring the same way: these add up, the radial parts cancel
+    # across the centres both meshes push the idler the same way, along them against each other
     along, across = abs(bearing["idler"][0]), abs(bearing["idler"][1])
     assert across == pytest.approx(2.0 * expected * math.cos(ALPHA), rel=2e-3)
     assert along < 2e-3 * expected
@@ -118,7 +131,13 @@ def test_idler_bearing_carries_the_vector_sum_of_both_meshes() -> None:
 
 def test_gravity_alone_is_carried_by_the_sleeve() -> None:
     """A disc at rest in its sleeve: reaction m g, penetration (m g / K)^(1/n)."""
-    sleeve = {"radial_clearance": 50e-6, "law": "hunt-crossley", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.5}
+    sleeve = {
+        "radial_clearance": 50e-6,
+        "law": "hunt-crossley",
+        "stiffness": 1e9,
+        "exponent": 1.5,
+        "restitution": 0.5,
+    }
     document = {
         "gravity": [3.0, -9.0],
         "rotors": {"disc": {"mass": 2.0, "inertia": 1e-3, "radial_damping": 3000.0}},

@@ -69,7 +69,9 @@ class Result:
         """Write the dataset as netCDF-4, atomically; `InputError` where the file exists and ``overwrite`` is false."""
         write_dataset(self.ds, Path(path), overwrite=overwrite)
 
-    def spectrum(self, signal: str, *, rotor: str | None = None, label: str | None = None, window: str = "hann") -> Spectrum:
+    def spectrum(
+        self, signal: str, *, rotor: str | None = None, label: str | None = None, window: str = "hann"
+    ) -> Spectrum:
         """Return the one-sided amplitude spectrum of a signal, averaged over the members.
 
         Name the element with ``rotor`` or, for sleeves and meshes, ``label``; it may be left out where there is only one.
@@ -82,9 +84,18 @@ class Result:
         if len(chosen) != 1:
             held = sorted({f"{c.label}.{c.signal}" for c in columns or self.runs[0].columns})
             raise InputError(
-                [Fault("signal", f"{wanted or ''}.{signal}".lstrip("."), "must name one signal", f"Choose from: {', '.join(held)}.")]
+                [
+                    Fault(
+                        "signal",
+                        f"{wanted or ''}.{signal}".lstrip("."),
+                        "must name one signal",
+                        f"Choose from: {', '.join(held)}.",
+                    )
+                ]
             )
-        records = [run.signal(signal, chosen[0].label) for run in self.runs if run.success or len(run.time) > 8]
+        records = [
+            run.signal(signal, chosen[0].label) for run in self.runs if run.success or len(run.time) > 8
+        ]
         step = float(self.runs[0].time[1] - self.runs[0].time[0])
         return ensemble_spectrum(records, 1.0 / step, window=window, unit=RESULT_VARIABLES[signal].unit)
 
@@ -103,10 +114,16 @@ class Result:
             ("status", self.message),
             ("members", len(self.runs)),
             ("simulated time", f"{self.runs[0].reached:g} s"),
-            ("steps, events", f"{sum(r.counters.steps for r in self.runs)}, {sum(r.counters.events for r in self.runs)}"),
+            (
+                "steps, events",
+                f"{sum(r.counters.steps for r in self.runs)}, {sum(r.counters.events for r in self.runs)}",
+            ),
             ("wall time", f"{sum(r.wall_time for r in self.runs):.3g} s"),
         ]
-        cells = "".join(f"<tr><th style='text-align:left'>{html.escape(k)}</th><td>{html.escape(str(v))}</td></tr>" for k, v in rows)
+        cells = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(k)}</th><td>{html.escape(str(v))}</td></tr>"
+            for k, v in rows
+        )
         s = self.runs[0].statistics
         contacts = "".join(
             f"<tr><th style='text-align:left'>{html.escape(label)}</th><td>{100 * s.share_of_time[i]:.3g} %</td>"
@@ -131,9 +148,9 @@ def simulate(
 ) -> Result:
     """Simulate a case and return its `Result`, whatever its status.
 
-    ``case`` is a `Case`, a bundled name, a path or a mapping. ``duration`` and ``transient`` [s], ``sampling`` [Hz] and ``ensemble``
-    override the case's run; ``signals`` names what to keep (all by default). Nothing is raised once a run has started: look
-    at ``result.success`` and ``result.message``.
+    ``case`` is a `Case`, a bundled name, a path or a mapping. ``duration`` and ``transient`` [s], ``sampling`` [Hz]
+    and ``ensemble`` override the case's run; ``signals`` names what to keep (all by default). Nothing is raised once a
+    run has started: look at ``result.success`` and ``result.message``.
 
     Raises `InputError` for bad input and `ResourceError` for a run that is too large.
 
@@ -142,6 +159,7 @@ def simulate(
     >>> result = simulate("han2021", duration=0.01, transient=0.0)
     >>> result.success, sorted(result.ds.sizes)[:2]
     (True, ['contact', 'mesh'])
+
     """
     chosen = case if isinstance(case, Case) else load_case(case)
     changes = {"duration": duration, "transient": transient, "sampling": sampling, "ensemble": ensemble}

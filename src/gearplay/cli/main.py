@@ -110,7 +110,7 @@ def _report(error: Exception, wants_json: bool) -> int:
         error = InputError(Fault("gearplay", NO_VALUE, _sentence(error), "Run gearplay --help"))
         shown = str(error)
     else:
-        shown = f"gearplay failed: {type(error).__name__}: {error}. This is an error in gearplay; run again with --debug."
+        shown = f"gearplay failed: {type(error).__name__}: {error}. Run again with --debug and report it."
     say_error(shown)
     if wants_json:
         print_json(error_document(error, code))

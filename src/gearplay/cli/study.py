@@ -94,9 +94,8 @@ def _one(
                 report("report", 1.0, 1.0)
             document = write_study(results, settings, folder)
     except KeyboardInterrupt:
-        typer.echo(
-            f"Interrupted. Finished conditions are kept in {folder / 'parts'}: the same command goes on there.",
-            err=True,
+        say(
+            f"Interrupted. Finished conditions are kept in {folder / 'parts'}: the same command goes on there."
         )
         raise typer.Exit(INTERRUPTED) from None
     return {**document, **fitted, "report": str(folder / "report.html")}

@@ -106,7 +106,9 @@ def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
 
 
 @compiled_inline
-def toothing_centre(rotor: Any, t: float, y: Floats, i: int, n: int) -> tuple[float, float, float, float, float, float]:
+def toothing_centre(
+    rotor: Any, t: float, y: Floats, i: int, n: int
+) -> tuple[float, float, float, float, float, float]:
     """Return displacement, velocity and lever arm of rotor i's toothing centre: x, y, vx, vy, lx, ly [m, m/s]."""
     x, y_, vx, vy = y[3 * i], y[3 * i + 1], y[3 * (n + i)], y[3 * (n + i) + 1]
     if rotor.eccentricity == 0.0:

@@ -44,7 +44,17 @@ def servo_torque(system: System, i: int, t: float, y: Floats, ramping: int) -> f
 
 
 @compiled
-def add_sleeve(system: System, k: int, y: Floats, t: float, modes: Ints, latch: Floats, force: Floats, contacts: Floats, out: Floats) -> None:
+def add_sleeve(
+    system: System,
+    k: int,
+    y: Floats,
+    t: float,
+    modes: Ints,
+    latch: Floats,
+    force: Floats,
+    contacts: Floats,
+    out: Floats,
+) -> None:
     """Add sleeve k's forces to ``force`` [rotor, (N, N, N m)] and fill its row of ``contacts``."""
     sleeve = system.sleeves[k]
     sleeve_geometry(sleeve, system, t, y, out)
@@ -73,7 +83,9 @@ def add_sleeve(system: System, k: int, y: Floats, t: float, modes: Ints, latch: 
 
 
 @compiled
-def add_mesh(system: System, j: int, y: Floats, t: float, modes: Ints, force: Floats, contacts: Floats, out: Floats) -> int:
+def add_mesh(
+    system: System, j: int, y: Floats, t: float, modes: Ints, force: Floats, contacts: Floats, out: Floats
+) -> int:
     """Add mesh j's flank forces to ``force`` and fill its two rows of ``contacts``; 1 where it cannot mesh.
 
     Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
@@ -113,7 +125,15 @@ def add_mesh(system: System, j: int, y: Floats, t: float, modes: Ints, force: Fl
 
 @compiled
 def right_hand_side(
-    system: System, t: float, y: Floats, modes: Ints, latch: Floats, dy: Floats, contacts: Floats, force: Floats, out: Floats
+    system: System,
+    t: float,
+    y: Floats,
+    modes: Ints,
+    latch: Floats,
+    dy: Floats,
+    contacts: Floats,
+    force: Floats,
+    out: Floats,
 ) -> int:
     """Fill ``dy`` with the state's derivative; return 0, or 1 where a pair cannot mesh.
 

@@ -17,7 +17,9 @@ PER_ROTOR, PER_SLEEVE, PER_MESH = 8, 3, 9
 @compiled
 def signal_count(system: System) -> int:
     """Return the length of a full row: 8 signals a rotor, 3 a sleeve, 9 a mesh (names in `layout`)."""
-    return int(PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size)
+    return int(
+        PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size
+    )
 
 
 @compiled

@@ -68,7 +68,12 @@ def step(
             for j in range(stage):
                 total += WEIGHTS[stage, j] * stages[j, i]
             y_new[i] = y[i] + h * total
-        if right_hand_side(system, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out) != 0:
+        if (
+            right_hand_side(
+                system, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out
+            )
+            != 0
+        ):
             return 1
     return 0
 

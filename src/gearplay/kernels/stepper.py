@@ -1,8 +1,8 @@
 """The integrator: embedded Runge-Kutta steps on smooth branches, restarted at every located switch.
 
 An error estimate does not see a kink, so each step is searched for switches (docs/theory, "Events"). A step that
-contains one is taken again so that it ends there, the mode changes, and the method starts afresh. All state lives in the arrays of
-`Motion`: `advance` can return at any step and be called again without a trace in the result.
+contains one is taken again so that it ends there, the mode changes, and the method starts afresh. All state lives
+in the arrays of `Motion`: `advance` can return at any step and be called again without a trace in the result.
 """
 
 import math
@@ -33,7 +33,7 @@ Ints = NDArray[np.int64]
 DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
-# Slots of Motion.clock [s] and Motion.count.
+# Slots of Motion.clock [s] and Motion.counts.
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START = 0, 1, 2, 3, 4, 5, 6
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
@@ -48,7 +48,7 @@ class Motion(NamedTuple):
     """A run in progress, as plain arrays; made by `make_motion`."""
 
     clock: Floats  # [s], slots above
-    count: Ints
+    counts: Ints
     y: Floats
     y_new: Floats
     y_try: Floats
@@ -77,9 +77,17 @@ class Motion(NamedTuple):
 @compiled
 def evaluate(system: System, motion: Motion, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
-    motion.count[CALLS] += 1
+    motion.counts[CALLS] += 1
     failed = right_hand_side(
-        system, t, motion.y, motion.modes, motion.latch, motion.stages[0], motion.contacts_0, motion.force, motion.out
+        system,
+        t,
+        motion.y,
+        motion.modes,
+        motion.latch,
+        motion.stages[0],
+        motion.contacts_0,
+        motion.force,
+        motion.out,
     )
     if failed == 0:
         switch_values(system, t, motion.y, motion.modes, motion.contacts_0, motion.g_0)
@@ -115,7 +123,7 @@ def longest_step(system: System, motion: Motion) -> float:
     for i in range(n):
         omega = system.rotors[i].nominal_speed + motion.y[3 * (n + i) + 2]
         fastest = max(fastest, abs(omega))
-    room = motion.rows.shape[0] - motion.count[ROWS] - 2
+    room = motion.rows.shape[0] - motion.counts[ROWS] - 2
     return min(0.5 / fastest, room * motion.clock[SAMPLE_INTERVAL])
 
 
@@ -133,9 +141,17 @@ def look(system: System, motion: Motion, h: float, x: float) -> bool:
     """Evaluate contacts and switches on the step's interpolant at t + x h; False where a pair cannot mesh."""
     t = motion.clock[T] + x * h
     interpolate(x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
-    motion.count[CALLS] += 1
+    motion.counts[CALLS] += 1
     failed = right_hand_side(
-        system, t, motion.y_try, motion.modes, motion.latch, motion.dy_try, motion.contacts_try, motion.force, motion.out
+        system,
+        t,
+        motion.y_try,
+        motion.modes,
+        motion.latch,
+        motion.dy_try,
+        motion.contacts_try,
+        motion.force,
+        motion.out,
     )
     if failed != 0:
         return False
@@ -211,10 +227,8 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
                 continue
             g_high = motion.g_try[k]
         if g_high > 0.0:
-            if motion.g_0[k] > 0.0:  # it was never on its own side: change over at the end
-                x = high
-            else:
-                x = locate_root(system, motion, h, k, high, g_high)
+            # A switch that was never on its own side changes over at the end.
+            x = high if motion.g_0[k] > 0.0 else locate_root(system, motion, h, k, high, g_high)
             if first < 0 or x < place:
                 first, place = k, x
         elif k < n_c and motion.g_0[k] < 0.0:
@@ -233,7 +247,7 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
     short = x * h
     nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
     for _ in range(8):
-        motion.count[CALLS] += STAGES - 1
+        motion.counts[CALLS] += STAGES - 1
         failed = step(
             system,
             motion.clock[T],
@@ -249,7 +263,9 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
         )
         if failed != 0:
             return -1.0
-        switch_values(system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1)
+        switch_values(
+            system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1
+        )
         if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
             break
         # The interpolant was a little early: go on by what the rate asks for, and a little more each time.
@@ -263,20 +279,29 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
 @compiled
 def record_samples(system: System, motion: Motion, h: float, t_new: float) -> None:
     """Write the rows of all sample times up to t_new from the step's interpolant."""
-    clock, count = motion.clock, motion.count
-    while count[NEXT_SAMPLE] <= count[LAST_SAMPLE] and count[ROWS] < motion.rows.shape[0]:
-        t = clock[SAMPLE_START] + count[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
+    clock, counts = motion.clock, motion.counts
+    while counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE] and counts[ROWS] < motion.rows.shape[0]:
+        t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
         if t > t_new:
             break
         x = (t - clock[T]) / h
         interpolate(min(max(x, 0.0), 1.0), h, motion.y, motion.y_new, motion.stages, motion.y_try)
         observe(
-            system, t, motion.y_try, motion.modes, motion.latch, motion.dy_try, motion.contacts_try, motion.force, motion.out, motion.row
+            system,
+            t,
+            motion.y_try,
+            motion.modes,
+            motion.latch,
+            motion.dy_try,
+            motion.contacts_try,
+            motion.force,
+            motion.out,
+            motion.row,
         )
         for c in range(motion.columns.size):
-            motion.rows[count[ROWS], c] = motion.row[motion.columns[c]]
-        count[ROWS] += 1
-        count[NEXT_SAMPLE] += 1
+            motion.rows[counts[ROWS], c] = motion.row[motion.columns[c]]
+        counts[ROWS] += 1
+        counts[NEXT_SAMPLE] += 1
 
 
 @compiled
@@ -303,9 +328,9 @@ def tally_change(system: System, motion: Motion, t: float, k: int, mode_before: 
         tally[SPEED_SUM] += rate
         tally[SPEED_SQUARES] += rate * rate
         tally[SPEED_MAX] = max(tally[SPEED_MAX], rate)
-    row = motion.log[motion.count[LOGGED]]
+    row = motion.log[motion.counts[LOGGED]]
     row[0], row[1], row[2], row[3] = t, float(k), 1.0 if now == LOADED else 0.0, rate
-    motion.count[LOGGED] += 1
+    motion.counts[LOGGED] += 1
 
 
 @compiled
@@ -315,7 +340,7 @@ def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
     for k in range(motion.g_1.size):
         if k != first and not (motion.g_1[k] > 0.0 and motion.g_0[k] <= 0.0):
             continue
-        motion.count[EVENTS] += 1
+        motion.counts[EVENTS] += 1
         before = motion.modes[:n_c].copy()
         switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
         for c in range(n_c):
@@ -336,7 +361,7 @@ def check_state(motion: Motion) -> int:
 @compiled
 def take_step(system: System, motion: Motion) -> int:
     """Take one accepted step, with at most one switch at its end; return a status."""
-    clock, count = motion.clock, motion.count
+    clock, counts = motion.clock, motion.counts
     t, stop = clock[T], next_stop(motion)
     h = min(clock[H], longest_step(system, motion))
     reason = STEP_TOO_SMALL
@@ -346,20 +371,30 @@ def take_step(system: System, motion: Motion) -> int:
             h = stop - t
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
-        count[CALLS] += STAGES - 1
+        counts[CALLS] += STAGES - 1
         failed = step(
-            system, t, h, motion.y, motion.stages, motion.modes, motion.latch, motion.y_new, motion.contacts, motion.force, motion.out
+            system,
+            t,
+            h,
+            motion.y,
+            motion.stages,
+            motion.modes,
+            motion.latch,
+            motion.y_new,
+            motion.contacts,
+            motion.force,
+            motion.out,
         )
         if failed != 0:
             reason = CANNOT_MESH
-            count[REJECTED] += 1
+            counts[REJECTED] += 1
             h *= 0.25
             continue
         error = error_norm(h, motion.stages, motion.scale)
         if error <= 1.0:
             break
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
-        count[REJECTED] += 1
+        counts[REJECTED] += 1
         h *= max(0.1, 0.9 * error ** (-1.0 / ORDER)) if math.isfinite(error) else 0.1
     growth = min(5.0, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else 5.0
 
@@ -375,7 +410,7 @@ def take_step(system: System, motion: Motion) -> int:
         to_stop = False
     record_samples(system, motion, taken, t_new)
     tally_step(system, motion, taken)
-    count[STEPS] += 1
+    counts[STEPS] += 1
     clock[T] = t_new
     if first >= 0:
         change_modes(system, motion, t_new, first)
@@ -395,7 +430,7 @@ def take_step(system: System, motion: Motion) -> int:
 @compiled
 def restart(system: System, motion: Motion) -> int:
     """Evaluate the new branch, shorten the step and watch for endless chatter; return a status."""
-    clock, count = motion.clock, motion.count
+    clock, counts = motion.clock, motion.counts
     n_r = system.rotors.size
     base = motion.modes.size - n_r
     for i in range(n_r):
@@ -404,23 +439,23 @@ def restart(system: System, motion: Motion) -> int:
     if evaluate(system, motion, clock[T]) != 0:
         return CANNOT_MESH
     clock[H] = clock[H_RESTART]
-    count[BURST] += 1
-    if count[BURST] >= BURST_EVENTS:
+    counts[BURST] += 1
+    if counts[BURST] >= BURST_EVENTS:
         if clock[T] - clock[BURST_START] < 0.02 * BURST_EVENTS * clock[H_RESTART]:
             return CHATTER
-        count[BURST], clock[BURST_START] = 0, clock[T]
+        counts[BURST], clock[BURST_START] = 0, clock[T]
     return DONE
 
 
 @compiled
 def advance(system: System, motion: Motion, steps: int) -> int:
     """Advance until T_END, for at most ``steps`` steps, or until a buffer is full; return a status."""
-    clock, count = motion.clock, motion.count
+    clock, counts = motion.clock, motion.counts
     spare = 2 * motion.g_0.size + 2
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
             return DONE
-        if count[ROWS] + 4 > motion.rows.shape[0] or count[LOGGED] + spare > motion.log.shape[0]:
+        if counts[ROWS] + 4 > motion.rows.shape[0] or counts[LOGGED] + spare > motion.log.shape[0]:
             return PAUSED
         status = take_step(system, motion)
         if status != DONE:
@@ -450,11 +485,11 @@ def make_motion(
     clock = np.zeros(8)
     clock[H_RESTART] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
-    count = np.zeros(9, dtype=np.int64)
-    count[LAST_SAMPLE] = -1
+    counts = np.zeros(9, dtype=np.int64)
+    counts[LAST_SAMPLE] = -1
     return Motion(
         clock=clock,
-        count=count,
+        counts=counts,
         y=np.array(y_0, dtype=np.float64),
         y_new=np.zeros(n),
         y_try=np.zeros(n),

@@ -173,7 +173,9 @@ def settle_margins(system: System, modes: Ints, contacts: Floats) -> None:
 
 
 @compiled
-def switch_mode(system: System, k: int, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
+def switch_mode(
+    system: System, k: int, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats
+) -> None:
     """Apply switch k: change the mode that it guards."""
     n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
     if k < n_c:  # a penetration crossed zero
@@ -197,7 +199,9 @@ def switch_mode(system: System, k: int, t: float, y: Floats, modes: Ints, contac
         m = system.meshes[mesh]
         driver = system.rotors[m.driver]
         psi = m.z_driver * (driver.nominal_speed * t + y[3 * m.driver + 2])
-        modes[slot] += 1 if psi > 0.5 * (square_edge(m, modes[slot]) + square_edge(m, modes[slot] + 1)) else -1
+        modes[slot] += (
+            1 if psi > 0.5 * (square_edge(m, modes[slot]) + square_edge(m, modes[slot] + 1)) else -1
+        )
     else:
         rotor = k - 2 * n_c - 3 * n_m
         slot = n_s + 5 * n_m + rotor

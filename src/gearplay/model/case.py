@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from gearplay.model.consistency import cross_faults
-from gearplay.model.fields import FrozenTable, Listed, Measure, Name, Part
+from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
@@ -38,8 +38,8 @@ class Run(Part):
 class Case(Part):
     """A planar network of rotors, sleeves and meshes, and the run to do with it.
 
-    All numbers are SI. The tables `rotors` and `sleeves` keep the order of the file, which is the order of the
-    state and of the results.
+    All numbers are SI. The tables `rotors` and `sleeves` keep the order of the file, which is the order of
+    the state and of the results.
     """
 
     title: Annotated[
@@ -53,18 +53,20 @@ class Case(Part):
         Literal["coupled", "uncoupled"],
         Field(description="backlash follows the centre distance, or is constant"),
     ] = "coupled"
-    gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2)] = (0.0, 0.0)
+    gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2, "gravity along x and y")] = (0.0, 0.0)
     rotors: Annotated[
         dict[Name, Rotor],
-        Field(min_length=1, max_length=200, description="rotors by name"),
+        Field(description="rotors by name"),
+        Counted(1, 200),
         AfterValidator(FrozenTable),
     ]
     sleeves: Annotated[
         dict[Name, Sleeve],
-        Field(max_length=200, description="sleeves by the name of the rotor they support"),
+        Field(description="sleeves by the name of the rotor they support"),
+        Counted(0, 200),
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable)
-    meshes: Annotated[tuple[Mesh, ...], Listed(0, 400)] = ()
+    meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
     run: Run
 
     @model_validator(mode="after")
@@ -86,8 +88,8 @@ class Case(Part):
     def sha256(self) -> str:
         """Digest of the resolved case.
 
-        Neither the order of fields, nor units, nor defaults that are written out change it; the order of rotors
-        and sleeves does, since it is the order of the state.
+        Neither the order of fields, nor units, nor defaults that are written out change it; the order of
+        rotors and sleeves does, since it is the order of the state.
         """
         text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False, ensure_ascii=True)
         return hashlib.sha256(text.encode("ascii")).hexdigest()

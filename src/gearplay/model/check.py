@@ -51,7 +51,7 @@ def check_case(case: Case) -> list[Finding]:
     Raises
     ------
     InputError
-        If the parts are valid but the train is not: speeds that contradict each other, centres that cannot mesh.
+        If the parts are valid but the train is not: contradicting speeds, centres that cannot mesh.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def mesh_frequency(case: Case, index: int, speeds: dict[str, float]) -> float:
 
 
 def amplitude_bound(radial_clearance: float, frequency: float) -> float:
-    """Return the largest line of acceleration that motion within a clearance allows, (4/pi) c (2 pi f)^2 [m/s^2].
+    """Return the highest line of acceleration within a clearance, (4/pi) c (2 pi f)^2 [m/s^2].
 
     Parameters
     ----------
@@ -114,8 +114,8 @@ def _inertias(case: Case) -> Iterator[Finding]:
                 yield Finding(
                     "warning",
                     f"rotors.{name}.inertia",
-                    f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch radius, "
-                    f"{pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
+                    f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch "
+                    f"radius, {pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
                     "Check mass and inertia and their units.",
                 )
 
@@ -128,8 +128,9 @@ def _excitation(case: Case) -> Iterator[Finding]:
         yield Finding(
             "note",
             "meshes",
-            "nothing excites this case: without load, error of the teeth, runout, gravity or an initial displacement, "
-            "rolling without force is an exact solution. Give a transmission_error, a runout or a load.",
+            "nothing excites this case: without load, error of the teeth, runout, gravity or an initial "
+            "displacement, rolling without force is an exact solution. "
+            "Give a transmission_error, a runout or a load.",
         )
 
 
@@ -150,8 +151,8 @@ def _contact_ratio(case: Case, index: int) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"meshes.{index}",
-            f"the contact ratio, {ratio:.2f}, is below 1: between two pairs of teeth nothing would be in contact. "
-            "Check teeth, module and pressure angle.",
+            f"the contact ratio, {ratio:.2f}, is below 1: between two pairs of teeth nothing would be in "
+            "contact. Check teeth, module and pressure angle.",
         )
 
 
@@ -164,8 +165,9 @@ def _center_distance(case: Case, index: int) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"meshes.{index}.backlash",
-            f"the positions are {actual:.6g} m apart, the nominal centre distance is {nominal:.6g} m. The backlash is "
-            "defined at the nominal distance; do not count the play of the installed distance twice.",
+            f"the positions are {actual:.6g} m apart, the nominal centre distance is {nominal:.6g} m. The "
+            "backlash is defined at the nominal distance; do not count the play of the installed "
+            "distance twice.",
         )
 
 
@@ -181,8 +183,8 @@ def _wedging(case: Case, index: int) -> Iterator[Finding]:
     yield Finding(
         "warning",
         f"meshes.{index}.backlash",
-        f"{text}: both flanks can touch at once and the pair can wedge. Raise the backlash or lower the clearances, "
-        "unless that is the case to study.",
+        f"{text}: both flanks can touch at once and the pair can wedge. Raise the backlash or lower "
+        "the clearances, unless that is the case to study.",
     )
 
 
@@ -193,8 +195,8 @@ def _errors(case: Case, index: int) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"meshes.{index}.transmission_error",
-            f"the amplitudes add up to {1e6 * total:.4g} um, more than the backlash of {1e6 * mesh.backlash:.4g} um. "
-            "Check the units.",
+            f"the amplitudes add up to {1e6 * total:.4g} um, more than the backlash of "
+            f"{1e6 * mesh.backlash:.4g} um. Check the units.",
         )
 
 
@@ -208,6 +210,6 @@ def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]
             yield Finding(
                 "note",
                 f"sleeves.{name}.radial_clearance",
-                f"motion within the clearance bounds the line of acceleration at the mesh frequency, {frequency:.4g} Hz, "
-                f"to {bound:.3g} m/s^2.",
+                f"motion within the clearance bounds the line of acceleration at the mesh frequency, "
+                f"{frequency:.4g} Hz, to {bound:.3g} m/s^2.",
             )

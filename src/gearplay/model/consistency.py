@@ -1,7 +1,7 @@
 """Checks across the parts of a case: names that must exist, gears that must fit each other.
 
-They also run on a case some of whose parts are at fault, so that one reading reports everything: a part that is
-not valid is then the raw table of the file, of which only names are used.
+They also run on a case some of whose parts are at fault, so that one reading reports everything: a part that
+is not valid is then the raw table of the file, of which only names are used.
 """
 
 from __future__ import annotations
@@ -131,7 +131,9 @@ def _pair_faults(
     ring, pinion = (one, two) if inside[0] else (two, one)
     ring_name, pinion_name = (driver, driven) if inside[0] else (driven, driver)
     z_ring, z_pinion = _read(ring, "teeth"), _read(pinion, "teeth")
-    if isinstance(z_ring, int) and isinstance(z_pinion, int) and z_ring <= z_pinion:
+    if not all(isinstance(part, Rotor) for part in (one, two)) or z_ring is None or z_pinion is None:
+        return
+    if z_ring <= z_pinion:
         rule = f"must be more than the {z_pinion} teeth of {pinion_name}, which runs inside it"
         yield Fault(join_path(["rotors", ring_name, "teeth"]), z_ring, rule, "Correct one of the two numbers")
 

@@ -87,7 +87,12 @@ def solved_dissipation(e: float) -> float:
 
 
 def bed_stiffness(
-    point_stiffness: float, point_exponent: float, clearance: float, shaft_radius: float, bed_exponent: float, reference: float
+    point_stiffness: float,
+    point_exponent: float,
+    clearance: float,
+    shaft_radius: float,
+    bed_exponent: float,
+    reference: float,
 ) -> float:
     """Return the bed's stiffness K' [N/m^k/rad] that meets the point law at penetration ``reference`` [m]."""
     elastic, _ = bed_integrals(reference, clearance, shaft_radius, bed_exponent)

@@ -208,14 +208,27 @@ class Listed:
     ----------
     shortest, longest
         Bounds on the number of items.
+    about
+        Description, one line.
 
     """
 
     shortest: int
     longest: int
+    about: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {
+            **handler(schema),
+            "minItems": self.shortest,
+            "maxItems": self.longest,
+            "description": self.about,
+        }
 
     def read(self, value: Any) -> tuple[Any, ...]:
         """Return the items, or refuse the list as a whole."""
@@ -227,6 +240,35 @@ class Listed:
         return tuple(value)
 
 
+@dataclass(frozen=True)
+class Counted:
+    """Refuse a table of names by its size before any entry is looked at.
+
+    Parameters
+    ----------
+    shortest, longest
+        Bounds on the number of entries.
+
+    """
+
+    shortest: int
+    longest: int
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), "minProperties": self.shortest, "maxProperties": self.longest}
+
+    def read(self, value: Any) -> Any:
+        """Return the table, or refuse it as a whole."""
+        if isinstance(value, dict) and not self.shortest <= len(value) <= self.longest:
+            _refuse_here(f"must have {self.shortest} to {self.longest} entries", "Add or remove entries")
+        return value
+
+
 Value = TypeVar("Value")
 
 
@@ -236,7 +278,7 @@ class FrozenTable(dict[str, Value]):
     def _locked(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("a case cannot be changed: use gearplay.replace(case, {...}) for a changed copy")
 
-    __setitem__ = __delitem__ = update = setdefault = pop = popitem = clear = __ior__ = _locked  # type: ignore[assignment]
+    __setitem__ = __delitem__ = update = setdefault = pop = popitem = clear = __ior__ = _locked
 
     def __reduce__(self) -> tuple[type[FrozenTable[Value]], tuple[dict[str, Value]]]:
         return type(self), (dict(self),)

@@ -109,7 +109,14 @@ def mesh_frame(case: "Case", j: int) -> str | None:
     if len(carriers) > 1:
         names = " and ".join(sorted(str(c) for c in carriers))
         raise InputError(
-            [Fault(f"meshes.{j}", names, "both gears of a mesh must share one carrier", "Mount one of them elsewhere.")]
+            [
+                Fault(
+                    f"meshes.{j}",
+                    names,
+                    "both gears of a mesh must share one carrier",
+                    "Mount one of them elsewhere.",
+                )
+            ]
         )
     return next(iter(carriers), None)
 
@@ -184,7 +191,14 @@ def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
             return np.asarray(speeds)
     named = ", ".join(f"rotors.{n}.drive" for n in given)
     raise InputError(
-        [Fault(named, "prescribed speeds", "they must roll together at every mesh", "Drive fewer rotors, or change a speed.")]
+        [
+            Fault(
+                named,
+                "prescribed speeds",
+                "they must roll together at every mesh",
+                "Drive fewer rotors, or change a speed.",
+            )
+        ]
     )
 
 
@@ -194,7 +208,9 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: r.drive.speed for n, r in case.rotors.items() if r.drive is not None and r.drive.kind in ("speed", "servo")
+        n: r.drive.speed
+        for n, r in case.rotors.items()
+        if r.drive is not None and r.drive.kind in ("speed", "servo")
     }
     return _roll(case, given)
 

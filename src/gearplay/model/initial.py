@@ -24,7 +24,9 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
     n, speeds = len(case.rotors), geometry.nominal_speeds(case)
     centres, names = geometry.centres(case), list(case.rotors)
-    ramped = any(r.drive is not None and r.drive.kind != "torque" and r.drive.ramp > 0.0 for r in case.rotors.values())
+    ramped = any(
+        r.drive is not None and r.drive.kind != "torque" and r.drive.ramp > 0.0 for r in case.rotors.values()
+    )
     y = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):
         start = rotor.initial

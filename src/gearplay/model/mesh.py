@@ -67,7 +67,7 @@ class FourierStiffness(Part):
 
     kind: Literal["fourier"] = "fourier"
     mean: Mean
-    terms: Annotated[tuple[StiffnessTerm, ...], Listed(0, 64)]
+    terms: Annotated[tuple[StiffnessTerm, ...], Listed(0, 64, "terms over the mean")]
 
     @model_validator(mode="after")
     def _check(self) -> FourierStiffness:
@@ -81,8 +81,8 @@ class TableStiffnessCurve(Part):
     """Stiffness at given mesh phases; periodic between the last and the first."""
 
     kind: Literal["table"] = "table"
-    phase: Annotated[tuple[TablePhase, ...], Listed(4, 4096)]
-    stiffness: Annotated[tuple[TableStiffness, ...], Listed(4, 4096)]
+    phase: Annotated[tuple[TablePhase, ...], Listed(4, 4096, "mesh phases, rising")]
+    stiffness: Annotated[tuple[TableStiffness, ...], Listed(4, 4096, "stiffness at each phase")]
 
     @model_validator(mode="after")
     def _check(self) -> TableStiffnessCurve:
@@ -163,7 +163,9 @@ class Mesh(Part):
     ]
     stiffness: Stiffness
     damping: Damping = Damping()
-    transmission_error: Annotated[tuple[ErrorTerm, ...], Listed(0, 64)] = ()
+    transmission_error: Annotated[
+        tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")
+    ] = ()
 
     @model_validator(mode="after")
     def _check(self) -> Mesh:

@@ -46,7 +46,9 @@ class PackedStiffness(NamedTuple):
         return float(len(self.rows)) / 4.0 if self.kind == STIFFNESS_SPLINE else 1.0
 
 
-def iso6336_mesh_stiffness(z_1: int, z_2: int, internal: bool, contact_ratio: float, facewidth: float, modulus: float) -> float:
+def iso6336_mesh_stiffness(
+    z_1: int, z_2: int, internal: bool, contact_ratio: float, facewidth: float, modulus: float
+) -> float:
     """Return the mean mesh stiffness k_m = c_gamma b [N/m] of spur gears, ISO 6336-1 method B.
 
     q' = 0.04723 + 0.15551/z_n1 + 0.25791/z_n2 [mm um/N] (z_n2 infinite for a ring), c' = C_M C_B / q' with C_M = 0.8 and

@@ -114,7 +114,12 @@ def _pack_sleeves(case: "Case", centres: dict[str, tuple[float, float]]) -> Any:
             else:
                 s.bed, s.bed_exponent = layout.BED_MATCHED, given.bed_exponent
                 s.bed_stiffness = contact_laws.bed_stiffness(
-                    s.stiffness, s.exponent, s.clearance, s.shaft_radius, s.bed_exponent, given.bed_reference_penetration
+                    s.stiffness,
+                    s.exponent,
+                    s.clearance,
+                    s.shaft_radius,
+                    s.bed_exponent,
+                    given.bed_reference_penetration,
                 )
     return sleeves
 
@@ -124,7 +129,7 @@ def sleeve_stiffness(case: "Case", name: str) -> float:
     given = case.sleeves[name]
     if given.stiffness is not None:
         return given.stiffness
-    assert given.shaft_radius is not None and given.material is not None, "validated"
+    assert given.shaft_radius is not None, "validated: a sleeve without stiffness has its geometry"
     shaft, sleeve = given.sides()
     return contact_laws.hertz_stiffness(given.shaft_radius, given.radial_clearance, shaft, sleeve)
 
@@ -135,7 +140,8 @@ def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
     if mesh.damping.ratio is None:
         return mesh.damping.maximum or 0.0
     mobility = sum(
-        r * r / case.rotors[n].inertia for r, n in zip(geometry.base_radii(case, j), (mesh.driver, mesh.driven), strict=True)
+        r * r / case.rotors[n].inertia
+        for r, n in zip(geometry.base_radii(case, j), (mesh.driver, mesh.driven), strict=True)
     )
     return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)
 
@@ -147,7 +153,9 @@ def _mesh_kind(case: "Case") -> int:
     return layout.MESH_PRINTED_COUPLED if coupled else layout.MESH_PRINTED_UNCOUPLED
 
 
-def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], speeds: Floats, senses: Floats) -> None:
+def _pack_mesh(
+    case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], speeds: Floats, senses: Floats
+) -> None:
     mesh, names = case.meshes[j], list(case.rotors)
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     frame = geometry.mesh_frame(case, j)
@@ -228,7 +236,9 @@ def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple
 
 def _arm(system: System, i: int) -> float:
     """Return the radius [m] that turns rotor i's rotation into a length: its largest toothing, or 0.1 m."""
-    arms = [abs(m.rho_a) for m in system.meshes if m.a == i] + [abs(m.rho_b) for m in system.meshes if m.b == i]
+    arms = [abs(m.rho_a) for m in system.meshes if m.a == i] + [
+        abs(m.rho_b) for m in system.meshes if m.b == i
+    ]
     return max(arms, default=0.1)
 
 
@@ -248,7 +258,8 @@ def _fastest_rate(case: "Case", system: System) -> float:
         fastest = max(fastest, math.sqrt(stiffness * max(system.rotors[s.journal].inv_mass, 1e-3)))
     for j, m in enumerate(system.meshes):
         mobility = sum(
-            r * r * system.rotors[i].inv_inertia + system.rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
+            r * r * system.rotors[i].inv_inertia + system.rotors[i].inv_mass
+            for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )
         fastest = max(fastest, math.sqrt(pack_stiffness(case, j).highest * mobility))
     return fastest

@@ -49,7 +49,7 @@ Drive = Annotated[
 
 
 class Load(Part):
-    """What holds a rotor back; torque and friction oppose the nominal sense of rotation, drag the velocity."""
+    """What holds a rotor back: torque and friction oppose its nominal sense, drag its velocity."""
 
     torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
     drag: Annotated[float, Measure(q.ROTATIONAL_DRAG, "viscous drag", ge=0.0)] = 0.0
@@ -71,7 +71,7 @@ class Initial(Part):
 
 
 class Runout(Part):
-    """Eccentricity of the toothing: half the total indicator reading, and where it points at ``theta = 0``."""
+    """Eccentricity of the toothing (half the indicator reading) and where it points at ``theta = 0``."""
 
     amplitude: Annotated[
         float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
@@ -90,7 +90,10 @@ class Rotor(Part):
     inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
     drive: Drive | None = None
     load: Load = Load()
-    position: Annotated[tuple[Coordinate, Coordinate], Listed(2, 2)] | None = None
+    position: (
+        Annotated[tuple[Coordinate, Coordinate], Listed(2, 2, "nominal centre; from the meshes if not given")]
+        | None
+    ) = None
     initial: Initial = Initial()
     radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
         0.0

@@ -36,8 +36,8 @@ def _one_or_two(value: Any) -> str:
 class Sleeve(Part):
     """A journal in a bush; the rotor it supports is the table's name.
 
-    The stiffness is given as `stiffness`, or follows from `shaft_radius`, `material` and `radial_clearance` by
-    the Hertz formula (9) of Han et al. 2021 for parallel cylinders, whose exponent is 1.5.
+    The stiffness is given as `stiffness`, or follows from `shaft_radius`, `material` and `radial_clearance`
+    by the Hertz formula (9) of Han et al. 2021 for parallel cylinders, whose exponent is 1.5.
     """
 
     radial_clearance: Annotated[

@@ -1,9 +1,9 @@
 """Text with a unit into SI numbers, by a grammar of our own.
 
-``number [space] unit``, at most 64 characters: a plain decimal number (no operators, underscores, inf or nan) and
-a product of unit names with bounded exponents. Only text that fits the grammar reaches a conversion, so
-``9**9**9 m`` is refused at once. Common units are in an exact table; anything else is converted by pint, imported
-only then, in a registry where the radian has a dimension: ``50 Hz`` is no angular speed.
+``number [space] unit``, at most 64 characters: a plain decimal number (no operators, underscores, inf or nan)
+and a product of unit names with bounded exponents. Only text that fits the grammar reaches a conversion, so
+``9**9**9 m`` is refused at once. Common units are in an exact table; anything else is converted by pint,
+imported only then, in a registry where the radian has a dimension: ``50 Hz`` is no angular speed.
 """
 
 from __future__ import annotations
@@ -41,12 +41,14 @@ _Factors = Mapping[str, Fraction | float]
 # SI unit -> units that mean it -> SI units in one of them; rational factors are exact.
 FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
     "m": {"m": Fraction(1), "km": Fraction(1000), "cm": Fraction(1, 100), "mm": Fraction(1, 1000),
-          "um": Fraction(1, 10**6), "µm": Fraction(1, 10**6), "μm": Fraction(1, 10**6), "nm": Fraction(1, 10**9)},
+          "um": Fraction(1, 10**6), "µm": Fraction(1, 10**6), "μm": Fraction(1, 10**6),
+          "nm": Fraction(1, 10**9)},
     "kg": {"kg": Fraction(1), "g": Fraction(1, 1000), "mg": Fraction(1, 10**6)},
     "kg m^2": {"kg m^2": Fraction(1), "kg*m^2": Fraction(1), "g m^2": Fraction(1, 1000),
                "kg mm^2": Fraction(1, 10**6), "g mm^2": Fraction(1, 10**9), "kg cm^2": Fraction(1, 10**4)},
     "rad": {"rad": Fraction(1), "mrad": Fraction(1, 1000), "deg": _PI / 180, "°": _PI / 180},
-    "rad/s": {"rad/s": Fraction(1), "rpm": _PI / 30, "rev/min": _PI / 30, "rev/s": 2 * _PI, "deg/s": _PI / 180},
+    "rad/s": {"rad/s": Fraction(1), "rpm": _PI / 30, "rev/min": _PI / 30, "rev/s": 2 * _PI,
+              "deg/s": _PI / 180},
     "s": {"s": Fraction(1), "ms": Fraction(1, 1000), "us": Fraction(1, 10**6), "µs": Fraction(1, 10**6),
           "min": Fraction(60), "h": Fraction(3600)},
     "Hz": {"Hz": Fraction(1), "kHz": Fraction(1000), "MHz": Fraction(10**6), "1/s": Fraction(1)},
@@ -208,8 +210,7 @@ def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
         try:
             one = registry.Quantity(1.0, unit)
             wanted = registry.Quantity(1.0, "" if si_unit == "1" else si_unit)
-            angle = one.dimensionality.get("[angle]", 0) - wanted.dimensionality.get("[angle]", 0)
-            if angle == 1 and si_unit.endswith(("s/rad", "m/rad")):
+            if si_unit.endswith("/rad") and "[angle]" not in one.dimensionality:  # N m s for N m s/rad
                 one = one / registry.Quantity(1.0, "rad")
             if one.dimensionality != wanted.dimensionality:
                 raise foreign

@@ -84,8 +84,8 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
         variables[signal] = (dims, block if ensemble else block[0], attributes)
     for name, (unit, words) in _STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
-        dims = ("member", "contact") if ensemble else ("contact",)
-        variables[name] = (dims, table if ensemble else table[0], {"units": unit, "long_name": words})
+        along = ("member", "contact") if ensemble else ("contact",)
+        variables[name] = (along, table if ensemble else table[0], {"units": unit, "long_name": words})
     return variables
 
 

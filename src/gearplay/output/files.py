@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 def check_new(path: Path, *, overwrite: bool) -> None:
     """Raise `InputError` where the file exists and may not be replaced, or its folder cannot be written."""
     if path.exists() and not overwrite:
-        raise InputError([Fault("out", str(path), "must not exist yet", "Choose another name, or say --overwrite.")])
+        raise InputError(
+            [Fault("out", str(path), "must not exist yet", "Choose another name, or say --overwrite.")]
+        )
     if path.is_dir():
         raise InputError([Fault("out", str(path), "must be a file, not a folder", "Add a file name.")])
 
@@ -27,7 +29,14 @@ def make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            [Fault("out", str(path), f"must be a folder that can be written ({error.strerror})", "Choose another place.")]
+            [
+                Fault(
+                    "out",
+                    str(path),
+                    f"must be a folder that can be written ({error.strerror})",
+                    "Choose another place.",
+                )
+            ]
         ) from None
 
 
@@ -50,7 +59,14 @@ def replacing(path: Path) -> Iterator[Path]:
         _sync_folder(path.parent)
     except OSError as error:
         raise InputError(
-            [Fault("out", str(path), f"must be writable ({error.strerror or error})", "Free some space or choose another place.")]
+            [
+                Fault(
+                    "out",
+                    str(path),
+                    f"must be writable ({error.strerror or error})",
+                    "Free some space or choose another place.",
+                )
+            ]
         ) from None
     finally:
         if name and os.path.exists(name):
@@ -76,6 +92,11 @@ def write_with(path: Path, write: Callable[[Path], Any]) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically, UTF-8, as it is."""
     write_with(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline=""))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a binary file atomically."""
+    write_with(path, lambda temporary: temporary.write_bytes(content))
 
 
 def write_dataset(dataset: "xr.Dataset", path: Path, *, overwrite: bool = False) -> None:
@@ -105,5 +126,12 @@ def read_dataset(path: Path) -> "xr.Dataset":
     except (OSError, ValueError, KeyError) as error:
         words = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(
-            [Fault("file", str(path), f"must be a readable result file ({words})", "Check the path, or write the result again.")]
+            [
+                Fault(
+                    "file",
+                    str(path),
+                    f"must be a readable result file ({words})",
+                    "Check the path, or write the result again.",
+                )
+            ]
         ) from None

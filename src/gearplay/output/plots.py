@@ -33,7 +33,8 @@ def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
 
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    return tidy(figure.subplots())
+    ax: Axes = tidy(figure.subplots())
+    return ax
 
 
 def tidy(ax: Any) -> Any:
@@ -63,7 +64,9 @@ def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str
     return ax
 
 
-def plot_history(ax: "Axes", time: Floats, values: Floats, signal: str, *, color: str = COUPLED, label: str | None = None) -> "Axes":
+def plot_history(
+    ax: "Axes", time: Floats, values: Floats, signal: str, *, color: str = COUPLED, label: str | None = None
+) -> "Axes":
     """Draw one signal over time [s] in its display unit."""
     quantity = RESULT_VARIABLES[signal]
     t, v = thinned(np.asarray(time), np.asarray(values))
@@ -74,7 +77,14 @@ def plot_history(ax: "Axes", time: Floats, values: Floats, signal: str, *, color
 
 
 def plot_spectrum(
-    ax: "Axes", frequency: Floats, amplitude: Floats, unit: str, *, color: str = COUPLED, label: str | None = None, highest: float | None = None
+    ax: "Axes",
+    frequency: Floats,
+    amplitude: Floats,
+    unit: str,
+    *,
+    color: str = COUPLED,
+    label: str | None = None,
+    highest: float | None = None,
 ) -> "Axes":
     """Draw an amplitude spectrum on a logarithmic ordinate; ``highest`` [Hz] ends the abscissa."""
     f, a = np.asarray(frequency)[1:], np.asarray(amplitude)[1:]
@@ -98,15 +108,26 @@ class Plotter:
             return held[0]
         if label not in held:
             raise InputError(
-                [Fault("plot", f"{label}.{signal}", "must name a signal that was kept", f"Choose one of: {', '.join(held) or 'none'}.")]
+                [
+                    Fault(
+                        "plot",
+                        f"{label}.{signal}",
+                        "must name a signal that was kept",
+                        f"Choose one of: {', '.join(held) or 'none'}.",
+                    )
+                ]
             )
         return str(label)
 
-    def history(self, signal: str, label: str | None = None, *, member: int = 0, ax: "Axes | None" = None) -> "Axes":
+    def history(
+        self, signal: str, label: str | None = None, *, member: int = 0, ax: "Axes | None" = None
+    ) -> "Axes":
         """Draw a signal over time for the member at place ``member``."""
         label = self._only(signal, label)
         run = self._runs[member]
-        return plot_history(ax if ax is not None else new_axes(), run.time, run.signal(signal, label), signal, label=label)
+        return plot_history(
+            ax if ax is not None else new_axes(), run.time, run.signal(signal, label), signal, label=label
+        )
 
     def orbit(self, rotor: str, *, member: int = 0, ax: "Axes | None" = None) -> "Axes":
         """Draw the path of a rotor's centre in its clearance circle."""
@@ -114,13 +135,20 @@ class Plotter:
         run, sleeve = self._runs[member], self._case.sleeves.get(rotor)
         clearance = sleeve.radial_clearance if sleeve is not None else 0.0
         return plot_orbit(
-            ax if ax is not None else new_axes(5.0, 5.0), run.signal("x", rotor), run.signal("y", rotor), clearance
+            ax if ax is not None else new_axes(5.0, 5.0),
+            run.signal("x", rotor),
+            run.signal("y", rotor),
+            clearance,
         )
 
-    def spectrum(self, signal: str, label: str | None = None, *, highest: float | None = None, ax: "Axes | None" = None) -> "Axes":
+    def spectrum(
+        self, signal: str, label: str | None = None, *, highest: float | None = None, ax: "Axes | None" = None
+    ) -> "Axes":
         """Draw the ensemble's amplitude spectrum of a signal."""
         label = self._only(signal, label)
         step = float(self._runs[0].time[1] - self._runs[0].time[0])
         s: Spectrum = ensemble_spectrum([r.signal(signal, label) for r in self._runs], 1.0 / step)
         unit = RESULT_VARIABLES[signal].unit
-        return plot_spectrum(ax if ax is not None else new_axes(), s.frequency, s.amplitude, unit, label=label, highest=highest)
+        return plot_spectrum(
+            ax if ax is not None else new_axes(), s.frequency, s.amplitude, unit, label=label, highest=highest
+        )

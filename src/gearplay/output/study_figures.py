@@ -46,15 +46,18 @@ def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) ->
             f[inside], (a * 10**-s)[inside], (a * 10**s)[inside], color=COLORS[model], alpha=0.15, linewidth=0,
             label="± 1 standard deviation of the members",
         )  # fmt: skip
-        plot_spectrum(ax, f[inside], a[inside], "m/s²", color=COLORS[model], label=f"{model}, {result.members} members")
+        plot_spectrum(
+            ax, f[inside], a[inside], "m/s²", color=COLORS[model], label=f"{model}, {result.members} members"
+        )
         for i, line in enumerate(LINES):
             frequency = printed(condition, line, "frequency_hz").test
             height = printed(condition, line, "amplitude_as_printed").test / factor
             ax.plot([frequency], [height], marker="o", markersize=5, color=TEST, linestyle="none", markerfacecolor="none",
                     label=f"test ÷ {factor:.0f}" if i == 0 else None)  # fmt: skip
             ax.annotate(
-                LINE_WORDS[line], (frequency, height), textcoords="offset points", xytext=(6, 5), fontsize=8, color=TEST
-            )
+                LINE_WORDS[line], (frequency, height), textcoords="offset points", xytext=(7, 7), fontsize=8, color=TEST,
+                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+            )  # fmt: skip
         ax.set_xlim(0.0, top)
         ax.legend(fontsize=7, loc="lower right", framealpha=0.9)
         ax.set_title(f"{model}", fontsize=9, loc="left")
@@ -63,7 +66,10 @@ def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) ->
     for ax in axes[0]:
         ax.set_ylim(low, high * 2.0)
     axes[0, 1].set_ylabel("")
-    figure.suptitle(f"Acceleration of the driven gear along the centre line, {condition.label.replace('um', 'µm')}", fontsize=10)
+    figure.suptitle(
+        f"Acceleration of the driven gear along the centre line, {condition.label.replace('um', 'µm')}",
+        fontsize=10,
+    )
     return _png(figure)
 
 
@@ -75,7 +81,11 @@ def orbit_figure(results: Sequence[ConditionResult]) -> bytes:
         for ax, condition in zip(axes[row], conditions(), strict=True):
             orbit = found[condition].orbit
             plot_orbit(
-                ax, np.array(orbit["x"]), np.array(orbit["y"]), 1e-6 * condition.radial_clearance_um, color=COLORS[model]
+                ax,
+                np.array(orbit["x"]),
+                np.array(orbit["y"]),
+                1e-6 * condition.radial_clearance_um,
+                color=COLORS[model],
             )
             if row == 0:
                 ax.set_title(condition.label.replace("um", "µm"), fontsize=8)
@@ -119,7 +129,14 @@ def radial_frequency_figure(results: Sequence[ConditionResult]) -> bytes:
         ax.plot(abscissa, values, marker, color=COLORS[model], label=f"ours, {model}", markersize=5)
     slope = float(np.sum(test * abscissa) / np.sum(abscissa**2))
     line = np.array([0.0, 1.05 * abscissa.max()])
-    ax.plot(line, slope * line, color=TEST, linewidth=0.8, linestyle=":", label=f"{slope:.2f} · sqrt(speed / clearance)")
+    ax.plot(
+        line,
+        slope * line,
+        color=TEST,
+        linewidth=0.8,
+        linestyle=":",
+        label=f"{slope:.2f} · sqrt(speed / clearance)",
+    )
     ax.set_xlim(0.0, None)
     ax.set_ylim(0.0, None)
     ax.set_xlabel("sqrt(pinion speed [rpm] / radial clearance [µm])", fontsize=8)
@@ -134,11 +151,16 @@ def difference_figure(differences: Sequence[LineDifference]) -> bytes:
     ax = axes[0, 0]
     for at, d in enumerate(differences):
         color = COUPLED if d.significant else "#9aa0a8"
-        ax.errorbar([at], [d.decades], yerr=[1.96 * d.standard_error], fmt="o", color=color, markersize=4, linewidth=1)
+        ax.errorbar(
+            [at], [d.decades], yerr=[1.96 * d.standard_error], fmt="o", color=color, markersize=4, linewidth=1
+        )
     ax.axhline(0.0, color=TEST, linewidth=0.8)
     ax.set_xticks(range(len(differences)))
     ax.set_xticklabels(
-        [f"{d.condition.label.replace('um', 'µm')}\n{LINE_WORDS[d.line]}" for d in differences], rotation=60, ha="right", fontsize=6
+        [f"{d.condition.label.replace('um', 'µm')}\n{LINE_WORDS[d.line]}" for d in differences],
+        rotation=60,
+        ha="right",
+        fontsize=6,
     )
     ax.set_ylabel("coupled over uncoupled [decades]", fontsize=8)
     return _png(figure)

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.output import study_figures
-from gearplay.output.files import make_folder, write_text, write_with
+from gearplay.output.files import make_folder, write_bytes, write_text
 from gearplay.study.article import LINE_WORDS, conditions
 from gearplay.study.assumptions import Assumption, assumptions
 from gearplay.study.comparison import amplitude_bound, line_differences, model_amplitudes, table_rows
@@ -52,7 +51,9 @@ def _csv_text(rows: Sequence[dict[str, Any]]) -> str:
 def study_figures_of(results: Sequence[ConditionResult]) -> dict[str, bytes]:
     """Draw every figure of the study: name -> PNG."""
     figures = {
-        f"spectrum-{c.speed_rpm:g}rpm-{c.radial_clearance_um:g}-{c.backlash_um:g}": study_figures.spectrum_figure(results, c)
+        f"spectrum-{c.speed_rpm:g}rpm-{c.radial_clearance_um:g}-{c.backlash_um:g}": study_figures.spectrum_figure(
+            results, c
+        )
         for c in conditions()
     }
     figures["orbits"] = study_figures.orbit_figure(results)
@@ -91,10 +92,15 @@ def render(results: Sequence[ConditionResult], settings: Settings, figures: dict
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=PackageLoader("gearplay.output", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     )
     case = base_case(settings)
-    images = {name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()}
+    images = {
+        name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()
+    }
     noted: list[Finding] = findings(results)
     assumed: list[Assumption] = assumptions(case, pack(case))
     return environment.get_template("han2021.html").render(
@@ -134,11 +140,15 @@ def write_study(results: Sequence[ConditionResult], settings: Settings, folder: 
         "findings": [{"claim": f.claim, "verdict": f.verdict, "evidence": f.evidence} for f in noted],
         "tables": rows,
         "contact_statistics": _statistics(results),
-        "failures": [{"condition": r.condition.label, "model": r.model, "message": m} for r in results for m in r.failed],
+        "failures": [
+            {"condition": r.condition.label, "model": r.model, "message": m}
+            for r in results
+            for m in r.failed
+        ],
     }
     make_folder(folder / "figures")
     for name, png in figures.items():
-        write_with(folder / "figures" / f"{name}.png", lambda temporary, png=png: temporary.write_bytes(png))
+        write_bytes(folder / "figures" / f"{name}.png", png)
     write_text(folder / "tables.csv", _csv_text(rows))
     write_text(folder / "contacts.csv", _csv_text(_statistics(results)))
     write_text(folder / "tables.json", json.dumps(summary, indent=1, allow_nan=True))

@@ -30,7 +30,16 @@ class Estimate:
         )
 
 
-def estimate(case: Case, packed: Packed, *, columns: int, members: int, sampling: float, duration: float, transient: float) -> Estimate:
+def estimate(
+    case: Case,
+    packed: Packed,
+    *,
+    columns: int,
+    members: int,
+    sampling: float,
+    duration: float,
+    transient: float,
+) -> Estimate:
     """Estimate the cost of simulating ``members`` members."""
     meshes = max(1, packed.system.meshes.size)
     steps = STEPS_PER_SECOND * meshes * (duration + transient) * members

@@ -29,7 +29,14 @@ class _Run:
     """One member in progress: feeds the kernel, empties its buffers, watches the limits."""
 
     def __init__(
-        self, case: Case, packed: Packed, member: int, wanted: list[str] | None, sampling: float, duration: float, transient: float
+        self,
+        case: Case,
+        packed: Packed,
+        member: int,
+        wanted: list[str] | None,
+        sampling: float,
+        duration: float,
+        transient: float,
     ) -> None:
         self.case, self.packed, self.member = case, packed, member
         self.columns, places = choose_columns(packed, wanted)
@@ -51,13 +58,13 @@ class _Run:
         self.log: list[Floats] = []
 
     def _empty_buffers(self, keep_log: bool) -> None:
-        count = self.motion.count
-        rows, logged = int(count[stepper.ROWS]), int(count[stepper.LOGGED])
+        counts = self.motion.counts
+        rows, logged = int(counts[stepper.ROWS]), int(counts[stepper.LOGGED])
         self.values[self.filled : self.filled + rows] = self.motion.rows[:rows]
         self.filled += rows
         if keep_log and logged:
             self.log.append(self.motion.log[:logged].copy())
-        count[stepper.ROWS] = count[stepper.LOGGED] = 0
+        counts[stepper.ROWS] = counts[stepper.LOGGED] = 0
 
     def advance_to(self, t_end: float, keep_log: bool, watch: "_Watch") -> Status:
         """Advance to t_end [s], or to the first reason to stop."""
@@ -68,7 +75,7 @@ class _Run:
             watch.report(self.member, float(self.motion.clock[stepper.T]))
             if status != Status.PAUSED:
                 return status
-            reason = watch.reason_to_stop(int(self.motion.count[stepper.STEPS]))
+            reason = watch.reason_to_stop(int(self.motion.counts[stepper.STEPS]))
             if reason is not None:
                 return reason
 
@@ -83,10 +90,10 @@ class _Run:
             motion.tallies[:] = 0.0
             clock[stepper.SAMPLE_START] = self.transient
             clock[stepper.SAMPLE_INTERVAL] = 1.0 / self.sampling
-            motion.count[stepper.LAST_SAMPLE] = self.samples - 1
+            motion.counts[stepper.LAST_SAMPLE] = self.samples - 1
             status = self.advance_to(self.transient + self.duration, True, watch)
         reached = float(clock[stepper.T])
-        count = motion.count
+        counts = motion.counts
         return Trajectory(
             member=self.member,
             time=self.transient + np.arange(self.filled) / self.sampling,
@@ -95,7 +102,9 @@ class _Run:
             statistics=statistics_of(self.packed, motion.tallies, reached - self.transient),
             log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
             status=status,
-            counters=Counters(*(int(count[i]) for i in (stepper.STEPS, stepper.REJECTED, stepper.EVENTS, stepper.CALLS))),
+            counters=Counters(
+                *(int(counts[i]) for i in (stepper.STEPS, stepper.REJECTED, stepper.EVENTS, stepper.CALLS))
+            ),
             reached=reached,
             wall_time=time.perf_counter() - started,
             final_state=motion.y.copy(),
@@ -166,7 +175,13 @@ def run_members(
     columns, _ = choose_columns(packed, signals)
     check_estimate(
         estimate(
-            case, packed, columns=len(columns), members=len(chosen), sampling=sampling, duration=duration, transient=transient
+            case,
+            packed,
+            columns=len(columns),
+            members=len(chosen),
+            sampling=sampling,
+            duration=duration,
+            transient=transient,
         )
     )
     watch = _Watch(case, (duration + transient) * len(chosen), progress)

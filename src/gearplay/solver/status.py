@@ -25,7 +25,8 @@ WORDS = {
     Status.PAUSED: "Paused between two steps.",
     Status.NOT_FINITE: "A state became infinite or NaN. Check stiffnesses, masses and initial values for absurd sizes.",
     Status.STEP_TOO_SMALL: "The step fell below the resolution of time. Loosen `run.tolerance` or soften the stiffest contact.",
-    Status.CHATTER: "Contacts switch endlessly within no time. Add damping or restitution below 1, or raise the impact-speed floor.",
+    Status.CHATTER: "Contacts switch endlessly within no time."
+    " Add damping or restitution below 1, or raise the impact-speed floor.",
     Status.CANNOT_MESH: "A pair of gears left mesh: its centre distance went out of the range that can mesh."
     " Reduce the radial clearances or the loads, or stiffen the sleeves.",
     Status.BLOW_UP: "The motion grew beyond all reason. Check loads, supports and drives: something accelerates for ever.",

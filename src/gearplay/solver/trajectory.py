@@ -50,7 +50,9 @@ def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Colu
         found = [i for i, c in enumerate(every) if name in (c.signal, f"{c.label}.{c.signal}")]
         if not found:
             known = sorted({c.signal for c in every})
-            raise InputError([Fault("signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}.")])
+            raise InputError(
+                [Fault("signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}.")]
+            )
         chosen.extend(i for i in found if i not in chosen)
     return tuple(every[i] for i in chosen), np.array(chosen, dtype=np.int64)
 

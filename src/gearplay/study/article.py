@@ -7,7 +7,7 @@ from importlib.resources import files
 
 LINES = ("radial", "mesh_1x", "mesh_2x")
 LINE_WORDS = {"radial": "f_r", "mesh_1x": "f_m", "mesh_2x": "2 f_m"}
-PRINTED_TOLERANCE = 0.06  # per cent points: printed errors are rounded to two places, some cut instead
+PRINTED_TOLERANCE = 0.011  # per cent points: printed errors are rounded to two places, some cut instead
 
 
 @dataclass(frozen=True)

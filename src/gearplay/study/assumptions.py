@@ -27,7 +27,12 @@ def _um(value: float) -> str:
 
 def assumptions(case: Case, packed: Packed) -> list[Assumption]:
     """Return the table of parameters of a `han2021`-like case."""
-    pinion, ring, mesh, sleeve = case.rotors["pinion"], case.rotors["ring"], case.meshes[0], case.sleeves["ring"]
+    pinion, ring, mesh, sleeve = (
+        case.rotors["pinion"],
+        case.rotors["ring"],
+        case.meshes[0],
+        case.sleeves["ring"],
+    )
     packed_mesh, packed_sleeve = packed.system.meshes[0], packed.system.sleeves[0]
     gyration = [math.sqrt(r.inertia / r.mass) for r in (pinion, ring)]
     swing = packed.system.terms[packed_mesh.stiffness_start, 1] if packed_mesh.stiffness_count else 0.0
@@ -43,27 +48,53 @@ def assumptions(case: Case, packed: Packed) -> list[Assumption]:
             if case.rotors["pinion"].inertia > 1e-2
             else "solid disc and annulus from the geometry",
         ),
-        Assumption("speeds, radial clearances, backlashes", "Tables 3-6", "article; only the driven gear's sleeve has clearance"),
-        Assumption("contact ratio", f"{geometry.mesh_contact_ratio(case, 0):.3f}", "full-depth teeth at the nominal centre distance"),
         Assumption(
-            "mesh stiffness", f"{packed_mesh.k_m:.4g} N/m, amplitude {swing / packed_mesh.k_m:.3g} of it", "assumed: 6 mm of steel, ISO 6336-1 B"
+            "speeds, radial clearances, backlashes",
+            "Tables 3-6",
+            "article; only the driven gear's sleeve has clearance",
+        ),
+        Assumption(
+            "contact ratio",
+            f"{geometry.mesh_contact_ratio(case, 0):.3f}",
+            "full-depth teeth at the nominal centre distance",
+        ),
+        Assumption(
+            "mesh stiffness",
+            f"{packed_mesh.k_m:.4g} N/m, amplitude {swing / packed_mesh.k_m:.3g} of it",
+            "assumed: 6 mm of steel, ISO 6336-1 B",
         ),
         Assumption(
             "mesh damping",
             f"C_m = {packed_mesh.C_m:.4g} N s/m, full from {_um(packed_mesh.depth)}",
             "assumed: damping ratio 0.07" if mesh.damping.ratio is not None else "assumed",
         ),
-        Assumption("sleeve stiffness", f"{packed_sleeve.stiffness:.4g} N/m^1.5 at this clearance", "assumed shaft radius and steel, (9)"),
+        Assumption(
+            "sleeve stiffness",
+            f"{packed_sleeve.stiffness:.4g} N/m^1.5 at this clearance",
+            "assumed shaft radius and steel, (9)",
+        ),
         Assumption(
             "sleeve restitution",
             f"{sleeve.restitution:g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}",
             "assumed",
         ),
-        Assumption("drag on the ring", f"{ring.load.drag:.4g} N m s/rad", "the one constant fitted, to the six measured f_r"),
-        Assumption("static transmission error", errors, "assumed: without an error source nothing excites the rig"),
         Assumption(
-            "runout of pinion and ring", f"{_um(pinion.runout.amplitude)} and {_um(ring.runout.amplitude)} (eccentricity)", "assumed"
+            "drag on the ring",
+            f"{ring.load.drag:.4g} N m s/rad",
+            "the one constant fitted, to the six measured f_r",
         ),
-        Assumption("initial states", f"seed {case.run.seed}: drawn within 0.9 of the clearance circle, 1 mm/s", "assumed"),
+        Assumption(
+            "static transmission error", errors, "assumed: without an error source nothing excites the rig"
+        ),
+        Assumption(
+            "runout of pinion and ring",
+            f"{_um(pinion.runout.amplitude)} and {_um(ring.runout.amplitude)} (eccentricity)",
+            "assumed",
+        ),
+        Assumption(
+            "initial states",
+            f"seed {case.run.seed}: drawn within 0.9 of the clearance circle, 1 mm/s",
+            "assumed",
+        ),
         Assumption("gravity", "none: the plane of the rig is horizontal", "article"),
     ]

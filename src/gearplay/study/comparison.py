@@ -149,9 +149,13 @@ def line_differences(results: Sequence[ConditionResult], level: float = 0.05) ->
     found: list[LineDifference] = []
     for condition in coupled:
         for line in LINES:
-            a, b = (np.log10(np.maximum(r[condition].lines[line].levels, 1e-300)) for r in (coupled, uncoupled))
+            a, b = (
+                np.log10(np.maximum(r[condition].lines[line].levels, 1e-300)) for r in (coupled, uncoupled)
+            )
             if min(a.size, b.size) < 2:
-                found.append(LineDifference(condition, line, float(a.mean() - b.mean()), math.nan, math.nan, False))
+                found.append(
+                    LineDifference(condition, line, float(a.mean() - b.mean()), math.nan, math.nan, False)
+                )
                 continue
             va, vb = a.var(ddof=1), b.var(ddof=1)
             error = math.sqrt(va / a.size + vb / b.size)
@@ -225,7 +229,11 @@ def amplitude_verdict(results: Sequence[ConditionResult], seed: int = 0) -> Verd
     ]
     low, high = np.percentile(differences, [2.5, 97.5])
     return Verdict(
-        sets[0].log_error(), sets[1].log_error(), sets[0].log_error() - sets[1].log_error(), float(low), float(high)
+        sets[0].log_error(),
+        sets[1].log_error(),
+        sets[0].log_error() - sets[1].log_error(),
+        float(low),
+        float(high),
     )
 
 

@@ -63,7 +63,11 @@ class SimulatedLine:
     @property
     def spread(self) -> float:
         """Standard deviation of log10(level) over the members [decades]."""
-        return float(np.std(np.log10(np.maximum(self.levels, 1e-300)), ddof=1)) if len(self.levels) > 1 else math.nan
+        return (
+            float(np.std(np.log10(np.maximum(self.levels, 1e-300)), ddof=1))
+            if len(self.levels) > 1
+            else math.nan
+        )
 
     @property
     def displacement(self) -> float:
@@ -87,6 +91,7 @@ class ConditionResult:
     lines: dict[str, SimulatedLine]
     statistics: dict[str, dict[str, float]]  # by contact, mean over the members
     jam_ratio: float
+    swing_frequency: float  # Hz, of small swings of the ring under the drag's mesh force
     orbit: dict[str, tuple[float, ...]]  # time [s], x, y [m], backlash [m] of one member
     steps: int
     events: int
@@ -105,6 +110,18 @@ def condition_case(base: Case, condition: Condition, model: str) -> Case:
             "meshes.0.backlash": f"{condition.backlash_um:g} um",
         },
     )
+
+
+def swing_frequency(case: Case) -> float:
+    """Return the frequency [Hz] of small swings of the ring in its clearance circle: sqrt(F / (m c)) / (2 pi).
+
+    F = drag omega / r_b is the mesh force [N] that the ring's drag calls for at its nominal speed: it presses the ring
+    against one side of its sleeve, about which it swings like a pendulum of length c.
+    """
+    ring, clearance = case.rotors["ring"], case.sleeves["ring"].radial_clearance
+    omega = abs(float(geometry.nominal_speeds(case)[list(case.rotors).index("ring")]))
+    force = ring.load.drag * omega / geometry.base_radii(case, 0)[1]
+    return math.sqrt(force / (ring.mass * clearance)) / (2.0 * math.pi)
 
 
 def mean_acceleration(run: Trajectory) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
@@ -156,12 +173,20 @@ def _history(case: Case, settings: Settings) -> dict[str, tuple[float, ...]]:
         transient=settings.transient,
         sampling=2000.0,
     )[0]
-    columns = {"x": run.signal("x", "ring"), "y": run.signal("y", "ring"), "backlash": run.signal("backlash", MESH)}
+    columns = {
+        "x": run.signal("x", "ring"),
+        "y": run.signal("y", "ring"),
+        "backlash": run.signal("backlash", MESH),
+    }
     return {"time": tuple(run.time), **{k: tuple(float(f"{v:.6g}") for v in c) for k, c in columns.items()}}
 
 
 def run_condition(
-    base: Case, condition: Condition, model: str, settings: Settings, progress: Callable[[float, float], None] | None = None
+    base: Case,
+    condition: Condition,
+    model: str,
+    settings: Settings,
+    progress: Callable[[float, float], None] | None = None,
 ) -> ConditionResult:
     """Simulate one condition with one model; members that fail are left out and named.
 
@@ -198,6 +223,7 @@ def run_condition(
         lines=simulated_lines(spectrum, condition),
         statistics=_mean_statistics(good),
         jam_ratio=geometry.jam_ratio(case, 0),
+        swing_frequency=swing_frequency(case),
         orbit=_history(case, settings),
         steps=sum(run.counters.steps for run in runs),
         events=sum(run.counters.events for run in runs),
@@ -208,7 +234,9 @@ def run_condition(
 def _from_part(part: dict[str, Any]) -> ConditionResult:
     fields = dict(part)
     fields["condition"] = Condition(**part["condition"])
-    fields["lines"] = {k: SimulatedLine(**{**v, "levels": tuple(v["levels"])}) for k, v in part["lines"].items()}
+    fields["lines"] = {
+        k: SimulatedLine(**{**v, "levels": tuple(v["levels"])}) for k, v in part["lines"].items()
+    }
     return ConditionResult(**fields)
 
 

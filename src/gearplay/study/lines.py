@@ -75,7 +75,11 @@ def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> L
     first, last = _band(spectrum, 0.5 * expected, 1.5 * expected)
     floor = float(np.median(spectrum.amplitude[first : last + 1]))
     height = float(spectrum.amplitude[at]) * gain
-    return Line(float(spectrum.frequency[at]) + place * spectrum.resolution, height, height / floor if floor > 0.0 else math.inf)
+    return Line(
+        float(spectrum.frequency[at]) + place * spectrum.resolution,
+        height,
+        height / floor if floor > 0.0 else math.inf,
+    )
 
 
 def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.08) -> Line:

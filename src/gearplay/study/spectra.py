@@ -44,7 +44,14 @@ def _window(name: str, n: int) -> Floats:
         return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
     except ValueError:
         raise InputError(
-            [Fault("window", name, "must be a window that scipy.signal knows", "Try 'hann', 'boxcar' or 'flattop'.")]
+            [
+                Fault(
+                    "window",
+                    name,
+                    "must be a window that scipy.signal knows",
+                    "Try 'hann', 'boxcar' or 'flattop'.",
+                )
+            ]
         ) from None
 
 
@@ -64,7 +71,14 @@ def amplitude_spectrum(
     """
     if normalisation not in NORMALISATIONS:
         raise InputError(
-            [Fault("normalisation", normalisation, "must be a known normalisation", f"Choose from {NORMALISATIONS}.")]
+            [
+                Fault(
+                    "normalisation",
+                    normalisation,
+                    "must be a known normalisation",
+                    f"Choose from {NORMALISATIONS}.",
+                )
+            ]
         )
     if signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
         raise InputError(
@@ -79,24 +93,33 @@ def amplitude_spectrum(
         )
     n = signal.size
     weights = _window(window, n)
-    transform = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
+    transform: Floats = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
     if normalisation == "amplitude":
         transform *= 2.0 / np.sum(weights)
         transform[0] *= 0.5
         if n % 2 == 0:
             transform[-1] *= 0.5
-    return Spectrum(np.fft.rfftfreq(n, 1.0 / sampling), transform, window, normalisation, unit)
+    frequency: Floats = np.asarray(np.fft.rfftfreq(n, 1.0 / sampling), dtype=np.float64)
+    return Spectrum(frequency, transform, window, normalisation, unit)
 
 
 def ensemble_spectrum(
-    signals: Sequence[Floats], sampling: float, *, window: str = "hann", normalisation: str = "amplitude", unit: str = ""
+    signals: Sequence[Floats],
+    sampling: float,
+    *,
+    window: str = "hann",
+    normalisation: str = "amplitude",
+    unit: str = "",
 ) -> Spectrum:
     """Return the rms average of the members' amplitude spectra, with the spread of log10(amplitude) in decades.
 
     Motion with clearances is chaotic: a single record's spectrum repeats to some 0.2 decades only, so comparisons
     use this average.
     """
-    each = [amplitude_spectrum(s, sampling, window=window, normalisation=normalisation, unit=unit) for s in signals]
+    each = [
+        amplitude_spectrum(s, sampling, window=window, normalisation=normalisation, unit=unit)
+        for s in signals
+    ]
     table = np.array([s.amplitude for s in each])
     tiny = np.finfo(float).tiny
     return Spectrum(

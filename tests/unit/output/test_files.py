@@ -12,9 +12,14 @@ from gearplay.vocabulary.errors import InputError
 def test_a_failed_write_leaves_the_old_file_and_no_leftovers(tmp_path: Path) -> None:
     target = tmp_path / "result.txt"
     write_text(target, "old")
-    with pytest.raises(RuntimeError, match="broken"), replacing(target) as temporary:
-        temporary.write_text("half")
-        raise RuntimeError("broken")
+
+    def break_off() -> None:
+        with replacing(target) as temporary:
+            temporary.write_text("half")
+            raise RuntimeError("broken")
+
+    with pytest.raises(RuntimeError, match="broken"):
+        break_off()
     assert target.read_text() == "old"
     assert os.listdir(tmp_path) == ["result.txt"]
 

@@ -24,7 +24,17 @@ def test_the_dataset_has_the_contracts_names_units_and_provenance(result: gp.Res
         assert ds[name].attrs["units"] == quantity.unit
         assert ds[name].attrs["long_name"]
     assert gp.load_case(json.loads(ds.attrs["case"])).sha256 == ds.attrs["case_sha256"] == result.case.sha256
-    for name in ("gearplay_version", "method", "tolerance", "seed", "steps", "events", "rejected_steps", "status", "wall_time"):
+    for name in (
+        "gearplay_version",
+        "method",
+        "tolerance",
+        "seed",
+        "steps",
+        "events",
+        "rejected_steps",
+        "status",
+        "wall_time",
+    ):
         assert name in ds.attrs
     assert ds.time.values[0] == pytest.approx(0.01)
 
@@ -53,13 +63,19 @@ def test_saving_and_reading_back_gives_the_same(result: gp.Result, tmp_path: Pat
 
 
 def test_an_ensemble_has_members_and_a_spectrum_with_spread() -> None:
-    result = gp.simulate("han2021", duration=0.05, transient=0.0, sampling=5e3, ensemble=3, signals=["ring.ax", "ring.x"])
+    result = gp.simulate(
+        "han2021", duration=0.05, transient=0.0, sampling=5e3, ensemble=3, signals=["ring.ax", "ring.x"]
+    )
     assert result.ds.sizes["member"] == 3
-    assert not np.array_equal(result.ds.x.sel(rotor="ring", member=1), result.ds.x.sel(rotor="ring", member=2))
+    assert not np.array_equal(
+        result.ds.x.sel(rotor="ring", member=1), result.ds.x.sel(rotor="ring", member=2)
+    )
     spectrum = result.spectrum("ax", rotor="ring")
     assert spectrum.members == 3
     assert spectrum.spread is not None
-    assert np.all(np.isnan(result.ds.x.sel(rotor="pinion").values)), "signals that were not kept are NaN, not zero"
+    assert np.all(np.isnan(result.ds.x.sel(rotor="pinion").values)), (
+        "signals that were not kept are NaN, not zero"
+    )
 
 
 def test_unknown_signals_are_named(result: gp.Result) -> None:
@@ -75,21 +91,30 @@ def test_pictures_draw_without_touching_pyplot(result: gp.Result) -> None:
     import sys
 
     before = "matplotlib.pyplot" in sys.modules
-    for ax in (result.plot.orbit("ring"), result.plot.history("backlash"), result.plot.spectrum("ax", "ring")):
-        assert "[" in ax.get_xlabel() and "[" in ax.get_ylabel(), "axes carry units"
+    for ax in (
+        result.plot.orbit("ring"),
+        result.plot.history("backlash"),
+        result.plot.spectrum("ax", "ring"),
+    ):
+        assert "[" in ax.get_xlabel()
+        assert "[" in ax.get_ylabel(), "axes carry units"
         ax.figure.canvas.draw()
     assert ("matplotlib.pyplot" in sys.modules) == before
 
 
 def test_html_and_repr_escape_the_title() -> None:
-    case = gp.replace(gp.load_case("han2021"), {"title": "<b>bold</b> $x$", "run.duration": 0.001, "run.transient": 0.0})
+    case = gp.replace(
+        gp.load_case("han2021"), {"title": "<b>bold</b> $x$", "run.duration": 0.001, "run.transient": 0.0}
+    )
     result = gp.simulate(case)
     assert "<b>" not in result._repr_html_()
     assert "DONE" in repr(result)
 
 
 def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
-    case = gp.replace(gp.load_case("han2021"), {"run.max_steps": 20_000, "run.duration": 100.0, "run.sampling": 100.0})
+    case = gp.replace(
+        gp.load_case("han2021"), {"run.max_steps": 20_000, "run.duration": 100.0, "run.sampling": 100.0}
+    )
     result = gp.simulate(case)
     assert not result.success
     assert result.status.name == "TOO_MANY_STEPS"
@@ -98,7 +123,11 @@ def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", [{"run.duration": 1e6, "run.sampling": 1e5}, {"run.duration": 1e6, "run.sampling": 1.0, "run.ensemble": 100}]
+    "changes",
+    [
+        {"run.duration": 1e6, "run.sampling": 1e5},
+        {"run.duration": 1e6, "run.sampling": 1.0, "run.ensemble": 100},
+    ],
 )
 def test_a_run_that_is_too_large_is_refused_with_its_estimate(changes: dict) -> None:
     with pytest.raises(gp.ResourceError, match="about"):

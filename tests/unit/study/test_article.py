@@ -32,7 +32,10 @@ def test_the_articles_own_errors_are_recomputed() -> None:
 def test_thirty_four_of_fifty_four_amplitudes_exceed_the_kinematic_bound() -> None:
     ratios = [
         getattr(r, source)
-        / amplitude_bound(1e-6 * r.condition.radial_clearance_um, getattr(printed(r.condition, r.line, "frequency_hz"), source))
+        / amplitude_bound(
+            1e-6 * r.condition.radial_clearance_um,
+            getattr(printed(r.condition, r.line, "frequency_hz"), source),
+        )
         for r in printed_rows()
         if r.quantity == "amplitude_as_printed"
         for source in ("test", "coupled", "uncoupled")
@@ -43,4 +46,6 @@ def test_thirty_four_of_fifty_four_amplitudes_exceed_the_kinematic_bound() -> No
 
 def test_the_bound_is_that_of_a_square_wave() -> None:
     # 4/pi: first Fourier coefficient of a square wave of amplitude 1
-    assert amplitude_bound(1.0, 1.0) == pytest.approx(4.0 / 3.141592653589793 * (2.0 * 3.141592653589793) ** 2)
+    assert amplitude_bound(1.0, 1.0) == pytest.approx(
+        4.0 / 3.141592653589793 * (2.0 * 3.141592653589793) ** 2
+    )

@@ -1,0 +1,120 @@
+"""The command line as a user meets it: documents, messages, exit codes."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gearplay.cli import main as cli
+from gearplay.vocabulary import errors
+
+
+def command(*words: str) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "gearplay.cli.main", *words]
+    return subprocess.run(line, capture_output=True, encoding="utf-8", timeout=120)
+
+
+def test_version_is_one_line_and_loads_nothing_heavy() -> None:
+    code = "import sys; from gearplay.cli.main import run; print(run(['--version']), 'pydantic' in sys.modules, 'numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[1] == "0 False False"
+    assert done.stdout.startswith("gearplay ")
+
+
+def test_check_prints_findings() -> None:
+    done = command("check", "han2021")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "warning: rotors.pinion.inertia" in done.stdout
+    assert done.stdout.rstrip().endswith("2 warnings.")
+
+
+def test_check_prints_one_json_document() -> None:
+    done = command("check", "han2021", "--json", "--set", "meshes.0.backlash=50 um")
+    assert (done.returncode, done.stderr) == (0, "")
+    document = json.loads(done.stdout)
+    assert document["case"]["meshes"][0]["backlash"] == 5e-5
+    assert len(document["sha256"]) == 64
+    assert {finding["severity"] for finding in document["findings"]} == {"warning", "note"}
+
+
+def test_schema_is_json_with_and_without_json() -> None:
+    plain, asked = command("schema"), command("schema", "--json")
+    assert plain.stdout == asked.stdout
+    assert json.loads(plain.stdout)["title"] == "gearplay case"
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("chek", "han2021"), "chek"),
+        (("check",), "case"),
+        (("check", "han2021", "--bogus"), "--bogus"),
+        (("check", "han2012"), "'han2021'"),
+        (("check", "han2021", "--set", "run.sede=1"), "'seed'"),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_sentence(words: tuple[str, ...], named: str) -> None:
+    done = command(*words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert named in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_debug_shows_the_traceback_wherever_it_stands() -> None:
+    for words in (("--debug", "check", "han2012"), ("check", "han2012", "--debug")):
+        done = command(*words)
+        assert done.returncode != 0
+        assert "Traceback" in done.stderr
+        assert "InputError" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (errors.InputError(errors.Fault("a", 1, "is wrong")), 2),
+        (errors.SimulationError("it diverged"), 3),
+        (errors.ResourceError("too much"), 5),
+        (errors.MeasurementError("unreadable"), 6),
+        (KeyboardInterrupt(), 130),
+        (ZeroDivisionError("division by zero"), 1),
+    ],
+)
+def test_each_error_has_its_exit_code(
+    error: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("gearplay.model.reading.load_case", fail)
+    assert cli.run(["check", "han2021"]) == code
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") <= 1
+    assert "Traceback" not in printed.err
+    assert cli.run(["check", "han2021", "--json"]) == code
+    if code != 130:
+        assert json.loads(capsys.readouterr().out)["exit_code"] == code
+
+
+def test_a_closed_pipe_is_nothing_to_talk_about() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "wb") as closed:
+        line = [sys.executable, "-m", "gearplay.cli.main", "schema"]
+        done = subprocess.run(line, stdout=closed, stderr=subprocess.PIPE, timeout=60)
+    assert done.stderr == b""
+
+
+def test_a_narrow_encoding_does_not_break_a_message(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text('title = "é"\n[rotors.é]\n', encoding="utf-8")
+    line = [sys.executable, "-m", "gearplay.cli.main", "check", str(path)]
+    done = subprocess.run(
+        line, capture_output=True, timeout=60, env={**os.environ, "PYTHONIOENCODING": "ascii"}
+    )
+    assert done.returncode == 2
+    assert b"Traceback" not in done.stderr

@@ -1,0 +1,115 @@
+"""Numbers of Han, Liang, Zhang, Zhao, Entropy 2021, 23, 834, and of the standards used where it is silent."""
+
+import math
+
+import numpy as np
+import pytest
+
+from building import case_of, pair_document
+from gearplay.kernels.involute import dynamic_backlash
+from gearplay.kernels.mesh import mesh_geometry
+from gearplay.model.contact_laws import hertz_stiffness
+from gearplay.model.geometry import contact_ratio, jam_ratio, nominal_center_distance, pitch_radius
+from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness
+from gearplay.model.pack import pack
+from gearplay.model.reading import load_case
+
+STEEL = (206e9, 0.3)
+ALPHA = math.radians(20.0)
+
+
+def test_hertz_stiffness_of_a_steel_journal() -> None:
+    """Equation (9): R_j = 10 mm, 100 um, steel: 1.52e11 N/m^1.5, falling as the clearance's root."""
+    K = hertz_stiffness(0.01, 100e-6, STEEL, STEEL)
+    assert pytest.approx(1.52e11, rel=5e-3) == K
+    # by hand: s = (1 - 0.09) / (pi 206e9) on both sides, R_b = 10.1 mm
+    by_hand = 4.0 / (3.0 * math.pi * 2.0 * 0.91 / (math.pi * 206e9)) * math.sqrt(0.0101 * 0.01 / 1e-4)
+    assert pytest.approx(by_hand, rel=1e-12) == K
+    assert hertz_stiffness(0.01, 200e-6, STEEL, STEEL) / K == pytest.approx(math.sqrt(0.5), rel=6e-3)
+    # two materials: compliances add
+    soft = hertz_stiffness(0.01, 100e-6, STEEL, (103e9, 0.3))
+    assert K / soft == pytest.approx(1.5, rel=1e-12)
+
+
+def test_iso_stiffness_of_six_millimetres_of_steel() -> None:
+    """ISO 6336-1 method B: 6 mm of steel at the rig's contact ratio between 1.3e8 and 1.5e8 N/m."""
+    k_m = iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9)
+    assert 1.3e8 < k_m < 1.5e8
+    # by hand: q' = 0.04723 + 0.15551 / 20, c' = 0.8 0.975 / q', c_gamma = c' (0.75 1.95 + 0.25) N/(mm um)
+    by_hand = 0.78 / (0.04723 + 0.15551 / 20.0) * (0.75 * 1.95 + 0.25) * 1e9 * 0.006
+    assert k_m == pytest.approx(by_hand, rel=1e-12)
+    # an external wheel is softer than a ring, and stiffness goes with facewidth and modulus
+    assert iso6336_mesh_stiffness(20, 60, False, 1.95, 0.006, 206e9) < k_m
+    assert iso6336_mesh_stiffness(20, 60, True, 1.95, 0.012, 103e9) == pytest.approx(k_m, rel=1e-12)
+
+
+def test_contact_ratio_of_the_pair() -> None:
+    """Full-depth 20/60 of 20 deg: 1.95 internal; the same teeth external 1.67, from the ends of contact."""
+    assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(1.95, abs=0.03)
+    # external by hand: sum of both tip lengths less the centre distance's, over the base pitch
+    tips = sum(math.sqrt((r + 4.0) ** 2 - (r * math.cos(ALPHA)) ** 2) for r in (40.0, 120.0))
+    by_hand = (tips - 160.0 * math.sin(ALPHA)) / (4.0 * math.pi * math.cos(ALPHA))
+    assert contact_ratio(20, 60, False, 4e-3, ALPHA) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_contact_ratio_of_the_ring_from_where_tips_cross_the_line_of_action() -> None:
+    """Internal by construction: where both tip circles cut the common tangent of the base circles."""
+    u = np.array(
+        [math.sin(ALPHA), math.cos(ALPHA)]
+    )  # along the tangent, from the ring's side of the pinion's centre
+
+    def along(r_tip: float, centre: float) -> float:
+        """Return where the tip circle cuts the tangent through the pitch point, as far along as possible."""
+        pitch = np.array([120.0 - centre, 0.0])
+        half = pitch @ u
+        return -half + math.sqrt(half**2 - pitch @ pitch + r_tip**2)
+
+    path = along(44.0, 80.0) - along(116.0, 0.0)
+    assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(
+        path / (4.0 * math.pi * math.cos(ALPHA)), rel=1e-9
+    )
+
+
+def test_printed_backlash_has_the_external_sign() -> None:
+    """(6) as printed makes a ring's backlash grow when the centres part; in truth it shrinks."""
+    document = pair_document("internal")
+    for moved, true in ((-100e-6, 168.080e-6), (50e-6, 65.717e-6)):
+        got = {}
+        for formulation in ("as_published", "geometric"):
+            packed, out = pack(case_of({**document, "formulation": formulation})), np.zeros(20)
+            y = np.zeros(packed.state_size)
+            y[0] = moved  # the pinion moves away from the ring's centre
+            assert mesh_geometry(packed.system.meshes[0], packed.system, 0.0, y, out) == 0
+            got[formulation] = float(out[10])
+        assert got["geometric"] == pytest.approx(true, abs=1e-9)
+        # mirrored about b0: right for an external pair of the same centre distance
+        assert got["as_published"] == pytest.approx(200e-6 - true, abs=1e-9)
+        assert got["as_published"] == pytest.approx(
+            dynamic_backlash(0.08 + moved, 0.08, ALPHA, 100e-6, -1.0), abs=1e-15
+        )
+
+
+def test_printed_inertias_do_not_fit_the_gears() -> None:
+    """Radii of gyration 0.284 and 0.277 m against pitch radii of 0.04 and 0.12 m."""
+    case = load_case("han2021")
+    gyration = [math.sqrt(case.rotors[n].inertia / case.rotors[n].mass) for n in ("pinion", "ring")]
+    assert gyration == [pytest.approx(0.284, abs=5e-4), pytest.approx(0.277, abs=5e-4)]
+    assert [pitch_radius(case, case.meshes[0], n) for n in ("pinion", "ring")] == [
+        pytest.approx(0.04),
+        pytest.approx(0.12),
+    ]
+    assert nominal_center_distance(case, 0) == pytest.approx(0.08)
+    disc = load_case("han2021-geometric-inertia").rotors["pinion"]
+    assert disc.inertia == pytest.approx(0.5 * 0.235 * 0.04**2, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("clearance", "backlash", "ratio"),
+    [(100e-6, 100e-6, 0.684), (200e-6, 100e-6, 1.368), (200e-6, 200e-6, 0.684)],
+)
+def test_only_one_of_the_conditions_can_wedge(clearance: float, backlash: float, ratio: float) -> None:
+    """Jam ratio 2 sin(alpha0) c / b0 of the rig: only 200 um of clearance in 100 um of backlash exceeds 1."""
+    document = pair_document("internal", mesh={"backlash": backlash})
+    del document["sleeves"]["pinion"]
+    document["sleeves"]["ring"]["radial_clearance"] = clearance
+    assert jam_ratio(case_of(document), 0) == pytest.approx(ratio, abs=5e-4)

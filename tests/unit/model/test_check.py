@@ -1,0 +1,90 @@
+import math
+from typing import Any
+
+import pytest
+
+from gearplay.model.check import amplitude_bound, check_case, mesh_frequency
+from gearplay.model.reading import load_case, replace
+
+
+def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:
+    findings = check_case(replace(load_case(name), changes or {}))
+    assert [f.severity for f in findings] == sorted((f.severity for f in findings), reverse=True)
+    return {finding.path: finding.message for finding in findings if finding.severity == "warning"}
+
+
+def test_the_printed_inertias_are_found_out() -> None:
+    warnings = found("han2021")
+    assert list(warnings) == ["rotors.pinion.inertia", "rotors.ring.inertia"]
+    assert "0.284 m" in warnings["rotors.pinion.inertia"]
+    assert "0.04 m" in warnings["rotors.pinion.inertia"]
+
+
+@pytest.mark.parametrize("name", ["han2021-geometric-inertia", "external-pair", "pinion-idler-ring"])
+def test_the_other_bundled_cases_have_no_warnings(name: str) -> None:
+    assert found(name) == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "words"),
+    [
+        ({"meshes.0.backlash": "68 um"}, "meshes.0.backlash", "jam ratio"),
+        ({"meshes.0.backlash": 0}, "meshes.0.backlash", "no backlash"),
+        ({"sleeves.ring.radial_clearance": "200 um"}, "meshes.0.backlash", "1.37"),
+        ({"meshes.0.transmission_error.0.amplitude": "101 um"}, "meshes.0.transmission_error", "101 um"),
+        (
+            {"rotors.pinion.position": ["80.1 mm", 0], "rotors.ring.position": [0, 0]},
+            "meshes.0.backlash",
+            "0.0801",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_found(changes: dict[str, Any], path: str, words: str) -> None:
+    warnings = found("han2021-geometric-inertia", changes)
+    assert words in warnings[path]
+
+
+def test_a_contact_ratio_below_one_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # full-depth teeth cannot have one, so the number is given
+    monkeypatch.setattr("gearplay.model.geometry.mesh_contact_ratio", lambda case, index: 0.97)
+    assert "0.97" in found("han2021-geometric-inertia")["meshes.0"]
+
+
+def test_a_jam_ratio_below_one_is_no_finding() -> None:
+    assert 2 * math.sin(math.radians(20)) * 100 / 69 < 1
+    assert found("han2021-geometric-inertia", {"meshes.0.backlash": "69 um"}) == {}
+
+
+def test_nominal_positions_are_no_finding() -> None:
+    changes = {"rotors.pinion.position": ["80 mm", 0], "rotors.ring.position": [0, 0]}
+    assert found("han2021-geometric-inertia", changes) == {}
+
+
+QUIET = {
+    "rotors.ring.load.drag": 0,
+    "rotors.ring.runout.amplitude": 0,
+    "rotors.pinion.runout.amplitude": 0,
+    "meshes.0.transmission_error": [],
+}
+
+
+@pytest.mark.parametrize("missing", [None, *QUIET])
+def test_a_case_without_excitation_is_noted(missing: str | None) -> None:
+    case = replace(load_case("han2021"), {path: value for path, value in QUIET.items() if path != missing})
+    noted = any("nothing excites" in finding.message for finding in check_case(case))
+    assert noted is (missing is None)
+
+
+def test_the_bound_of_a_line_is_that_of_a_square_wave() -> None:
+    # 4 c / pi is the fundamental of a square wave of amplitude c
+    wave = [math.copysign(1e-4, math.sin(2 * math.pi * (k + 0.5) / 4000)) for k in range(4000)]
+    line = 2 / 4000 * sum(x * math.sin(2 * math.pi * (k + 0.5) / 4000) for k, x in enumerate(wave))
+    assert amplitude_bound(1e-4, 40.0) == pytest.approx(line * (2 * math.pi * 40.0) ** 2, rel=1e-5)
+    notes = [f for f in check_case(load_case("han2021")) if f.path == "sleeves.ring.radial_clearance"]
+    assert "40 Hz" in notes[0].message
+    assert "8.04 m/s^2" in notes[0].message
+
+
+def test_the_mesh_frequency_counts_teeth() -> None:
+    case = load_case("han2021")
+    assert mesh_frequency(case, 0, {"pinion": 4 * math.pi, "ring": 4 * math.pi / 3}) == pytest.approx(40.0)

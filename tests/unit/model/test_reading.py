@@ -1,0 +1,234 @@
+import copy
+import json
+import pickle
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gearplay.model.case import Case
+from gearplay.model.reading import bundled_names, load_case, replace, to_toml
+from gearplay.model.toml_files import text_depth, write_toml
+from gearplay.vocabulary.errors import InputError
+
+BUNDLED = ["external-pair", "han2021", "han2021-geometric-inertia", "pinion-idler-ring"]
+
+
+def refusal(call: Any, *arguments: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        call(*arguments)
+    return str(caught.value)
+
+
+def test_the_bundled_cases_are_there() -> None:
+    assert bundled_names() == BUNDLED
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_case_survives_every_way_of_writing_it(name: str, tmp_path: Path) -> None:
+    case = load_case(name)
+    path = tmp_path / "again.toml"
+    path.write_text(to_toml(case), encoding="utf-8")
+    through_json = json.loads(json.dumps(case.resolved(), allow_nan=False))
+    copies = [
+        load_case(path),
+        load_case(str(path)),
+        load_case(through_json),
+        load_case(case.resolved()),
+        replace(case, {}),
+    ]
+    copies += [pickle.loads(pickle.dumps(case)), copy.deepcopy(case)]
+    for again in copies:
+        assert again == case
+        assert again.sha256 == case.sha256
+        assert list(again.rotors) == list(case.rotors)
+
+
+def test_the_article_s_case_in_si() -> None:
+    case = load_case("han2021")
+    pinion, ring, mesh = case.rotors["pinion"], case.rotors["ring"], case.meshes[0]
+    assert (pinion.teeth, ring.teeth, ring.internal) == (20, 60, True)
+    assert (pinion.mass, pinion.inertia, ring.mass, ring.inertia) == (0.235, 0.0189, 0.8, 0.0612)
+    assert (mesh.module, mesh.backlash, case.sleeves["ring"].radial_clearance) == (0.004, 1e-4, 1e-4)
+    assert list(case.sleeves) == ["ring"]
+    assert pinion.drive is not None
+    assert pinion.drive.kind == "speed"
+    assert pinion.drive.speed == pytest.approx(4 * np.pi)
+    assert ring.load.drag > 0.0
+
+
+def test_the_geometric_inertias_are_those_of_disc_and_annulus() -> None:
+    printed, fitting = load_case("han2021"), load_case("han2021-geometric-inertia")
+    assert fitting.rotors["pinion"].inertia == pytest.approx(0.235 * 0.04**2 / 2, rel=1e-3)
+    assert fitting.rotors["ring"].inertia == pytest.approx(0.8 * (0.118**2 + 0.135**2) / 2, rel=1e-9)
+    same = {f"rotors.{name}.inertia": rotor.inertia for name, rotor in printed.rotors.items()}
+    assert replace(fitting, {"title": printed.title, **same}) == printed
+
+
+def test_the_digest_sees_values_and_not_spelling() -> None:
+    case = load_case("han2021")
+    same = load_case(
+        "han2021", ["meshes.0.backlash=0.1 mm", "run.seed=0", 'meshes.0.pressure_angle="20 deg"']
+    )
+    assert same.sha256 == case.sha256
+    assert load_case("han2021", ["meshes.0.backlash=0.11 mm"]).sha256 != case.sha256
+    document = case.resolved()
+    document["rotors"] = dict(reversed(document["rotors"].items()))
+    assert load_case(document).sha256 != case.sha256
+    assert load_case({**case.resolved(), "gravity": [-0.0, 0]}).sha256 == case.sha256
+
+
+def test_a_case_cannot_be_changed() -> None:
+    case = load_case("han2021")
+    with pytest.raises(ValueError, match="frozen"):
+        case.title = "other"
+    with pytest.raises(TypeError, match="replace"):
+        case.rotors["other"] = case.rotors["ring"]
+    with pytest.raises(TypeError, match="replace"):
+        case.sleeves.clear()
+
+
+@pytest.mark.parametrize(
+    ("override", "read"),
+    [
+        ("meshes.0.backlash=200 um", lambda case: case.meshes[0].backlash == 2e-4),
+        ("meshes.0.backlash=200um", lambda case: case.meshes[0].backlash == 2e-4),
+        ('meshes.0.backlash = "200 um"', lambda case: case.meshes[0].backlash == 2e-4),
+        ("meshes.0.backlash=0.0002", lambda case: case.meshes[0].backlash == 2e-4),
+        ("run.seed=7", lambda case: case.run.seed == 7),
+        ("run.max_steps=1000", lambda case: case.run.max_steps == 1000),
+        ("title=a = b", lambda case: case.title == "a = b"),
+        ("gravity=[0, -9.81]", lambda case: case.gravity == (0.0, -9.81)),
+        ("rotors.pinion.load.drag=1e-3", lambda case: case.rotors["pinion"].load.drag == 1e-3),
+        (
+            "rotors.pinion.drive={kind='torque', torque=5}",
+            lambda case: case.rotors["pinion"].drive.torque == 5.0,
+        ),
+        (
+            "meshes.0.transmission_error.0.amplitude=3um",
+            lambda c: c.meshes[0].transmission_error[0].amplitude == 3e-6,
+        ),
+        ("rotors.disc={mass=1, inertia=1}", lambda case: list(case.rotors) == ["pinion", "ring", "disc"]),
+    ],
+)
+def test_overrides(override: str, read: Any) -> None:
+    assert read(load_case("han2021", [override]))
+
+
+@pytest.mark.parametrize(
+    ("override", "named"),
+    [
+        ("meshes.0.backlsh=1", "'backlash'"),
+        ("meshes.1.backlash=1", "no such item: meshes has 1 item"),
+        ("meshes.-1.backlash=1", "no such item"),
+        ("meshes.backlash=1", "no such item"),
+        ("mesh.0.backlash=1", "'meshes'"),
+        ("rotors.rng.mass=1", "'ring'"),
+        ("sleeves.pinion.restitution=1", "no such entry"),
+        ("rotors.ring.lod.drag=1", "'load'"),
+        ("run.duration.x=1", "has no parts"),
+        ("run.duration", "path=value"),
+        ("=1", "path=value"),
+        ("run..seed=1", "not a path"),
+        ("run.seed=" + "1" * 5000, "4096"),
+        ("run.seed=" + "[" * 3000, "run.seed"),
+        ("run." + "a." * 40 + "b=1", "not a path"),
+        ("run.seed=1\nrun.x=2", "run.seed"),
+        ("run.duration=9**9**9 s", "run.duration"),
+    ],
+)
+def test_overrides_that_lead_nowhere(override: str, named: str) -> None:
+    message = refusal(load_case, "han2021", [override])
+    assert named in message
+    assert "Traceback" not in message
+
+
+def test_replace_validates_again() -> None:
+    case = load_case("han2021")
+    assert "meshes.0.backlash" in refusal(replace, case, {"meshes.0.backlash": "-1 um"})
+    assert "'backlash'" in refusal(replace, case, {"meshes.0.backlsh": 1.0})
+    assert replace(case, {"meshes.0.backlash": np.float64(3e-4), "run.seed": np.int64(3)}).run.seed == 3
+    given = replace(case, {"sleeves.ring.material": None, "sleeves.ring.stiffness": 1.5e11})
+    assert given.sleeves["ring"].stiffness == 1.5e11
+    assert (
+        replace(case, {"meshes.0.damping.ratio": None, "meshes.0.damping.maximum": "500 N s/m"})
+        .meshes[0]
+        .damping.maximum
+        == 500
+    )
+
+
+def test_a_mark_of_byte_order_is_no_fault(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(to_toml(load_case("han2021")), encoding="utf-8-sig")
+    assert load_case(path).title.startswith("Han")
+
+
+def test_parts_at_fault_do_not_hide_names_at_fault() -> None:
+    document = load_case("pinion-idler-ring").resolved()
+    document["meshes"][0] |= {"driven": "idlr", "module": -1.0}
+    document["sleeves"]["rng"] = document["sleeves"].pop("ring")
+    lines = refusal(load_case, document).splitlines()
+    assert [line.split(":")[0].split(" =")[0] for line in lines] == [
+        "meshes.0.module",
+        "sleeves.rng",
+        "meshes.0.driven",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"meshes.1.module": 0.005}, ["meshes.1.module", "idler is in both"]),
+        ({"meshes.1.pressure_angle": "25 deg"}, ["meshes.1.pressure_angle"]),
+        ({"sleeves.idler.on": "ring", "sleeves.ring.on": "idler"}, ["closes a circle", "on"]),
+    ],
+)
+def test_parts_that_do_not_fit_each_other(change: dict[str, Any], named: list[str]) -> None:
+    message = refusal(replace, load_case("pinion-idler-ring"), change)
+    assert all(name in message for name in named)
+
+
+def test_a_planet_on_a_carrier_is_accepted() -> None:
+    case = replace(
+        load_case("pinion-idler-ring"),
+        {"rotors.carrier": {"mass": 1.0, "inertia": 0.01}, "sleeves.idler.on": "carrier"},
+    )
+    assert case.sleeves["idler"].on == "carrier"
+
+
+def test_case_itself_takes_what_load_case_takes() -> None:
+    assert Case.model_validate(load_case("han2021").resolved()) == load_case("han2021")
+
+
+def test_toml_is_written_as_it_is_read() -> None:
+    document = {
+        "title": 'quote " backslash \\ tab \t delete \x7f and é',
+        "rotors": {"a": {"x": 1e-300, "flag": True, "none": None, "deep": {"list": [1, 2.5, {"k": "v"}]}}},
+        "meshes": [{"a": 1, "damping": {"ratio": 0.5}}, {"a": 2}],
+        "empty": {},
+        "list": [],
+    }
+    del (expected := copy.deepcopy(document))["rotors"]["a"]["none"]  # type: ignore[index]
+    assert tomllib.loads(write_toml(document)) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "depth"),
+    [
+        ("a = 1", 0),
+        ("a.b = 1", 2),
+        ("[a.b.c]", 3),
+        ("a = [[1.5, 2.5]]", 2),
+        ('a = "[[[[.......]]]]"', 0),
+        ("a = '''[[[['''", 0),
+        ('a = """[["[["" [[ \\""" """', 0),
+        ("# [[[[ a.b.c.d.e", 0),
+        ("'a.b'.c = {d = [1]}", 2),
+        ('a = "\\"[["', 0),
+    ],
+)
+def test_the_depth_of_text(text: str, depth: int) -> None:
+    assert text_depth(text) == depth
