@@ -233,7 +233,7 @@ def test_chunks_leave_no_trace(steps: int) -> None:
         while (status := stepper.advance(packed.system, motion, chunk)) == stepper.PAUSED:
             pass
         assert status == stepper.DONE
-        ends.append((motion.y.copy(), motion.log.copy(), motion.count.copy()))
+        ends.append((motion.y.copy(), motion.log.copy(), motion.counts.copy()))
     for a, b in zip(*ends, strict=True):
         np.testing.assert_array_equal(a, b)
 

@@ -15,7 +15,7 @@ def end_state(document: Document, tolerance: float, time: float) -> tuple[Floats
     packed, states, motion = states_along(
         merged(document, {"run": {"tolerance": tolerance}}), np.array([time])
     )
-    return states[-1] / packed.natural, int(motion.count[CALLS]), int(motion.count[EVENTS])
+    return states[-1] / packed.natural, int(motion.counts[CALLS]), int(motion.counts[EVENTS])
 
 
 @pytest.mark.parametrize("kind", ["internal", "external"])

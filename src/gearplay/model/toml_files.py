@@ -90,7 +90,7 @@ def text_depth(text: str) -> int:
     Examples
     --------
     >>> text_depth("a.b.c = [[1.5]]"), text_depth("s = '[[[['"), text_depth('"a.b" = 1')
-    (3, 0, 1)
+    (3, 0, 0)
 
     """
     brackets = deepest = dots = longest = 0

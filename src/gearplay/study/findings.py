@@ -124,7 +124,8 @@ def _coupled_is_better(results: Sequence[ConditionResult]) -> Finding:
     verdict = amplitude_verdict(results)
     words = (
         f"Mean error of the 18 amplitudes, one fitted factor each: coupled {verdict.coupled:.3f},"
-        f" uncoupled {verdict.uncoupled:.3f} decades; difference {verdict.difference:+.3f}, 95 % interval {verdict.low:+.3f} to {verdict.high:+.3f}."
+        f" uncoupled {verdict.uncoupled:.3f} decades; difference {verdict.difference:+.3f},"
+        f" 95 % interval {verdict.low:+.3f} to {verdict.high:+.3f}."
         " Free parameters are assumed, not fitted to the amplitudes: calibration decides, not this table."
     )
     answer = {"coupled": HOLDS, "uncoupled": FAILS}.get(verdict.better, OPEN)

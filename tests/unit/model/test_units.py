@@ -1,3 +1,4 @@
+import contextlib
 import math
 import subprocess
 import sys
@@ -144,18 +145,14 @@ def test_units_scale_and_never_change_order(number: float, row: tuple[str, str, 
 
 @given(st.text(max_size=70), st.sampled_from(QUANTITIES))
 def test_any_text_is_a_finite_number_or_refused(text: str, quantity: q.Quantity) -> None:
-    try:
+    with contextlib.suppress(UnitError):
         assert math.isfinite(parse_quantity(text, quantity))
-    except UnitError:
-        pass
 
 
 @given(st.text(alphabet="0123456789.eE+-*/^() mkgsNradHzPu%°µ", max_size=64), st.sampled_from(QUANTITIES))
 def test_text_close_to_the_grammar_is_a_finite_number_or_refused(text: str, quantity: q.Quantity) -> None:
-    try:
+    with contextlib.suppress(UnitError):
         assert math.isfinite(parse_quantity("1" + text, quantity))
-    except UnitError:
-        pass
 
 
 def test_common_units_need_no_pint() -> None:

@@ -21,7 +21,8 @@ def test_display_factors_agree_with_the_units(quantity: q.Quantity) -> None:
     shown = units.Quantity(1.0, "" if quantity.unit == "1" else quantity.unit)
     shown = shown.to("" if quantity.display_unit == "1" else quantity.display_unit)
     assert shown.magnitude == pytest.approx(quantity.display_factor, rel=1e-12)
-    assert quantity.long_name and quantity.symbol.isascii()
+    assert quantity.long_name
+    assert quantity.symbol.isascii()
 
 
 def test_hertz_stiffness_carries_its_exponent() -> None:

@@ -1,0 +1,72 @@
+"""The run command: results, exit codes, refusals, Ctrl-C."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import gearplay as gp
+
+GEARPLAY = [sys.executable, "-m", "gearplay.cli.main"]
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*GEARPLAY, "run", *words], capture_output=True, text=True, timeout=120)
+
+
+def test_run_saves_what_it_says(tmp_path: Path) -> None:
+    out = tmp_path / "run.nc"
+    done = run("han2021", "--set", "run.duration=0.05", "--set", "meshes.0.backlash=200um", "--out", str(out), "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    saved = gp.read_result(out)
+    assert document["status"] == saved.attrs["status"] == "DONE"
+    assert document["case_sha256"] == saved.attrs["case_sha256"]
+    assert saved.sizes["time"] == 5000
+    assert json.loads(saved.attrs["case"])["meshes"][0]["backlash"] == pytest.approx(200e-6)
+    again = run("han2021", "--set", "run.duration=0.05", "--out", str(out))
+    assert again.returncode == 2
+    assert "must not exist yet" in again.stderr
+
+
+@pytest.mark.parametrize("name", ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring"])
+def test_every_bundled_case_runs(name: str) -> None:
+    done = run(name, "--set", "run.duration=0.02", "--set", "run.transient=0.0")
+    assert done.returncode == 0, done.stderr
+    assert "Done." in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (["no-such-case"], 2, "no-such-case"),
+        (["han2021", "--set", "run.durration=1"], 2, "duration"),
+        (["han2021", "--set", "run.duration=1e6", "--set", "run.sampling=1e7"], 5, "GB"),
+        (["han2021", "--set", "run.duration=1e6", "--set", "run.sampling=1", "--set", "run.ensemble=1000"], 5, "steps"),
+        (["han2021", "--set", "run.max_steps=100"], 3, "max_steps"),
+        (["han2021", "--set", "rotors.ring.initial.x=5 mm"], 2, "mesh"),
+    ],
+)
+def test_refusals_have_their_exit_code_and_one_sentence(words: list[str], code: int, says: str) -> None:
+    done = run(*words)
+    assert done.returncode == code, done.stderr
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
+    out = tmp_path / "part.nc"
+    words = ["run", "han2021", "--set", "run.duration=2000", "--set", "run.sampling=10", "--out", str(out)]
+    process = subprocess.Popen([*GEARPLAY, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(6.0)  # long enough to start, far too short to finish
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "Interrupted" in output + errors
+    saved = gp.read_result(out)
+    assert saved.attrs["status"] == "INTERRUPTED"
+    assert 0 < saved.sizes["time"] < 20_000

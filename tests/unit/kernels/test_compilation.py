@@ -1,0 +1,62 @@
+"""Every kernel is compiled once: one signature each after a whole study; bounds hold; plain Python agrees."""
+
+import json
+import os
+import subprocess
+import sys
+
+PROGRAM = """
+import importlib, json, pkgutil, sys
+import gearplay.kernels
+from gearplay.study.han2021 import Settings, run_study
+run_study(Settings(members=2, duration=2.0, transient=0.1, history=0.05))
+counts = {}
+for module in pkgutil.iter_modules(gearplay.kernels.__path__):
+    loaded = importlib.import_module("gearplay.kernels." + module.name)
+    for name, item in vars(loaded).items():
+        if hasattr(item, "signatures"):
+            counts[name] = len(item.signatures)
+json.dump(counts, sys.stdout)
+"""
+
+SHORT = """
+import json, sys
+import gearplay as gp
+case = gp.replace(gp.load_case("han2021"), {"run.duration": 0.002, "run.transient": 0.0, "run.sampling": 5e3,
+                                            "rotors.ring.initial.vx": 0.3})
+run = gp.simulate(case).runs[0]
+json.dump({"values": run.values.tolist(), "events": run.counters.events, "steps": run.counters.steps}, sys.stdout)
+"""
+
+
+def output_of(program: str, **environment: str) -> dict:
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return json.loads(done.stdout)
+
+
+def test_one_signature_each_after_a_study() -> None:
+    counts = output_of(PROGRAM)
+    assert len(counts) > 30, "the kernels are found"
+    assert {name: n for name, n in counts.items() if n > 1} == {}
+
+
+def test_plain_python_gives_the_same_numbers() -> None:
+    compiled, plain = output_of(SHORT), output_of(SHORT, NUMBA_DISABLE_JIT="1")
+    assert compiled["events"] == plain["events"] > 0
+    assert compiled["steps"] == plain["steps"]
+    for row, other in zip(compiled["values"], plain["values"], strict=True):
+        for a, b in zip(row, other, strict=True):
+            assert abs(a - b) <= 1e-9 * max(1.0, abs(a))
+
+
+def test_no_kernel_reads_outside_its_arrays(tmp_path: object) -> None:
+    # With bounds checked numba raises IndexError, which fails the subprocess.
+    checked = output_of(SHORT, NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))
+    assert checked["events"] > 0
