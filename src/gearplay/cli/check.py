@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text
+from gearplay.vocabulary.errors import escape_controls
 
 
 def register(app: typer.Typer) -> None:
@@ -41,4 +42,4 @@ def check(
         print_text(str(finding))
     warnings = sum(finding.severity == "warning" for finding in findings)
     count = {0: "no warnings", 1: "1 warning"}.get(warnings, f"{warnings} warnings")
-    print_text(f"{loaded.title or case}: valid, {count}.")
+    print_text(f"{loaded.title or escape_controls(case)}: valid, {count}.")

@@ -18,7 +18,7 @@ _RED, _PLAIN = "\033[31m", "\033[0m"
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print the one document of a command."""
-    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
 
 
 def print_text(text: str) -> None:

@@ -13,14 +13,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def _named(path: Path) -> str:
+    """Return the path as messages show it: of a long one the end, which holds the name."""
+    text = str(path)
+    return text if len(text) <= 56 else f"...{text[-53:]}"
+
+
 def check_new(path: Path, *, overwrite: bool) -> None:
     """Raise `InputError` where the file exists and may not be replaced, or its folder cannot be written."""
     if path.exists() and not overwrite:
         raise InputError(
-            [Fault("out", str(path), "must not exist yet", "Choose another name, or say --overwrite.")]
+            [Fault("out", _named(path), "must not exist yet", "Choose another name, or say --overwrite.")]
         )
     if path.is_dir():
-        raise InputError([Fault("out", str(path), "must be a file, not a folder", "Add a file name.")])
+        raise InputError([Fault("out", _named(path), "must be a file, not a folder", "Add a file name.")])
 
 
 def make_folder(path: Path) -> None:
@@ -32,7 +38,7 @@ def make_folder(path: Path) -> None:
             [
                 Fault(
                     "out",
-                    str(path),
+                    _named(path),
                     f"must be a folder that can be written ({error.strerror})",
                     "Choose another place.",
                 )
@@ -62,7 +68,7 @@ def replacing(path: Path) -> Iterator[Path]:
             [
                 Fault(
                     "out",
-                    str(path),
+                    _named(path),
                     f"must be writable ({error.strerror or error})",
                     "Free some space or choose another place.",
                 )
@@ -129,7 +135,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
             [
                 Fault(
                     "file",
-                    str(path),
+                    _named(path),
                     f"must be a readable result file ({words})",
                     "Check the path, or write the result again.",
                 )

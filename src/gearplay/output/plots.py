@@ -90,7 +90,8 @@ def plot_spectrum(
     f, a = np.asarray(frequency)[1:], np.asarray(amplitude)[1:]
     if highest is not None:
         f, a = f[f <= highest], a[f <= highest]
-    ax.semilogy(f, a, color=color, linewidth=0.7, label=plain(label) if label else None)
+    draw = ax.semilogy if np.any(a > 0.0) else ax.plot  # a rotor at rest has no decades
+    draw(f, a, color=color, linewidth=0.7, label=plain(label) if label else None)
     ax.set_xlabel("frequency [Hz]", fontsize=8)
     ax.set_ylabel(f"amplitude [{unit}]", fontsize=8)
     return ax

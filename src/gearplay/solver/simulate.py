@@ -70,7 +70,11 @@ class _Run:
         """Advance to t_end [s], or to the first reason to stop."""
         self.motion.clock[stepper.T_END] = t_end
         while True:
-            status = Status(stepper.advance(self.packed.system, self.motion, CHUNK_STEPS))
+            taken = int(self.motion.counts[stepper.STEPS])
+            chunk = (
+                CHUNK_STEPS if watch.max_steps is None else max(0, min(CHUNK_STEPS, watch.max_steps - taken))
+            )
+            status = Status(stepper.advance(self.packed.system, self.motion, chunk))
             self._empty_buffers(keep_log)
             watch.report(self.member, float(self.motion.clock[stepper.T]))
             if status != Status.PAUSED:
@@ -114,8 +118,8 @@ class _Run:
 class _Watch:
     """Shared by the members of one call: progress, limits, and the wish to stop."""
 
-    def __init__(self, case: Case, total: float, progress: Progress | None) -> None:
-        self.stop = threading.Event()
+    def __init__(self, case: Case, total: float, progress: Progress | None, stop: threading.Event) -> None:
+        self.stop = stop
         self.max_steps = case.run.max_steps
         self.deadline = None if case.run.max_wall_time is None else time.monotonic() + case.run.max_wall_time
         self.total, self.progress = total, progress
@@ -159,11 +163,13 @@ def run_members(
     sampling: float | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
+    stop: threading.Event | None = None,
 ) -> list[Trajectory]:
     """Simulate ensemble members of one case on threads; the result does not depend on their number.
 
     ``signals`` names what to keep (`choose_columns`), ``duration`` and ``transient`` [s] and ``sampling`` [Hz] default to
-    the case's. Ctrl-C stops every member at its next chunk and returns what was computed, status INTERRUPTED.
+    the case's. Setting ``stop`` stops every member at its next chunk and returns what was computed, status INTERRUPTED;
+    Ctrl-C sets it.
 
     Raises `InputError` for an impossible case and `ResourceError` for one that is too large.
     """
@@ -184,7 +190,7 @@ def run_members(
             transient=transient,
         )
     )
-    watch = _Watch(case, (duration + transient) * len(chosen), progress)
+    watch = _Watch(case, (duration + transient) * len(chosen), progress, stop or threading.Event())
 
     def one(member: int) -> Trajectory:
         return _Run(case, packed, member, signals, sampling, duration, transient).run(watch)

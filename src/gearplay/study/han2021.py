@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
@@ -193,6 +194,7 @@ def run_condition(
     Raises `KeyboardInterrupt` where the run was interrupted, `SimulationError` where no member finished.
     """
     case = condition_case(base, condition, model)
+    stop = threading.Event()
     runs = run_members(
         case,
         range(1, settings.members + 1),
@@ -201,8 +203,9 @@ def run_condition(
         transient=settings.transient,
         sampling=settings.sampling,
         progress=progress,
+        stop=stop,
     )
-    if any(run.status.name == "INTERRUPTED" for run in runs):
+    if stop.is_set():
         raise KeyboardInterrupt
     good = [run for run in runs if run.success]
     if not good:

@@ -123,7 +123,8 @@ def test_rational_factors_are_rounded_once() -> None:
 def test_what_is_no_such_quantity_is_refused(text: object, quantity: q.Quantity) -> None:
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, quantity)  # type: ignore[arg-type]
-    assert caught.value.rule and caught.value.cure
+    assert caught.value.rule
+    assert caught.value.cure
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(QUANTITIES))
