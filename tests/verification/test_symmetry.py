@@ -6,7 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from building import ALPHA, Document, Floats, free_pair_case, merged, simulate_one
+from building import ALPHA, Document, Floats, case_of, free_pair_case, merged, pair_document, simulate_one
+from gearplay.kernels.mesh import mesh_geometry
+from gearplay.model.pack import pack
 
 SPAN = 0.01  # s: below 20 ms trajectories compare point by point
 
@@ -186,3 +188,21 @@ def test_rescaling_length_mass_and_time_rescales_the_motion(kind: str) -> None:
     assert q.shape == p.shape
     np.testing.assert_allclose(q / length, p, rtol=0.0, atol=1e-10)
     np.testing.assert_allclose(theta_q, theta, rtol=0.0, atol=1e-8)
+
+
+def test_a_train_that_turns_as_a_block_passes_no_teeth() -> None:
+    """Sun and carrier at one speed: the mesh phase stands still, since no tooth passes another."""
+    turning = {"kind": "speed", "speed": 30.0}
+    rotors = {
+        "sun": {"teeth": 20, "mass": 0.3, "inertia": 2e-4, "drive": turning, "position": [0.0, 0.0]},
+        "planet": {"teeth": 20, "mass": 0.2, "inertia": 2e-4},
+        "carrier": {"mass": 0.5, "inertia": 2e-3, "drive": turning, "position": [0.0, 0.0]},
+    }
+    document = merged(pair_document("external"), {"rotors": {"pinion": None, "wheel": None, **rotors}})
+    document["sleeves"] = {"planet": {**document["sleeves"]["pinion"], "on": "carrier"}}
+    document["meshes"][0] |= {"driver": "sun", "driven": "planet"}
+    packed, out = pack(case_of(document)), np.zeros(20)
+    for t in (0.0, 0.1):
+        assert mesh_geometry(packed.system.meshes[0], packed.system, t, np.zeros(18), out) == 0
+        assert out[12] == pytest.approx(0.0, abs=1e-9)
+        assert out[13] == pytest.approx(0.0, abs=1e-9)

@@ -9,6 +9,8 @@ from typing import Final, Literal
 
 from gearplay.model import geometry
 from gearplay.model.case import Case
+from gearplay.model.initial import initial_state
+from gearplay.model.pack import pack
 from gearplay.model.rotor import Rotor, ServoDrive, SpeedDrive, TorqueDrive
 
 GYRATION: Final = (0.3, 1.5)
@@ -61,6 +63,7 @@ def check_case(case: Case) -> list[Finding]:
     warning rotors.pinion.inertia
 
     """
+    initial_state(case, pack(case))  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in geometry.nominal_speeds(case)), strict=True))
     found = [*_inertias(case), *_excitation(case)]
     for index in range(len(case.meshes)):
@@ -80,25 +83,6 @@ def mesh_frequency(case: Case, index: int, speeds: dict[str, float]) -> float:
     frame = geometry.mesh_frame(case, index)
     relative = speeds[driver] - (speeds[frame] if frame is not None else 0.0)
     return abs(relative) * geometry.teeth_of(case, driver) / (2.0 * math.pi)
-
-
-def amplitude_bound(radial_clearance: float, frequency: float) -> float:
-    """Return the highest line of acceleration within a clearance, (4/pi) c (2 pi f)^2 [m/s^2].
-
-    Parameters
-    ----------
-    radial_clearance
-        c [m]; a displacement within -c .. c has no line higher than that of a square wave, 4 c / pi.
-    frequency
-        f of the line [Hz].
-
-    Examples
-    --------
-    >>> round(amplitude_bound(100e-6, 40.0), 3)
-    8.042
-
-    """
-    return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
 
 
 def _inertias(case: Case) -> Iterator[Finding]:
@@ -206,7 +190,7 @@ def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]
         for frequency in sorted({float(f"{mesh_frequency(case, index, speeds):.6g}") for index in mine}):
             if sleeve.radial_clearance == 0.0 or frequency == 0.0:
                 continue
-            bound = amplitude_bound(sleeve.radial_clearance, frequency)
+            bound = geometry.amplitude_bound(sleeve.radial_clearance, frequency)
             yield Finding(
                 "note",
                 f"sleeves.{name}.radial_clearance",

@@ -93,6 +93,25 @@ def jam_ratio(case: "Case", j: int) -> float:
     return 2.0 * math.sin(mesh.pressure_angle) * play / mesh.backlash if mesh.backlash > 0.0 else math.inf
 
 
+def amplitude_bound(radial_clearance: float, frequency: float) -> float:
+    """Return the highest line of acceleration within a clearance, (4/pi) c (2 pi f)^2 [m/s^2].
+
+    Parameters
+    ----------
+    radial_clearance
+        c [m]; a displacement within -c .. c has no line higher than that of a square wave, 4 c / pi.
+    frequency
+        f of the line [Hz].
+
+    Examples
+    --------
+    >>> round(amplitude_bound(100e-6, 40.0), 3)
+    8.042
+
+    """
+    return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
+
+
 def carrier_of(case: "Case", name: str) -> str | None:
     """Return the rotor that carries this rotor's bush, or None for the ground."""
     sleeve = case.sleeves.get(name)

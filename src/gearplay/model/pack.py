@@ -287,17 +287,8 @@ def pack(case: "Case") -> Packed:
         system=system,
         rotor_names=tuple(case.rotors),
         sleeve_names=tuple(case.sleeves),
-        mesh_names=mesh_names(case),
+        mesh_names=tuple(mesh.label for mesh in case.meshes),
         natural=_natural_sizes(system, servos),
         restart_step=0.1 / _fastest_rate(case, system),
         stops=np.array(ramps, dtype=np.float64),
     )
-
-
-def mesh_names(case: "Case") -> tuple[str, ...]:
-    """Return the meshes' labels, ``driver-driven``; a repeated pair gets a number."""
-    names: list[str] = []
-    for mesh in case.meshes:
-        name = f"{mesh.driver}-{mesh.driven}"
-        names.append(name if name not in names else f"{name}-{1 + sum(n.startswith(name) for n in names)}")
-    return tuple(names)

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
 from gearplay.output import study_figures
 from gearplay.output.files import make_folder, write_bytes, write_text
 from gearplay.study.article import LINE_WORDS, conditions
 from gearplay.study.assumptions import Assumption, assumptions
-from gearplay.study.comparison import amplitude_bound, line_differences, model_amplitudes, table_rows
+from gearplay.study.comparison import line_differences, model_amplitudes, table_rows
 from gearplay.study.findings import Finding, findings
 from gearplay.study.han2021 import MODELS, ConditionResult, Settings, base_case
 

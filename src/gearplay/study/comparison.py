@@ -21,17 +21,6 @@ def by_condition(results: Sequence[ConditionResult], model: str) -> dict[Conditi
     return {r.condition: r for r in results if r.model == model}
 
 
-def amplitude_bound(clearance: float, frequency: float) -> float:
-    """Return the largest possible line of acceleration [m/s^2] of motion within +-clearance [m] at a frequency [Hz].
-
-    A square wave of amplitude c has the strongest first harmonic, 4 c / pi: (4/pi) c (2 pi f)^2.
-
-    >>> round(amplitude_bound(100e-6, 1.642), 5)
-    0.01355
-    """
-    return 4.0 / math.pi * clearance * (2.0 * math.pi * frequency) ** 2
-
-
 def log_factor(test: Floats, simulated: Floats) -> float:
     """Return the one common factor between two sets of amplitudes: the geometric mean of test over simulated."""
     return float(np.exp(np.mean(np.log(test / simulated))))

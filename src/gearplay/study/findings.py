@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from gearplay.model.geometry import amplitude_bound
 from gearplay.study.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
 from gearplay.study.comparison import (
     LineDifference,
-    amplitude_bound,
     amplitude_verdict,
     article_error,
     by_condition,

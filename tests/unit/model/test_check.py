@@ -3,7 +3,8 @@ from typing import Any
 
 import pytest
 
-from gearplay.model.check import amplitude_bound, check_case, mesh_frequency
+from gearplay.model.check import check_case, mesh_frequency
+from gearplay.model.geometry import amplitude_bound
 from gearplay.model.reading import load_case, replace
 
 
