@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import gearplay as gp
-from gearplay.kernels import stepper
+from gearplay.kernels import run_state, stepper
 from gearplay.kernels.layout import LOADED, OPEN, PENETRATION
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.switches import contact_count
@@ -36,7 +36,7 @@ def start(tolerance, member):
     """Return a packed system and a run at its start."""
     packed = pack(CASE)
     y = initial_state(CASE, packed, member=member)
-    motion = stepper.make_motion(
+    motion = run_state.make_motion(
         packed.system, y, packed.natural, packed.restart_step, packed.stops, np.arange(0), 64, 4096, tolerance
     )
     return packed, motion
@@ -47,9 +47,9 @@ def ours(tolerance, member):
     packed, motion = start(tolerance, member)
     began = time.perf_counter()
     stepper.begin(packed.system, motion)
-    motion.clock[stepper.T_END] = SPAN
+    motion.clock[run_state.T_END] = SPAN
     status = stepper.advance(packed.system, motion, 10**9)
-    assert status == stepper.DONE, status
+    assert status == run_state.DONE, status
     return motion.y.copy(), time.perf_counter() - began
 
 

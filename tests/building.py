@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import stepper
+from gearplay.kernels import run_state, stepper
 from gearplay.kernels.layout import LOADED, MARGIN, System
 from gearplay.kernels.mesh import mesh_geometry, mesh_stiffness
 from gearplay.kernels.motion import right_hand_side
@@ -183,10 +183,10 @@ class Instant:
         return self.kinetic(y) + self.potential(t, y)
 
 
-def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> stepper.Motion:
+def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> run_state.Motion:
     """Return a run at t = 0 that keeps no samples, ready for `stepper.advance`."""
     start = changes.pop("start", None)
-    motion = stepper.make_motion(
+    motion = run_state.make_motion(
         packed.system,
         initial_state(case, packed, member=member) if start is None else start,
         packed.natural,
@@ -198,19 +198,19 @@ def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> st
         changes.pop("tolerance", case.run.tolerance),
     )
     assert not changes
-    assert stepper.begin(packed.system, motion) == stepper.DONE
+    assert stepper.begin(packed.system, motion) == run_state.DONE
     return motion
 
 
-def states_along(document: Document, times: Floats, member: int = 0) -> tuple[Packed, Floats, stepper.Motion]:
+def states_along(document: Document, times: Floats, member: int = 0) -> tuple[Packed, Floats, run_state.Motion]:
     """Return the states at given times, exactly at step ends, shape [time, state]."""
     case = case_of(document)
     packed = pack(case)
     motion = motion_of(case, packed, member, log_capacity=100_000)
     states = []
     for t in times:
-        motion.clock[stepper.T_END] = t
+        motion.clock[run_state.T_END] = t
         status = stepper.advance(packed.system, motion, 10_000_000)
-        assert status == stepper.DONE, status
+        assert status == run_state.DONE, status
         states.append(motion.y.copy())
     return packed, np.array(states), motion

@@ -14,7 +14,7 @@ from building import (
     simulate_one,
     states_along,
 )
-from gearplay.kernels.stepper import ONSETS
+from gearplay.kernels.run_state import ONSETS
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 

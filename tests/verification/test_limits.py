@@ -19,7 +19,7 @@ from building import (
     pair_document,
     simulate_one,
 )
-from gearplay.kernels import stepper
+from gearplay.kernels import run_state, stepper
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
 from gearplay.solver import simulate as simulate_module
@@ -130,8 +130,8 @@ def test_not_a_number() -> None:
         start = np.zeros(6)
         start[3] = poison
         motion = motion_of(case, packed, start=start)
-        motion.clock[stepper.T_END] = 1.0
-        assert stepper.advance(packed.system, motion, 1000) == stepper.NOT_FINITE
+        motion.clock[run_state.T_END] = 1.0
+        assert stepper.advance(packed.system, motion, 1000) == run_state.NOT_FINITE
     assert "NaN" in WORDS[Status.NOT_FINITE]
 
 
@@ -229,10 +229,10 @@ def test_chunks_leave_no_trace(steps: int) -> None:
     ends = []
     for chunk in (10_000_000, steps):
         motion = motion_of(case, packed)
-        motion.clock[stepper.T_END] = 0.02
-        while (status := stepper.advance(packed.system, motion, chunk)) == stepper.PAUSED:
+        motion.clock[run_state.T_END] = 0.02
+        while (status := stepper.advance(packed.system, motion, chunk)) == run_state.PAUSED:
             pass
-        assert status == stepper.DONE
+        assert status == run_state.DONE
         ends.append((motion.y.copy(), motion.log.copy(), motion.counts.copy()))
     for a, b in zip(*ends, strict=True):
         np.testing.assert_array_equal(a, b)

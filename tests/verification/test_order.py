@@ -5,7 +5,7 @@ import pytest
 
 from building import Document, Floats, free_pair_case, merged, states_along
 from gearplay.kernels.runge_kutta import DENSE, ERROR, NODES, WEIGHTS
-from gearplay.kernels.stepper import CALLS, EVENTS
+from gearplay.kernels.run_state import CALLS, EVENTS
 
 TOLERANCES = 10.0 ** -np.arange(5.0, 13.0)
 

@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 PER_ROTOR, PER_SLEEVE, PER_MESH = 8, 3, 9
+ROTOR_STATES = 6  # of the 8: the accelerations need the forces
 
 
 @compiled
@@ -20,6 +21,23 @@ def signal_count(system: System) -> int:
     return int(
         PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size
     )
+
+
+@compiled
+def observe_rotors(system: System, t: float, y: Floats, row: Floats) -> None:
+    """Fill the part of ``row`` that the state alone gives: each rotor's x, y, theta, vx, vy, omega."""
+    n = system.rotors.size
+    for i in range(n):
+        at = PER_ROTOR * i
+        omega = system.rotors[i].nominal_speed
+        row[at], row[at + 1], row[at + 2] = y[3 * i], y[3 * i + 1], omega * t + y[3 * i + 2]
+        row[at + 3], row[at + 4] = y[3 * (n + i)], y[3 * (n + i) + 1]
+        row[at + 5] = omega + y[3 * (n + i) + 2]
+
+
+def needs_only_the_state(columns: Ints, rotors: int) -> bool:
+    """Return whether the kept columns are all states, so that sampling need not evaluate forces."""
+    return bool(np.all((columns < PER_ROTOR * rotors) & (columns % PER_ROTOR < ROTOR_STATES)))
 
 
 @compiled
@@ -44,14 +62,10 @@ def observe(
     if right_hand_side(system, t, y, modes, latch, dy, contacts, force, out) != 0:
         return 1
     n, n_s = system.rotors.size, system.sleeves.size
-    at = 0
+    observe_rotors(system, t, y, row)
     for i in range(n):
-        omega = system.rotors[i].nominal_speed
-        row[at], row[at + 1], row[at + 2] = y[3 * i], y[3 * i + 1], omega * t + y[3 * i + 2]
-        row[at + 3], row[at + 4] = y[3 * (n + i)], y[3 * (n + i) + 1]
-        row[at + 5] = omega + y[3 * (n + i) + 2]
-        row[at + 6], row[at + 7] = dy[3 * (n + i)], dy[3 * (n + i) + 1]
-        at += PER_ROTOR
+        row[PER_ROTOR * i + 6], row[PER_ROTOR * i + 7] = dy[3 * (n + i)], dy[3 * (n + i) + 1]
+    at = PER_ROTOR * n
     for k in range(n_s):
         row[at] = contacts[k, PENETRATION]
         row[at + 1], row[at + 2] = contacts[k, FORCE_X], contacts[k, FORCE_Y]

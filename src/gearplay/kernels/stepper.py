@@ -6,72 +6,45 @@ in the arrays of `Motion`: `advance` can return at any step and be called again 
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, RATE, System
+from gearplay.kernels.events import first_switch, retake
+from gearplay.kernels.layout import System
 from gearplay.kernels.motion import right_hand_side
-from gearplay.kernels.observe import observe
-from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm, interpolate, step
-from gearplay.kernels.switches import (
-    contact_count,
-    mode_count,
-    settle_margins,
-    settle_modes,
-    switch_count,
-    switch_mode,
-    switch_values,
+from gearplay.kernels.recording import record_samples, tally_change, tally_step
+from gearplay.kernels.run_state import (
+    BLOW_UP,
+    BURST,
+    BURST_START,
+    CALLS,
+    CANNOT_MESH,
+    CHATTER,
+    DONE,
+    EVENTS,
+    H_RESTART,
+    LOGGED,
+    NOT_FINITE,
+    PAUSED,
+    REJECTED,
+    ROWS,
+    SAMPLE_INTERVAL,
+    STEP_TOO_SMALL,
+    STEPS,
+    T_END,
+    H,
+    Motion,
+    T,
 )
+from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm, step
+from gearplay.kernels.switches import contact_count, settle_margins, settle_modes, switch_mode, switch_values
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-# Status of a run; the solver turns it into words.
-DONE, PAUSED = 0, 1
-NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
-
-# Slots of Motion.clock [s] and Motion.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START = 0, 1, 2, 3, 4, 5, 6
-STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST = 0, 1, 2, 3, 4, 5, 6, 7, 8
-
-# Columns of Motion.tallies, one row per contact.
-TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX = 0, 1, 2, 3, 4, 5, 6
 
 BURST_EVENTS = 10_000
 FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run has blown up
-
-
-class Motion(NamedTuple):
-    """A run in progress, as plain arrays; made by `make_motion`."""
-
-    clock: Floats  # [s], slots above
-    counts: Ints
-    y: Floats
-    y_new: Floats
-    y_try: Floats
-    stages: Floats  # [7, state]
-    dy_try: Floats
-    modes: Ints
-    latch: Floats  # [m/s], per sleeve
-    contacts: Floats  # at the end of the last step tried
-    contacts_0: Floats  # at its start
-    contacts_try: Floats
-    force: Floats
-    out: Floats
-    g_0: Floats
-    g_1: Floats
-    g_try: Floats
-    scale: Floats  # allowed local error per state
-    natural: Floats  # natural size per state
-    stops: Floats  # [s], sorted times where the right-hand side jumps
-    tallies: Floats
-    columns: Ints  # which signals to keep
-    row: Floats
-    rows: Floats  # [capacity, columns] sampled signals
-    log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
 
 
 @compiled
@@ -134,203 +107,6 @@ def next_stop(motion: Motion) -> float:
         if motion.stops[i] > motion.clock[T]:
             return min(motion.stops[i], motion.clock[T_END])
     return motion.clock[T_END]
-
-
-@compiled
-def look(system: System, motion: Motion, h: float, x: float) -> bool:
-    """Evaluate contacts and switches on the step's interpolant at t + x h; False where a pair cannot mesh."""
-    t = motion.clock[T] + x * h
-    interpolate(x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
-    motion.counts[CALLS] += 1
-    failed = right_hand_side(
-        system,
-        t,
-        motion.y_try,
-        motion.modes,
-        motion.latch,
-        motion.dy_try,
-        motion.contacts_try,
-        motion.force,
-        motion.out,
-    )
-    if failed != 0:
-        return False
-    switch_values(system, t, motion.y_try, motion.modes, motion.contacts_try, motion.g_try)
-    return True
-
-
-@compiled
-def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g_high: float) -> float:
-    """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
-    low, g_low = 0.0, min(motion.g_0[k], 0.0)
-    side = 0
-    width = max(1e-14, 4e-16 * abs(motion.clock[T]) / h)
-    for _ in range(80):
-        if high - low <= width:
-            break
-        x = (low * g_high - high * g_low) / (g_high - g_low) if g_high > g_low else 0.5 * (low + high)
-        if not (low + 0.25 * width < x < high - 0.25 * width):
-            # The secant sits on an end: step off it by just more than the wanted width.
-            x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
-        if not look(system, motion, h, x):
-            return x
-        g = motion.g_try[k]
-        if g > 0.0:
-            high, g_high = x, g
-            if side == 1:
-                g_low *= 0.5
-            side = 1
-        else:
-            low, g_low = x, g
-            if side == -1:
-                g_high *= 0.5
-            side = -1
-    return high
-
-
-@compiled
-def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
-    """Return the x in (0, 1) where penetration switch k peaks, by bisection on its rate, or 1 if it stays negative.
-
-    Called only when the rate changes sign inside the step while both ends are negative: the grazing touch that
-    looking at step ends alone would skip. Stops as soon as a positive value is seen.
-    """
-    sign = 1.0 if motion.modes[k] == OPEN else -1.0
-    low, high = 0.0, 1.0
-    reach = abs(motion.contacts_0[k, RATE]) + abs(motion.contacts[k, RATE])
-    for _ in range(60):
-        x = 0.5 * (low + high)
-        if not look(system, motion, h, x):
-            return 1.0
-        if motion.g_try[k] > 0.0:
-            return x
-        if motion.g_try[k] + reach * (high - low) * h < 0.0:
-            return 1.0
-        if sign * motion.contacts_try[k, RATE] > 0.0:
-            low = x
-        else:
-            high = x
-        if high - low < 1e-10:
-            break
-    return 1.0
-
-
-@compiled
-def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
-    """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
-    n_c = contact_count(system)
-    first, place = -1, 1.0
-    for k in range(motion.g_0.size):
-        high, g_high = place, motion.g_1[k]
-        if first >= 0 and (motion.g_1[k] > 0.0 or k < n_c):
-            if not look(system, motion, h, place):
-                continue
-            g_high = motion.g_try[k]
-        if g_high > 0.0:
-            # A switch that was never on its own side changes over at the end.
-            x = high if motion.g_0[k] > 0.0 else locate_root(system, motion, h, k, high, g_high)
-            if first < 0 or x < place:
-                first, place = k, x
-        elif k < n_c and motion.g_0[k] < 0.0:
-            sign = 1.0 if motion.modes[k] == OPEN else -1.0
-            if sign * motion.contacts_0[k, RATE] > 0.0 and sign * motion.contacts[k, RATE] < 0.0:
-                peak = locate_peak(system, motion, h, k)
-                if peak < place:
-                    look(system, motion, h, peak)
-                    first, place = k, locate_root(system, motion, h, k, peak, motion.g_try[k])
-    return first, place
-
-
-@compiled
-def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
-    """Take the step again so that it ends just past switch k; return its length [s], or -1 on failure."""
-    short = x * h
-    nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
-    for _ in range(8):
-        motion.counts[CALLS] += STAGES - 1
-        failed = step(
-            system,
-            motion.clock[T],
-            short,
-            motion.y,
-            motion.stages,
-            motion.modes,
-            motion.latch,
-            motion.y_new,
-            motion.contacts,
-            motion.force,
-            motion.out,
-        )
-        if failed != 0:
-            return -1.0
-        switch_values(
-            system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1
-        )
-        if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
-            break
-        # The interpolant was a little early: go on by what the rate asks for, and a little more each time.
-        if k < contact_count(system) and abs(motion.contacts[k, RATE]) > 0.0:
-            short += min(1.5 * abs(motion.g_1[k] / motion.contacts[k, RATE]), 0.01 * h)
-        short += nudge
-        nudge *= 8.0
-    return short
-
-
-@compiled
-def record_samples(system: System, motion: Motion, h: float, t_new: float) -> None:
-    """Write the rows of all sample times up to t_new from the step's interpolant."""
-    clock, counts = motion.clock, motion.counts
-    while counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE] and counts[ROWS] < motion.rows.shape[0]:
-        t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
-        if t > t_new:
-            break
-        x = (t - clock[T]) / h
-        interpolate(min(max(x, 0.0), 1.0), h, motion.y, motion.y_new, motion.stages, motion.y_try)
-        observe(
-            system,
-            t,
-            motion.y_try,
-            motion.modes,
-            motion.latch,
-            motion.dy_try,
-            motion.contacts_try,
-            motion.force,
-            motion.out,
-            motion.row,
-        )
-        for c in range(motion.columns.size):
-            motion.rows[counts[ROWS], c] = motion.row[motion.columns[c]]
-        counts[ROWS] += 1
-        counts[NEXT_SAMPLE] += 1
-
-
-@compiled
-def tally_step(system: System, motion: Motion, h: float) -> None:
-    """Add one accepted step to the contact statistics."""
-    for k in range(contact_count(system)):
-        if motion.modes[k] != OPEN:
-            tally = motion.tallies[k]
-            tally[TIME] += h
-            tally[FORCE_MAX] = max(tally[FORCE_MAX], motion.contacts[k, FORCE])
-            tally[DEPTH_MAX] = max(tally[DEPTH_MAX], motion.contacts[k, PENETRATION])
-
-
-@compiled
-def tally_change(system: System, motion: Motion, t: float, k: int, mode_before: int) -> None:
-    """Log an onset or release of contact k at time t [s] and count it."""
-    now = motion.modes[k]
-    if (mode_before == OPEN) == (now == OPEN):
-        return
-    rate = motion.contacts[k, RATE]
-    if now == LOADED:
-        tally = motion.tallies[k]
-        tally[ONSETS] += 1.0
-        tally[SPEED_SUM] += rate
-        tally[SPEED_SQUARES] += rate * rate
-        tally[SPEED_MAX] = max(tally[SPEED_MAX], rate)
-    row = motion.log[motion.counts[LOGGED]]
-    row[0], row[1], row[2], row[3] = t, float(k), 1.0 if now == LOADED else 0.0, rate
-    motion.counts[LOGGED] += 1
 
 
 @compiled
@@ -461,56 +237,3 @@ def advance(system: System, motion: Motion, steps: int) -> int:
         if status != DONE:
             return status
     return DONE if clock[T] >= clock[T_END] else PAUSED
-
-
-def make_motion(
-    system: System,
-    y_0: Floats,
-    natural: Floats,
-    restart_step: float,
-    stops: Floats,
-    columns: Ints,
-    row_capacity: int,
-    log_capacity: int,
-    tolerance: float,
-) -> Motion:
-    """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes."""
-    n, n_c, n_g = y_0.size, contact_count(system), switch_count(system)
-    n_r = system.rotors.size
-    signals = 8 * n_r + 3 * system.sleeves.size + 9 * system.meshes.size
-
-    def table() -> Floats:
-        return np.zeros((n_c, 6))
-
-    clock = np.zeros(8)
-    clock[H_RESTART] = restart_step
-    clock[SAMPLE_INTERVAL] = np.inf
-    counts = np.zeros(9, dtype=np.int64)
-    counts[LAST_SAMPLE] = -1
-    return Motion(
-        clock=clock,
-        counts=counts,
-        y=np.array(y_0, dtype=np.float64),
-        y_new=np.zeros(n),
-        y_try=np.zeros(n),
-        stages=np.zeros((STAGES, n)),
-        dy_try=np.zeros(n),
-        modes=np.zeros(mode_count(system), dtype=np.int64),
-        latch=np.zeros(system.sleeves.size),
-        contacts=table(),
-        contacts_0=table(),
-        contacts_try=table(),
-        force=np.zeros((n_r, 3)),
-        out=np.zeros(20),
-        g_0=np.zeros(n_g),
-        g_1=np.zeros(n_g),
-        g_try=np.zeros(n_g),
-        scale=tolerance * natural,
-        natural=np.array(natural, dtype=np.float64),
-        stops=np.array(stops, dtype=np.float64),
-        tallies=np.zeros((n_c, 7)),
-        columns=np.array(columns, dtype=np.int64),
-        row=np.zeros(signals),
-        rows=np.zeros((row_capacity, len(columns))),
-        log=np.zeros((log_capacity, 4)),
-    )

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import stepper
+from gearplay.kernels import run_state, stepper
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -42,7 +42,7 @@ class _Run:
         self.columns, places = choose_columns(packed, wanted)
         self.duration, self.transient, self.sampling = duration, transient, sampling
         self.samples = max(1, int(duration * sampling + 0.5))
-        self.motion = stepper.make_motion(
+        self.motion = run_state.make_motion(
             packed.system,
             initial_state(case, packed, member=member),
             packed.natural,
@@ -59,27 +59,27 @@ class _Run:
 
     def _empty_buffers(self, keep_log: bool) -> None:
         counts = self.motion.counts
-        rows, logged = int(counts[stepper.ROWS]), int(counts[stepper.LOGGED])
+        rows, logged = int(counts[run_state.ROWS]), int(counts[run_state.LOGGED])
         self.values[self.filled : self.filled + rows] = self.motion.rows[:rows]
         self.filled += rows
         if keep_log and logged:
             self.log.append(self.motion.log[:logged].copy())
-        counts[stepper.ROWS] = counts[stepper.LOGGED] = 0
+        counts[run_state.ROWS] = counts[run_state.LOGGED] = 0
 
     def advance_to(self, t_end: float, keep_log: bool, watch: "_Watch") -> Status:
         """Advance to t_end [s], or to the first reason to stop."""
-        self.motion.clock[stepper.T_END] = t_end
+        self.motion.clock[run_state.T_END] = t_end
         while True:
-            taken = int(self.motion.counts[stepper.STEPS])
+            taken = int(self.motion.counts[run_state.STEPS])
             chunk = (
                 CHUNK_STEPS if watch.max_steps is None else max(0, min(CHUNK_STEPS, watch.max_steps - taken))
             )
             status = Status(stepper.advance(self.packed.system, self.motion, chunk))
             self._empty_buffers(keep_log)
-            watch.report(self.member, float(self.motion.clock[stepper.T]))
+            watch.report(self.member, float(self.motion.clock[run_state.T]))
             if status != Status.PAUSED:
                 return status
-            reason = watch.reason_to_stop(int(self.motion.counts[stepper.STEPS]))
+            reason = watch.reason_to_stop(int(self.motion.counts[run_state.STEPS]))
             if reason is not None:
                 return reason
 
@@ -92,11 +92,11 @@ class _Run:
             status = self.advance_to(self.transient, False, watch)
         if status == Status.DONE:
             motion.tallies[:] = 0.0
-            clock[stepper.SAMPLE_START] = self.transient
-            clock[stepper.SAMPLE_INTERVAL] = 1.0 / self.sampling
-            motion.counts[stepper.LAST_SAMPLE] = self.samples - 1
+            clock[run_state.SAMPLE_START] = self.transient
+            clock[run_state.SAMPLE_INTERVAL] = 1.0 / self.sampling
+            motion.counts[run_state.LAST_SAMPLE] = self.samples - 1
             status = self.advance_to(self.transient + self.duration, True, watch)
-        reached = float(clock[stepper.T])
+        reached = float(clock[run_state.T])
         counts = motion.counts
         return Trajectory(
             member=self.member,
@@ -107,7 +107,10 @@ class _Run:
             log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
             status=status,
             counters=Counters(
-                *(int(counts[i]) for i in (stepper.STEPS, stepper.REJECTED, stepper.EVENTS, stepper.CALLS))
+                *(
+                    int(counts[i])
+                    for i in (run_state.STEPS, run_state.REJECTED, run_state.EVENTS, run_state.CALLS)
+                )
             ),
             reached=reached,
             wall_time=time.perf_counter() - started,

@@ -2,19 +2,19 @@
 
 from enum import IntEnum
 
-from gearplay.kernels import stepper
+from gearplay.kernels import run_state
 
 
 class Status(IntEnum):
     """How a run ended; everything but DONE leaves what was computed so far."""
 
-    DONE = stepper.DONE
-    PAUSED = stepper.PAUSED
-    NOT_FINITE = stepper.NOT_FINITE
-    STEP_TOO_SMALL = stepper.STEP_TOO_SMALL
-    CHATTER = stepper.CHATTER
-    CANNOT_MESH = stepper.CANNOT_MESH
-    BLOW_UP = stepper.BLOW_UP
+    DONE = run_state.DONE
+    PAUSED = run_state.PAUSED
+    NOT_FINITE = run_state.NOT_FINITE
+    STEP_TOO_SMALL = run_state.STEP_TOO_SMALL
+    CHATTER = run_state.CHATTER
+    CANNOT_MESH = run_state.CANNOT_MESH
+    BLOW_UP = run_state.BLOW_UP
     TOO_MANY_STEPS = 20
     OUT_OF_TIME = 21
     INTERRUPTED = 22

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.layout import MESH_SIGNALS, ROTOR_SIGNALS, SLEEVE_SIGNALS
-from gearplay.kernels.stepper import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
+from gearplay.kernels.run_state import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
 from gearplay.model.pack import Packed
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError

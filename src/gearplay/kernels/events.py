@@ -1,0 +1,153 @@
+"""Finding the first switch inside a step, on its interpolant, and taking the step again so that it ends there."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.layout import OPEN, RATE, System
+from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.run_state import CALLS, Motion, T
+from gearplay.kernels.runge_kutta import STAGES, interpolate, step
+from gearplay.kernels.switches import contact_count, switch_values
+
+Floats = NDArray[np.float64]
+
+
+@compiled
+def look(system: System, motion: Motion, h: float, x: float) -> bool:
+    """Evaluate contacts and switches on the step's interpolant at t + x h; False where a pair cannot mesh."""
+    t = motion.clock[T] + x * h
+    interpolate(x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
+    motion.counts[CALLS] += 1
+    failed = right_hand_side(
+        system,
+        t,
+        motion.y_try,
+        motion.modes,
+        motion.latch,
+        motion.dy_try,
+        motion.contacts_try,
+        motion.force,
+        motion.out,
+    )
+    if failed != 0:
+        return False
+    switch_values(system, t, motion.y_try, motion.modes, motion.contacts_try, motion.g_try)
+    return True
+
+
+@compiled
+def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g_high: float) -> float:
+    """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
+    low, g_low = 0.0, min(motion.g_0[k], 0.0)
+    side = 0
+    width = max(1e-14, 4e-16 * abs(motion.clock[T]) / h)
+    for _ in range(80):
+        if high - low <= width:
+            break
+        x = (low * g_high - high * g_low) / (g_high - g_low) if g_high > g_low else 0.5 * (low + high)
+        if not (low + 0.25 * width < x < high - 0.25 * width):
+            # The secant sits on an end: step off it by just more than the wanted width.
+            x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
+        if not look(system, motion, h, x):
+            return x
+        g = motion.g_try[k]
+        if g > 0.0:
+            high, g_high = x, g
+            if side == 1:
+                g_low *= 0.5
+            side = 1
+        else:
+            low, g_low = x, g
+            if side == -1:
+                g_high *= 0.5
+            side = -1
+    return high
+
+
+@compiled
+def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
+    """Return the x in (0, 1) where penetration switch k peaks, by bisection on its rate, or 1 if it stays negative.
+
+    Called only when the rate changes sign inside the step while both ends are negative: the grazing touch that
+    looking at step ends alone would skip. Stops as soon as a positive value is seen.
+    """
+    sign = 1.0 if motion.modes[k] == OPEN else -1.0
+    low, high = 0.0, 1.0
+    reach = abs(motion.contacts_0[k, RATE]) + abs(motion.contacts[k, RATE])
+    for _ in range(60):
+        x = 0.5 * (low + high)
+        if not look(system, motion, h, x):
+            return 1.0
+        if motion.g_try[k] > 0.0:
+            return x
+        if motion.g_try[k] + reach * (high - low) * h < 0.0:
+            return 1.0
+        if sign * motion.contacts_try[k, RATE] > 0.0:
+            low = x
+        else:
+            high = x
+        if high - low < 1e-10:
+            break
+    return 1.0
+
+
+@compiled
+def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
+    """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
+    n_c = contact_count(system)
+    first, place = -1, 1.0
+    for k in range(motion.g_0.size):
+        high, g_high = place, motion.g_1[k]
+        if first >= 0 and (motion.g_1[k] > 0.0 or k < n_c):
+            if not look(system, motion, h, place):
+                continue
+            g_high = motion.g_try[k]
+        if g_high > 0.0:
+            # A switch that was never on its own side changes over at the end.
+            x = high if motion.g_0[k] > 0.0 else locate_root(system, motion, h, k, high, g_high)
+            if first < 0 or x < place:
+                first, place = k, x
+        elif k < n_c and motion.g_0[k] < 0.0:
+            sign = 1.0 if motion.modes[k] == OPEN else -1.0
+            if sign * motion.contacts_0[k, RATE] > 0.0 and sign * motion.contacts[k, RATE] < 0.0:
+                peak = locate_peak(system, motion, h, k)
+                if peak < place:
+                    look(system, motion, h, peak)
+                    first, place = k, locate_root(system, motion, h, k, peak, motion.g_try[k])
+    return first, place
+
+
+@compiled
+def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
+    """Take the step again so that it ends just past switch k; return its length [s], or -1 on failure."""
+    short = x * h
+    nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
+    for _ in range(8):
+        motion.counts[CALLS] += STAGES - 1
+        failed = step(
+            system,
+            motion.clock[T],
+            short,
+            motion.y,
+            motion.stages,
+            motion.modes,
+            motion.latch,
+            motion.y_new,
+            motion.contacts,
+            motion.force,
+            motion.out,
+        )
+        if failed != 0:
+            return -1.0
+        switch_values(
+            system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1
+        )
+        if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
+            break
+        # The interpolant was a little early: go on by what the rate asks for, and a little more each time.
+        if k < contact_count(system) and abs(motion.contacts[k, RATE]) > 0.0:
+            short += min(1.5 * abs(motion.g_1[k] / motion.contacts[k, RATE]), 0.01 * h)
+        short += nudge
+        nudge *= 8.0
+    return short
