@@ -26,7 +26,7 @@ The case dictionary
     Stiffness: ``{kind: harmonic, mean, amplitude, phase}``,
     ``{kind: square, single, double, contact_ratio, phase}``,
     ``{kind: fourier, mean, terms: [{order, amplitude, phase}]}``,
-    ``{kind: table, psi: [...], values: [...]}`` (points inside one period of 2 pi).
+    ``{kind: table, phase: [...], stiffness: [...]}`` (points inside one period of 2 pi).
 ``gravity``, ``formulation``, ``backlash_model``
     as in the case file.
 
@@ -218,6 +218,7 @@ class _Mesh:
     share: float = 0.0  # angle of double contact, rad
     phase: float = 0.0
     spline: CubicSpline | None = None
+    frame: int | None = None  # carrier of either gear
 
 
 @dataclass(slots=True)
@@ -297,6 +298,10 @@ class Reference:
         self.servos = [i for i, r in enumerate(self.rotors) if r.drive == "servo"]
         self.meshes = [self._build_mesh(table) for table in mesh_tables]
         self.sleeves = [self._build_sleeve(name, table) for name, table in sleeve_tables.items()]
+        for sleeve in self.sleeves:
+            for mesh in self.meshes:
+                if sleeve.carrier >= 0 and sleeve.journal in (mesh.a, mesh.b):
+                    mesh.frame = sleeve.carrier
         self.n = len(self.rotors)
         size = 6 * self.n + len(self.servos)
         tolerance = np.empty(size)
@@ -592,6 +597,10 @@ class Reference:
         kd = 3 * mesh.driver + 2
         psi = driver.teeth * (driver.nominal_speed * t + z[kd])
         psi_rate = driver.teeth * (driver.nominal_speed + z[n3 + kd])
+        if mesh.frame is not None:  # the phase as the carrier sees it
+            frame, kf = self.rotors[mesh.frame], 3 * mesh.frame + 2
+            psi -= driver.teeth * (frame.nominal_speed * t + z[kf])
+            psi_rate -= driver.teeth * (frame.nominal_speed + z[n3 + kf])
         error = slope = 0.0
         for order, amplitude, phase in mesh.error:
             error += amplitude * math.sin(order * psi + phase)

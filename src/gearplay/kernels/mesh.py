@@ -119,6 +119,19 @@ def toothing_centre(
     return x + lx, y_ + ly, vx - omega * ly, vy + omega * lx, lx, ly
 
 
+@compiled_inline
+def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, float]:
+    """Return the mesh phase psi [rad] and its rate [rad/s]: z theta of the driver, as its carrier sees it."""
+    n, d = system.rotors.size, mesh.driver
+    omega = system.rotors[d].nominal_speed
+    angle, rate = y[3 * d + 2], y[3 * (n + d) + 2]
+    if mesh.frame >= 0:
+        omega -= system.rotors[mesh.frame].nominal_speed
+        angle -= y[3 * mesh.frame + 2]
+        rate -= y[3 * (n + mesh.frame) + 2]
+    return mesh.z_driver * (omega * t + angle), mesh.z_driver * (omega + rate)
+
+
 @compiled
 def mesh_geometry(mesh: Any, system: System, t: float, y: Floats, out: Floats) -> int:
     """Fill ``out`` with the mesh's kinematics at state y; return 0, or 1 where the pair cannot mesh.
@@ -136,9 +149,7 @@ def mesh_geometry(mesh: Any, system: System, t: float, y: Floats, out: Floats) -
     out[14], out[15], out[16], out[17] = lx_a, ly_a, lx_b, ly_b
     theta_a, theta_b = y[3 * a + 2], y[3 * b + 2]
     omega_a, omega_b = y[3 * (n + a) + 2], y[3 * (n + b) + 2]
-    driver = system.rotors[mesh.driver]
-    psi_rate = mesh.z_driver * (driver.nominal_speed + y[3 * (n + mesh.driver) + 2])
-    psi = mesh.z_driver * (driver.nominal_speed * t + y[3 * mesh.driver + 2])
+    psi, psi_rate = mesh_phase(mesh, system, t, y)
     e, slope = transmission_error(mesh, system.terms, psi)
     e_rate = slope * psi_rate
     out[12], out[13] = psi, psi_rate

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.events import first_switch, retake
 from gearplay.kernels.layout import System
+from gearplay.kernels.mesh import mesh_phase
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.recording import record_samples, tally_change, tally_step
 from gearplay.kernels.run_state import (
@@ -91,13 +92,13 @@ def longest_step(system: System, motion: Motion) -> float:
     fastest = 1e-9
     for j in range(system.meshes.size):
         m = system.meshes[j]
-        omega = system.rotors[m.driver].nominal_speed + motion.y[3 * (n + m.driver) + 2]
-        fastest = max(fastest, abs(m.z_driver * omega) * m.highest_order)
+        _, rate = mesh_phase(m, system, motion.clock[T], motion.y)
+        fastest = max(fastest, abs(rate) * m.highest_order)
     for i in range(n):
         omega = system.rotors[i].nominal_speed + motion.y[3 * (n + i) + 2]
         fastest = max(fastest, abs(omega))
-    room = motion.rows.shape[0] - motion.counts[ROWS] - 2
-    return min(0.5 / fastest, room * motion.clock[SAMPLE_INTERVAL])
+    # Half the sample buffer, whatever its fill, so that emptying it leaves no trace in the steps.
+    return min(0.5 / fastest, (motion.rows.shape[0] // 2) * motion.clock[SAMPLE_INTERVAL])
 
 
 @compiled
@@ -231,7 +232,10 @@ def advance(system: System, motion: Motion, steps: int) -> int:
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
             return DONE
-        if counts[ROWS] + 4 > motion.rows.shape[0] or counts[LOGGED] + spare > motion.log.shape[0]:
+        if (
+            counts[ROWS] + motion.rows.shape[0] // 2 + 2 > motion.rows.shape[0]
+            or counts[LOGGED] + spare > motion.log.shape[0]
+        ):
             return PAUSED
         status = take_step(system, motion)
         if status != DONE:

@@ -35,7 +35,7 @@ from gearplay.kernels.layout import (
     STIFFNESS_SQUARE,
     System,
 )
-from gearplay.kernels.mesh import square_edge, square_segment
+from gearplay.kernels.mesh import mesh_phase, square_edge, square_segment
 from gearplay.kernels.motion import servo_torque
 
 Floats = NDArray[np.float64]
@@ -101,8 +101,7 @@ def switch_values(system: System, t: float, y: Floats, modes: Ints, contacts: Fl
         row = 2 * n_c + 2 * n_m + j
         g[row] = INACTIVE
         if mesh.stiffness_kind == STIFFNESS_SQUARE:
-            driver = system.rotors[mesh.driver]
-            psi = mesh.z_driver * (driver.nominal_speed * t + y[3 * mesh.driver + 2])
+            psi, _ = mesh_phase(mesh, system, t, y)
             segment = modes[n_s + 4 * n_m + j]
             g[row] = max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
     for i in range(n_r):
@@ -153,8 +152,7 @@ def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Flo
     for j in range(n_m):
         mesh = system.meshes[j]
         if mesh.stiffness_kind == STIFFNESS_SQUARE:
-            driver = system.rotors[mesh.driver]
-            psi = mesh.z_driver * (driver.nominal_speed * t + y[3 * mesh.driver + 2])
+            psi, _ = mesh_phase(mesh, system, t, y)
             modes[n_s + 4 * n_m + j] = square_segment(mesh, psi)
     for i in range(n_r):
         r = system.rotors[i]
@@ -197,8 +195,7 @@ def switch_mode(
         mesh = k - 2 * n_c - 2 * n_m
         slot = n_s + 4 * n_m + mesh
         m = system.meshes[mesh]
-        driver = system.rotors[m.driver]
-        psi = m.z_driver * (driver.nominal_speed * t + y[3 * m.driver + 2])
+        psi, _ = mesh_phase(m, system, t, y)
         modes[slot] += (
             1 if psi > 0.5 * (square_edge(m, modes[slot]) + square_edge(m, modes[slot] + 1)) else -1
         )

@@ -177,10 +177,11 @@ def _pack_mesh(
     dx, dy = centres[b][0] - centres[a][0], centres[b][1] - centres[a][1]
     m.A0 = math.hypot(dx, dy)
     m.s = -1.0 if r_a > 0.0 else 1.0
-    # Beyond these the tips leave each other (external) or strike the roots (internal).
+    # Two modules apart (external) or together (internal) the tips leave each other; the other way they strike
+    # the roots well before the base circles limit the pressure angle.
     deep, clear = 2.0 * geometry.ADDENDUM * mesh.module, 2.0 * geometry.DEDENDUM * mesh.module
     nominal = abs(r_a + r_b)
-    m.A_min = m.c0
+    m.A_min = m.c0 if m.s < 0.0 else max(m.c0, nominal - deep)
     m.A_max = nominal + (deep if m.s < 0.0 else clear)
     if not m.A_min < m.A0 < m.A_max:
         raise InputError(
