@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 import gearplay as gp
 from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import LOADED, OPEN, PENETRATION
+from gearplay.kernels.layout import LOADED, MARGIN, OPEN, PENETRATION
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.switches import contact_count
 from gearplay.model.initial import initial_state
@@ -57,6 +57,8 @@ def peer(method, tolerance, member):
     """Return the final state and the wall time [s] of one of SciPy's methods."""
     packed, motion = start(tolerance, member)
     system, contacts = packed.system, contact_count(packed.system)
+    sleeves, flanks = system.sleeves.size, 2 * system.meshes.size
+    depths = np.repeat(system.meshes.depth, 2)
     motion.latch[:] = 1.0
     dy = np.zeros_like(motion.y)
 
@@ -64,9 +66,12 @@ def peer(method, tolerance, member):
         right_hand_side(
             system, t, y, motion.modes, motion.latch, dy, motion.contacts, motion.force, motion.out
         )
-        modes = np.where(motion.contacts[:, PENETRATION] > 0.0, LOADED, OPEN)
-        if not np.array_equal(modes, motion.modes[:contacts]):
-            motion.modes[:contacts] = modes
+        depth, margin = motion.contacts[:, PENETRATION], motion.contacts[:, MARGIN]
+        beyond = depth[sleeves:] > depths
+        modes = np.where((depth > 0.0) & (margin > 0.0), LOADED, OPEN)
+        now = np.concatenate([modes, beyond])
+        if not np.array_equal(now, motion.modes[: contacts + flanks]):
+            motion.modes[: contacts + flanks] = now
             right_hand_side(
                 system, t, y, motion.modes, motion.latch, dy, motion.contacts, motion.force, motion.out
             )

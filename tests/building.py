@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import LOADED, MARGIN, System
+from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, System
 from gearplay.kernels.mesh import mesh_geometry, mesh_stiffness
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.sleeve import sleeve_geometry
@@ -138,7 +138,7 @@ class Instant:
         self.contacts, self.force, self.out = (
             np.zeros((n_c, 6)),
             np.zeros((packed.system.rotors.size, 3)),
-            np.zeros(20),
+            np.zeros(OUT_SIZE),
         )
         self.modes = np.zeros(mode_count(packed.system), dtype=np.int64)
         self.latch = np.ones(packed.system.sleeves.size)
@@ -162,9 +162,10 @@ class Instant:
             total += (
                 sleeve.stiffness / (sleeve.exponent + 1.0) * max(self.out[0], 0.0) ** (sleeve.exponent + 1.0)
             )
-        for mesh in self.system.meshes:
-            assert mesh_geometry(mesh, self.system, t, y, self.out) == 0
-            k = mesh_stiffness(mesh, self.system, self.out[12], 0)
+        for j, mesh in enumerate(self.system.meshes):
+            assert mesh_geometry(self.system, j, t, y, self.out) == 0
+            psi = self.out[12]
+            k = mesh_stiffness(mesh, self.system, psi, np.cos(psi), np.sin(psi), 0)
             total += 0.5 * k * sum(max(p, 0.0) ** 2 for p in self.out[:2])
         return total
 
@@ -202,7 +203,9 @@ def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> ru
     return motion
 
 
-def states_along(document: Document, times: Floats, member: int = 0) -> tuple[Packed, Floats, run_state.Motion]:
+def states_along(
+    document: Document, times: Floats, member: int = 0
+) -> tuple[Packed, Floats, run_state.Motion]:
     """Return the states at given times, exactly at step ends, shape [time, state]."""
     case = case_of(document)
     packed = pack(case)

@@ -20,7 +20,16 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
 
 def test_run_saves_what_it_says(tmp_path: Path) -> None:
     out = tmp_path / "run.nc"
-    done = run("han2021", "--set", "run.duration=0.05", "--set", "meshes.0.backlash=200um", "--out", str(out), "--json")
+    done = run(
+        "han2021",
+        "--set",
+        "run.duration=0.05",
+        "--set",
+        "meshes.0.backlash=200um",
+        "--out",
+        str(out),
+        "--json",
+    )
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     saved = gp.read_result(out)
@@ -33,7 +42,9 @@ def test_run_saves_what_it_says(tmp_path: Path) -> None:
     assert "must not exist yet" in again.stderr
 
 
-@pytest.mark.parametrize("name", ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring"])
+@pytest.mark.parametrize(
+    "name", ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring"]
+)
 def test_every_bundled_case_runs(name: str) -> None:
     done = run(name, "--set", "run.duration=0.02", "--set", "run.transient=0.0")
     assert done.returncode == 0, done.stderr
@@ -46,7 +57,11 @@ def test_every_bundled_case_runs(name: str) -> None:
         (["no-such-case"], 2, "no-such-case"),
         (["han2021", "--set", "run.durration=1"], 2, "duration"),
         (["han2021", "--set", "run.duration=1e6", "--set", "run.sampling=1e7"], 5, "GB"),
-        (["han2021", "--set", "run.duration=1e6", "--set", "run.sampling=1", "--set", "run.ensemble=1000"], 5, "steps"),
+        (
+            ["han2021", "--set", "run.duration=1e6", "--set", "run.sampling=1", "--set", "run.ensemble=1000"],
+            5,
+            "steps",
+        ),
         (["han2021", "--set", "run.max_steps=100"], 3, "max_steps"),
         (["han2021", "--set", "rotors.ring.initial.x=5 mm"], 2, "mesh"),
     ],

@@ -560,7 +560,7 @@ def mirrored(case: dict[str, Any]) -> dict[str, Any]:
     for mesh in result["meshes"]:
         stiffness = mesh["stiffness"]
         for term in [stiffness, *stiffness.get("terms", [])]:
-            if "phase" in term:
+            if "phase" in term and term.get("kind") != "table":
                 term["phase"] *= -1.0
         if stiffness["kind"] == "square":
             stiffness["phase"] += 2.0 * math.pi * (stiffness["contact_ratio"] - 1.0)

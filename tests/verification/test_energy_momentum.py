@@ -70,12 +70,12 @@ def test_energy_error_falls_with_the_tolerance() -> None:
 
 @pytest.mark.parametrize("kind", ["internal", "external"])
 def test_printed_coupled_equations_do_not_conserve_energy(kind: str) -> None:
-    """As published, backlash moves with the centres but the force ignores it: the energy is off by > 1 %."""
-    document = merged(free_pair_case(kind, "coupled", 2), {"run": {"tolerance": 1e-12}})
+    """As published, backlash moves with the centres but the force ignores it: the energy is off by > 50 %."""
+    document = merged(free_pair_case(kind, "coupled", 1), {"run": {"tolerance": 1e-12}})
     document["meshes"][0]["backlash"] = 2e-4  # wide enough that the printed force never jumps
-    energy, onsets = energy_along({**document, "formulation": "as_published"}, TIMES[:8])
+    energy, onsets = energy_along({**document, "formulation": "as_published"}, TIMES[:6])
     assert np.all(onsets >= 5)
-    assert np.max(np.abs(energy / energy[0] - 1.0)) > 1e-2
+    assert np.max(np.abs(energy / energy[0] - 1.0)) > 0.5
 
 
 @pytest.mark.parametrize("model", ["coupled", "uncoupled"])

@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from building import pair_case
 from gearplay.kernels.involute import dynamic_backlash
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
 
@@ -171,10 +172,10 @@ def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: floa
         middle = -mesh.sigma * 0.5 * b0 / base
         flanks = (forward, backward) if mesh.sigma > 0.0 else (backward, forward)
         for which, touching in enumerate(flanks):
-            y, out = np.zeros(packed.state_size), np.zeros(20)
+            y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)
             y[3 * i_a + 2], y[3 * i_b + 2] = theta_a, touching + middle
             y[3 * i_b : 3 * i_b + 2] = d
-            assert mesh_geometry(mesh, packed.system, 0.0, y, out) == 0
+            assert mesh_geometry(packed.system, 0, 0.0, y, out) == 0
             worst = max(worst, abs(out[which]))
             assert out[1 - which] == pytest.approx(-out[10], abs=NANOMETRE)
     assert worst < 0.01 * NANOMETRE

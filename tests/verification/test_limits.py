@@ -20,6 +20,7 @@ from building import (
     simulate_one,
 )
 from gearplay.kernels import run_state, stepper
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
 from gearplay.solver import simulate as simulate_module
@@ -31,8 +32,8 @@ from gearplay.solver.status import WORDS, Status
 
 def penetrations(document: Document, y: np.ndarray) -> tuple[float, float]:
     """Return (p_d, p_b) [m] of a document's first mesh at a state."""
-    packed, out = pack(case_of(document)), np.zeros(20)
-    assert mesh_geometry(packed.system.meshes[0], packed.system, 0.0, y, out) == 0
+    packed, out = pack(case_of(document)), np.zeros(OUT_SIZE)
+    assert mesh_geometry(packed.system, 0, 0.0, y, out) == 0
     return float(out[0]), float(out[1])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from building import ALPHA, Document, Floats, case_of, free_pair_case, merged, pair_document, simulate_one
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
 
@@ -201,8 +202,8 @@ def test_a_train_that_turns_as_a_block_passes_no_teeth() -> None:
     document = merged(pair_document("external"), {"rotors": {"pinion": None, "wheel": None, **rotors}})
     document["sleeves"] = {"planet": {**document["sleeves"]["pinion"], "on": "carrier"}}
     document["meshes"][0] |= {"driver": "sun", "driven": "planet"}
-    packed, out = pack(case_of(document)), np.zeros(20)
+    packed, out = pack(case_of(document)), np.zeros(OUT_SIZE)
     for t in (0.0, 0.1):
-        assert mesh_geometry(packed.system.meshes[0], packed.system, t, np.zeros(18), out) == 0
+        assert mesh_geometry(packed.system, 0, t, np.zeros(18), out) == 0
         assert out[12] == pytest.approx(0.0, abs=1e-9)
         assert out[13] == pytest.approx(0.0, abs=1e-9)

@@ -1,12 +1,34 @@
-"""The one place that says how kernels are compiled."""
+"""The one place that says how kernels are compiled and cached."""
 
+import hashlib
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
 
 from numba import njit
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def kernel_digest(folder: Path) -> str:
+    """Return a digest of all kernel sources in a folder."""
+    files = sorted(folder.glob("*.py"))
+    return hashlib.sha256(b"".join(f.name.encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
+
+
+_DIGEST = kernel_digest(Path(__file__).parent)
+
+
+def _stamped(dispatcher: Any) -> Any:
+    """Make a kernel's disk cache depend on every kernel file.
+
+    numba looks only at the file a kernel is written in, so an edit of one that it calls would go unseen.
+    """
+    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if cache_file is not None:
+        cache_file._source_stamp = _DIGEST
+    return dispatcher
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -15,12 +37,10 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
     give inf, which the stepper's finite check then reports.
     """
-    return cast(Callable[P, R], njit(cache=True, nogil=True, error_model="numpy")(function))
+    return cast(Callable[P, R], _stamped(njit(cache=True, nogil=True, error_model="numpy")(function)))
 
 
 def compiled_inline(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a small kernel that LLVM should always inline into its caller."""
-    return cast(
-        Callable[P, R],
-        njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function),
-    )
+    """Compile a kernel that LLVM should always inline into its callers."""
+    made = njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)
+    return cast(Callable[P, R], _stamped(made))

@@ -77,6 +77,8 @@ MESH = np.dtype(
         ("u0_y", "f8"),
         ("sin_alpha0", "f8"),  # of the working pressure angle as placed
         ("cos_alpha0", "f8"),
+        ("A_nominal_squared", "f8"),  # m^2
+        ("u_series", "f8"),  # largest |(A/A0)^2 - 1| of the involute series
         ("inv_alpha0", "f8"),  # of the reference pressure angle
         ("sigma", "f8"),  # +1/-1, sense of the drive flank
         ("s", "f8"),  # +1 internal, -1 external
@@ -113,7 +115,8 @@ class System(NamedTuple):
     rotors: NDArray[Any]  # ROTOR records
     sleeves: NDArray[Any]  # SLEEVE records
     meshes: NDArray[Any]  # MESH records
-    terms: NDArray[np.float64]  # rows of (order, amplitude, phase [rad])
+    terms: NDArray[np.float64]  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh
+    involutes: NDArray[np.float64]  # involute series of each mesh, shape [mesh, coefficient]
     spline: NDArray[np.float64]  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
     gravity: NDArray[np.float64]  # m/s^2, shape [2]
 
@@ -122,6 +125,7 @@ class System(NamedTuple):
 # flanks per mesh (drive, back).
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = 0, 1, 2, 3, 4, 5
 CONTACT_COLUMNS = 6
+OUT_SIZE = 21  # scratch that `mesh_geometry` and `sleeve_geometry` fill
 
 # Columns of a sampled row, per rotor, sleeve and mesh.
 ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled, compiled_inline
-from gearplay.kernels.involute import involute_from_distance
+from gearplay.kernels.involute import involute_difference
 from gearplay.kernels.layout import (
     MESH_COUPLED,
     MESH_PRINTED_COUPLED,
@@ -21,18 +21,39 @@ Floats = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
 
 
-@compiled
-def mesh_stiffness(mesh: Any, system: System, psi: float, segment: int) -> float:
+@compiled_inline
+def harmonics(
+    terms: Floats, start: int, count: int, cos_psi: float, sin_psi: float
+) -> tuple[float, float, float]:
+    """Return sum a cos(k psi + phase), sum a sin(k psi + phase) and the latter's slope sum k a cos(k psi + phase).
+
+    The multiples of psi come from its sine and cosine by rotation, so one pair serves every term of a mesh.
+    """
+    cosines, sines, slopes = 0.0, 0.0, 0.0
+    c, s, order = 1.0, 0.0, 0.0
+    for i in range(start, start + count):
+        while order < terms[i, 0]:
+            c, s = c * cos_psi - s * sin_psi, s * cos_psi + c * sin_psi
+            order += 1.0
+        cosine, sine = terms[i, 1] * c - terms[i, 2] * s, terms[i, 1] * s + terms[i, 2] * c
+        cosines += cosine
+        sines += sine
+        slopes += order * cosine
+    return cosines, sines, slopes
+
+
+@compiled_inline
+def mesh_stiffness(
+    mesh: Any, system: System, psi: float, cos_psi: float, sin_psi: float, segment: int
+) -> float:
     """Return K(psi) [N/m] at mesh phase psi [rad], eq. (16) and its generalisations.
 
     ``segment`` counts the half-waves passed by a square wave, so that a stage of the stepper that overshoots
     a jump still sees the branch it started on.
     """
     if mesh.stiffness_kind == STIFFNESS_FOURIER:
-        k = mesh.k_m
-        for i in range(mesh.stiffness_start, mesh.stiffness_start + mesh.stiffness_count):
-            k += system.terms[i, 1] * math.cos(system.terms[i, 0] * psi + system.terms[i, 2])
-        return k
+        swing, _, _ = harmonics(system.terms, mesh.stiffness_start, mesh.stiffness_count, cos_psi, sin_psi)
+        return mesh.k_m + swing
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         return mesh.k_m if segment % 2 == 0 else mesh.k_single
     turn = (psi + mesh.phase) / TWO_PI
@@ -62,18 +83,6 @@ def square_segment(mesh: Any, psi: float) -> int:
     turn = (psi + mesh.phase) / TWO_PI
     whole = math.floor(turn)
     return int(2 * whole + (1 if turn - whole >= mesh.duty else 0))
-
-
-@compiled_inline
-def transmission_error(mesh: Any, terms: Floats, psi: float) -> tuple[float, float]:
-    """Return the static transmission error e [m] and de/dpsi [m/rad]: e = sum a sin(order psi + phase)."""
-    e, slope = 0.0, 0.0
-    for i in range(mesh.error_start, mesh.error_start + mesh.error_count):
-        order = terms[i, 0]
-        angle = order * psi + terms[i, 2]
-        e += terms[i, 1] * math.sin(angle)
-        slope += terms[i, 1] * order * math.cos(angle)
-    return e, slope
 
 
 @compiled_inline
@@ -132,16 +141,31 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
     return mesh.z_driver * (omega * t + angle), mesh.z_driver * (omega + rate)
 
 
-@compiled
-def mesh_geometry(mesh: Any, system: System, t: float, y: Floats, out: Floats) -> int:
-    """Fill ``out`` with the mesh's kinematics at state y; return 0, or 1 where the pair cannot mesh.
+@compiled_inline
+def small_angle(across: float, length: float) -> float:
+    """Return atan2(across, length) [rad] for length > 0, by its series for slopes below 0.01.
+
+    >>> small_angle(1e-3, 1.0) == math.atan(1e-3)
+    True
+    """
+    x = across / length
+    if abs(x) > 0.01 or length <= 0.0:
+        return math.atan2(across, length)
+    q = x * x
+    return x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0 - q / 9.0))))
+
+
+@compiled_inline
+def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
+    """Fill ``out`` with mesh j's kinematics at state y; return 0, or 1 where the pair cannot mesh.
 
     out: 0 p_d, 1 p_b [m], 2 dp_d/dt, 3 dp_b/dt [m/s], 4-5 gradient of p_d by the displacement of b, 6-7 the
-    same of p_b, 8 A [m], 9 alpha_w [rad], 10 b_t [m], 11 w - e [m], 12 psi [rad], 13 dpsi/dt [rad/s],
-    14-17 lever arms of the toothing centres of a and b [m], 18 dg/dt of the printed single line of action.
+    same of p_b, 8 A [m], 9 sin(alpha_w), 10 b_t [m], 11 w - e [m], 12 psi [rad], 13 dpsi/dt [rad/s],
+    14-17 lever arms of the toothing centres of a and b [m], 18 dg/dt of the printed single line of action,
+    19-20 cos and sin of psi.
     Equations (3)-(6), (18), (19); section "Mesh" of docs/theory.
     """
-    n = system.rotors.size
+    n, mesh = system.rotors.size, system.meshes[j]
     a, b = mesh.a, mesh.b
     x_a, y_a, vx_a, vy_a, lx_a, ly_a = toothing_centre(system.rotors[a], t, y, a, n)
     x_b, y_b, vx_b, vy_b, lx_b, ly_b = toothing_centre(system.rotors[b], t, y, b, n)
@@ -150,7 +174,9 @@ def mesh_geometry(mesh: Any, system: System, t: float, y: Floats, out: Floats) -
     theta_a, theta_b = y[3 * a + 2], y[3 * b + 2]
     omega_a, omega_b = y[3 * (n + a) + 2], y[3 * (n + b) + 2]
     psi, psi_rate = mesh_phase(mesh, system, t, y)
-    e, slope = transmission_error(mesh, system.terms, psi)
+    cos_psi, sin_psi = math.cos(psi), math.sin(psi)
+    out[19], out[20] = cos_psi, sin_psi
+    _, e, slope = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
     e_rate = slope * psi_rate
     out[12], out[13] = psi, psi_rate
     s, sigma = mesh.s, mesh.sigma
@@ -170,16 +196,19 @@ def mesh_geometry(mesh: Any, system: System, t: float, y: Floats, out: Floats) -
 
     along, across = dx * u_x + dy * u_y, -dx * u_y + dy * u_x
     length = mesh.A0 + along
-    A = math.hypot(length, across)
+    A_squared = length * length + across * across
+    A = math.sqrt(A_squared)
     out[8] = A
     if not (mesh.A_min < A < mesh.A_max):
         return 1
-    inv_w = involute_from_distance(A, mesh.c0)
-    opening = mesh.c0 * (inv_w - mesh.inv_alpha0)
+    u = (A_squared - mesh.A_nominal_squared) / mesh.A_nominal_squared
+    opening = mesh.c0 * involute_difference(
+        A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, j
+    )
     cos_w = mesh.c0 / A
-    sin_w = math.sqrt(1.0 - cos_w * cos_w)
-    out[9] = math.atan2(sin_w, cos_w)
-    phi = math.atan2(across, length)
+    sin_w = math.sqrt(A_squared - mesh.c0 * mesh.c0) / A
+    out[9] = sin_w
+    phi = small_angle(across, length)
     e_x, e_y = (length * u_x - across * u_y) / A, (length * u_y + across * u_x) / A  # actual direction
 
     if mesh.kind == MESH_COUPLED:

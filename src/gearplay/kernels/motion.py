@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import (
     DRIVE_SERVO,
     DRIVE_SPEED,
@@ -43,7 +43,7 @@ def servo_torque(system: System, i: int, t: float, y: Floats, ramping: int) -> f
     return r.servo_gain * (drive_target(r, t, ramping) - omega) + r.servo_integral_gain * y[r.servo_slot]
 
 
-@compiled
+@compiled_inline
 def add_sleeve(
     system: System,
     k: int,
@@ -82,7 +82,7 @@ def add_sleeve(
         force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
 
 
-@compiled
+@compiled_inline
 def add_mesh(
     system: System, j: int, y: Floats, t: float, modes: Ints, force: Floats, contacts: Floats, out: Floats
 ) -> int:
@@ -90,13 +90,13 @@ def add_mesh(
 
     Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
     """
-    mesh = system.meshes[j]
-    if mesh_geometry(mesh, system, t, y, out) != 0:
+    if mesh_geometry(system, j, t, y, out) != 0:
         return 1
+    mesh = system.meshes[j]
     n_s, n_m = system.sleeves.size, system.meshes.size
     first = n_s + 2 * j
     square = modes[n_s + 4 * n_m + j]
-    k_mesh = mesh_stiffness(mesh, system, out[12], square)
+    k_mesh = mesh_stiffness(mesh, system, out[12], out[19], out[20], square)
     printed = mesh.kind != MESH_COUPLED and mesh.kind != MESH_UNCOUPLED
     for flank in range(2):
         row = first + flank

@@ -1,5 +1,7 @@
 """What is sampled: one row of signals computed from the state and its modes."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -71,7 +73,7 @@ def observe(
         row[at + 1], row[at + 2] = contacts[k, FORCE_X], contacts[k, FORCE_Y]
         at += PER_SLEEVE
     for j in range(system.meshes.size):
-        mesh_geometry(system.meshes[j], system, t, y, out)
+        mesh_geometry(system, j, t, y, out)
         drive, back = n_s + 2 * j, n_s + 2 * j + 1
         row[at], row[at + 1] = contacts[drive, PENETRATION], contacts[back, PENETRATION]
         row[at + 2], row[at + 3] = contacts[drive, FORCE], contacts[back, FORCE]
@@ -79,7 +81,8 @@ def observe(
             row[at + 2] = 0.0
         if row[at + 3] < 0.0 and row[at + 1] < 1e-15:
             row[at + 3] = 0.0
-        row[at + 4], row[at + 5], row[at + 6], row[at + 7] = out[10], out[9], out[8], out[11]
+        row[at + 4], row[at + 5] = out[10], math.asin(out[9])
+        row[at + 6], row[at + 7] = out[8], out[11]
         row[at + 8] = (1.0 if modes[drive] != OPEN else 0.0) + (2.0 if modes[back] != OPEN else 0.0)
         at += PER_MESH
     return 0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import CONTACT_COLUMNS, System
+from gearplay.kernels.layout import CONTACT_COLUMNS, OUT_SIZE, System
 from gearplay.kernels.observe import needs_only_the_state, signal_count
 from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.switches import contact_count, mode_count, switch_count
@@ -104,7 +104,7 @@ def make_motion(
         contacts_0=table(),
         contacts_try=table(),
         force=np.zeros((n_r, 3)),
-        out=np.zeros(20),
+        out=np.zeros(OUT_SIZE),
         g_0=np.zeros(n_g),
         g_1=np.zeros(n_g),
         g_try=np.zeros(n_g),

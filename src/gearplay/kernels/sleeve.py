@@ -68,7 +68,7 @@ def signed_power(x: float, n: float) -> float:
     return math.copysign(abs(x) ** n, x)
 
 
-@compiled
+@compiled_inline
 def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float]:
     """Return the normal force [N] and its margin (positive while pressing) at penetration delta [m].
 
@@ -103,7 +103,7 @@ def smooth_sign(u: float) -> float:
     return u * (1.5 - 0.5 * u * u)
 
 
-@compiled
+@compiled_inline
 def sleeve_geometry(sleeve: Any, system: System, t: float, y: Floats, out: Floats) -> None:
     """Fill ``out``: 0 delta [m], 1 ddelta/dt [m/s], 2-3 direction u, 4 sliding speed [m/s], 5-6 bush arm [m].
 
@@ -127,7 +127,7 @@ def sleeve_geometry(sleeve: Any, system: System, t: float, y: Floats, out: Float
         e_y -= y[3 * i + 1] + shift_y
         v_x -= y[3 * (n + i)] - bush_spin * arm_y
         v_y -= y[3 * (n + i) + 1] + bush_spin * arm_x
-    length = math.hypot(e_x, e_y)
+    length = math.sqrt(e_x * e_x + e_y * e_y)
     u_x, u_y = (e_x / length, e_y / length) if length > 0.0 else (1.0, 0.0)
     out[0] = length - sleeve.clearance
     out[1] = v_x * u_x + v_y * u_y

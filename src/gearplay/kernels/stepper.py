@@ -163,7 +163,7 @@ def take_step(system: System, motion: Motion) -> int:
             motion.out,
         )
         if failed != 0:
-            reason = CANNOT_MESH
+            reason = CANNOT_MESH if np.all(np.isfinite(motion.y_new)) else NOT_FINITE
             counts[REJECTED] += 1
             h *= 0.25
             continue

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model import geometry
 from gearplay.model.pack import Packed
@@ -45,8 +46,8 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
 
 def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
     """Return (p_d, b_t) [m] of mesh j at state y and t = 0; NaN where it cannot mesh."""
-    out = np.zeros(20)
-    if mesh_geometry(packed.system.meshes[j], packed.system, 0.0, y, out) != 0:
+    out = np.zeros(OUT_SIZE)
+    if mesh_geometry(packed.system, j, 0.0, y, out) != 0:
         return math.nan, math.nan
     return float(out[0]), float(out[10])
 

@@ -1,6 +1,7 @@
 """The one translation: a validated case in full words -> packed records in kernel symbols."""
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import layout
-from gearplay.kernels.involute import involute, involute_from_distance
+from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.kernels.layout import MESH, ROTOR, SLEEVE, System
 from gearplay.model import contact_laws, geometry
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
@@ -177,12 +178,13 @@ def _pack_mesh(
     dx, dy = centres[b][0] - centres[a][0], centres[b][1] - centres[a][1]
     m.A0 = math.hypot(dx, dy)
     m.s = -1.0 if r_a > 0.0 else 1.0
-    # Two modules apart (external) or together (internal) the tips leave each other; the other way they strike
-    # the roots well before the base circles limit the pressure angle.
-    deep, clear = 2.0 * geometry.ADDENDUM * mesh.module, 2.0 * geometry.DEDENDUM * mesh.module
+    # Two modules one way (apart for an external pair, together for an internal one) the tips leave each other;
+    # a quarter module the other way they strike the roots, which is not modelled.
     nominal = abs(r_a + r_b)
-    m.A_min = m.c0 if m.s < 0.0 else max(m.c0, nominal - deep)
-    m.A_max = nominal + (deep if m.s < 0.0 else clear)
+    leave = 2.0 * geometry.ADDENDUM * mesh.module
+    strike = (geometry.DEDENDUM - geometry.ADDENDUM) * mesh.module
+    m.A_min = max(m.c0, nominal - (strike if m.s < 0.0 else leave))
+    m.A_max = nominal + (leave if m.s < 0.0 else strike)
     if not m.A_min < m.A0 < m.A_max:
         raise InputError(
             [
@@ -198,6 +200,7 @@ def _pack_mesh(
     m.cos_alpha0 = m.c0 / m.A0
     m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
     m.inv_alpha0 = involute(mesh.pressure_angle)
+    m.A_nominal_squared = nominal * nominal
     at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
     m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
     radius = 1.0 if m.kind in (layout.MESH_PRINTED_COUPLED, layout.MESH_PRINTED_UNCOUPLED) else cosine
@@ -214,25 +217,39 @@ def _pack_mesh(
     m.z_driver = float(geometry.teeth_of(case, mesh.driver))
 
 
-def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple[Any, Floats, Floats]:
+def _harmonics(rows: Iterable[Sequence[float]]) -> list[list[float]]:
+    """Return (order, amplitude, phase) rows as (order, a cos(phase), a sin(phase)), orders rising."""
+    return [
+        [k, a * math.cos(phase), a * math.sin(phase)] for k, a, phase in sorted(rows, key=lambda row: row[0])
+    ]
+
+
+def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple[Any, Floats, Floats, Floats]:
     meshes = _records(MESH, len(case.meshes))
     speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
     terms: list[list[float]] = []
     spline: list[list[float]] = []
+    involutes: list[Floats] = []
     for j, mesh in enumerate(case.meshes):
         m = meshes[j]
         _pack_mesh(case, j, m, centres, speeds, senses)
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
-        table = spline if k.kind == layout.STIFFNESS_SPLINE else terms
-        m.stiffness_start, m.stiffness_count = len(table), len(k.rows)
-        table.extend(k.rows.tolist())
+        series, m.u_series = involute_series(mesh.pressure_angle)
+        involutes.append(series)
+        if k.kind == layout.STIFFNESS_SPLINE:
+            m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
+            spline.extend(k.rows.tolist())
+        else:
+            m.stiffness_start, m.stiffness_count = len(terms), len(k.rows)
+            terms.extend(_harmonics(k.rows))
         m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
-        terms.extend([float(e.order), e.amplitude, e.phase] for e in mesh.transmission_error)
+        terms.extend(_harmonics([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
         m.ramp = layout.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else layout.RAMP_SMOOTH
-    return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5)
+    table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
+    return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
 
 
 def _arm(system: System, i: int) -> float:
@@ -273,12 +290,13 @@ def pack(case: "Case") -> Packed:
     """
     centres = geometry.centres(case)
     rotors = _pack_rotors(case)
-    meshes, terms, spline = _pack_meshes(case, centres)
+    meshes, terms, spline, involutes = _pack_meshes(case, centres)
     system = System(
         rotors=rotors,
         sleeves=_pack_sleeves(case, centres),
         meshes=meshes,
         terms=terms,
+        involutes=involutes,
         spline=spline,
         gravity=np.array(case.gravity, dtype=np.float64),
     )

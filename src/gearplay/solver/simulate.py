@@ -5,11 +5,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run_state, stepper
+from gearplay.kernels.layout import System
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -38,6 +40,8 @@ class _Run:
         duration: float,
         transient: float,
     ) -> None:
+        # Its own copy of the system: threads that share arrays fight over their reference counts.
+        packed = replace(packed, system=System(*(array.copy() for array in packed.system)))
         self.case, self.packed, self.member = case, packed, member
         self.columns, places = choose_columns(packed, wanted)
         self.duration, self.transient, self.sampling = duration, transient, sampling

@@ -35,7 +35,11 @@ def assumptions(case: Case, packed: Packed) -> list[Assumption]:
     )
     packed_mesh, packed_sleeve = packed.system.meshes[0], packed.system.sleeves[0]
     gyration = [math.sqrt(r.inertia / r.mass) for r in (pinion, ring)]
-    swing = packed.system.terms[packed_mesh.stiffness_start, 1] if packed_mesh.stiffness_count else 0.0
+    swing = (
+        math.hypot(*packed.system.terms[packed_mesh.stiffness_start, 1:])
+        if packed_mesh.stiffness_count
+        else 0.0
+    )
     errors = " + ".join(f"{_um(t.amplitude)} of order {t.order}" for t in mesh.transmission_error) or "none"
     assert packed_mesh.stiffness_kind == STIFFNESS_FOURIER
     return [
