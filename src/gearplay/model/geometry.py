@@ -58,7 +58,7 @@ def contact_ratio(z_1: int, z_2: int, internal: bool, module: float, alpha: floa
     where the ring's tip would reach inside its base circle.
 
     >>> round(contact_ratio(20, 20, False, 0.004, math.radians(20.0)), 4)
-    1.557
+    1.5568
     """
 
     def beyond_base(r_tip: float, r_base: float) -> float:

@@ -50,7 +50,8 @@ def _is_largest(
     for other in others:
         rival, rival_error = _log_level(found[other], line)
         margins.append((level - rival) / math.hypot(error, rival_error))
-    words = f"{LINE_WORDS[line]}: {', '.join(f'{10 ** _log_level(found[c], line)[0]:.3g}' for c in (top, *others))} m/s²"
+    rivals = ", ".join(f"{10 ** _log_level(found[c], line)[0]:.3g}" for c in others)
+    words = f"{LINE_WORDS[line]}: {10**level:.3g} against {rivals} m/s²"
     if min(margins) > CLEAR:
         return HOLDS, words
     return (FAILS if min(margins) < -CLEAR else OPEN), words
@@ -78,7 +79,12 @@ def _grows_with_speed(results: Sequence[ConditionResult]) -> tuple[str, str]:
         levels = [_log_level(found[c], line) for c in speeds]
         steps = [(b[0] - a[0]) / math.hypot(a[1], b[1]) for a, b in pairwise(levels)]
         verdict = HOLDS if min(steps) > CLEAR else FAILS if min(steps) < -CLEAR else OPEN
-        parts.append((verdict, f"{LINE_WORDS[line]}: {', '.join(f'{10**v:.3g}' for v, _ in levels)} m/s²"))
+        parts.append(
+            (
+                verdict,
+                f"{LINE_WORDS[line]}: {', '.join(f'{10**v:.3g}' for v, _ in levels)} m/s² at 60, 120, 180 rpm",
+            )
+        )
     return _joined(parts)
 
 
