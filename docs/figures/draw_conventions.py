@@ -69,7 +69,15 @@ def pair(ax, internal):
     sleeve(ax, a, 0.22, 0.42, (0.14, 0.12), "sleeve: clearance c\n(radius difference)")
     ax.plot(*b, "o", color=PINION, markersize=4)
     arrow(ax, (0.14, 0.12), b, INK, "")
-    ax.text((0.36 if internal else 0.33) * distance, 0.28, "A", fontsize=12, color=INK, ha="center", style="italic")
+    ax.text(
+        (0.36 if internal else 0.33) * distance,
+        0.28,
+        "A",
+        fontsize=12,
+        color=INK,
+        ha="center",
+        style="italic",
+    )
     arrow(ax, b, (b[0] + 1.0, 0.0), INK, "u", (0.2, 0.22))
     arrow(ax, b, (b[0], 1.0), INK, "n", (-0.22, 0.1))
     pitch = (r_a, 0.0)
