@@ -85,3 +85,31 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     saved = gp.read_result(out)
     assert saved.attrs["status"] == "INTERRUPTED"
     assert 0 < saved.sizes["time"] < 20_000
+
+
+def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    import dataclasses
+
+    import gearplay.api
+    from gearplay.cli.main import run as run_words
+    from gearplay.solver.status import Status
+
+    simulate = gearplay.api.simulate
+
+    def one_fails(*words: object, **options: object) -> gp.Result:
+        result = simulate(*words, **options)  # type: ignore[arg-type]
+        result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
+        return result
+
+    monkeypatch.setattr(gearplay.api, "simulate", one_fails)
+    words = [
+        "run",
+        "han2021",
+        "--set",
+        "run.ensemble=3",
+        "--set",
+        "run.duration=0.01",
+        "--set",
+        "run.transient=0",
+    ]
+    assert run_words(words) == 4

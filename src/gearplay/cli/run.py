@@ -11,6 +11,7 @@ from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import SimulationError
 
 INTERRUPTED = 130
+PARTLY_DONE = 4  # some members of an ensemble did not finish
 
 
 def register(app: typer.Typer) -> None:
@@ -50,7 +51,8 @@ def run(
         raise typer.Exit(INTERRUPTED)
     if not result.success:
         say_error(f"{case}: {result.message}")
-        raise typer.Exit(SimulationError.exit_code)
+        partly = any(run.success for run in result.runs)
+        raise typer.Exit(PARTLY_DONE if partly else SimulationError.exit_code)
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:

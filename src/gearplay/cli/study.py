@@ -10,6 +10,7 @@ from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 
 INTERRUPTED = 130
+PARTLY_DONE = 4  # some members did not finish
 BOTH = "both"
 
 
@@ -61,9 +62,12 @@ def study(
         documents.append(_one(case, place, members, duration, fit_drag, overwrite, json))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
-        return
-    for document in documents:
-        print_text(_words(document))
+    else:
+        for document in documents:
+            print_text(_words(document))
+    if any(document["failures"] for document in documents):
+        say("Some members did not finish; the report names them.")
+        raise typer.Exit(PARTLY_DONE)
 
 
 def _one(
