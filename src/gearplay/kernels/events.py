@@ -14,6 +14,25 @@ Floats = NDArray[np.float64]
 
 
 @compiled
+def attempt(system: System, motion: Motion, h: float) -> int:
+    """Try a step h [s] from the present state into y_new; return 0, or 1 where a pair cannot mesh."""
+    motion.counts[CALLS] += STAGES - 1
+    return step(
+        system,
+        motion.clock[T],
+        h,
+        motion.y,
+        motion.stages,
+        motion.modes,
+        motion.latch,
+        motion.y_new,
+        motion.contacts,
+        motion.force,
+        motion.out,
+    )
+
+
+@compiled
 def look(system: System, motion: Motion, h: float, x: float) -> bool:
     """Evaluate contacts and switches on the step's interpolant at t + x h; False where a pair cannot mesh."""
     t = motion.clock[T] + x * h
@@ -124,21 +143,7 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
     short = x * h
     nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
     for _ in range(8):
-        motion.counts[CALLS] += STAGES - 1
-        failed = step(
-            system,
-            motion.clock[T],
-            short,
-            motion.y,
-            motion.stages,
-            motion.modes,
-            motion.latch,
-            motion.y_new,
-            motion.contacts,
-            motion.force,
-            motion.out,
-        )
-        if failed != 0:
+        if attempt(system, motion, short) != 0:
             return -1.0
         switch_values(
             system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.events import first_switch, retake
+from gearplay.kernels.events import attempt, first_switch, retake
 from gearplay.kernels.layout import System
 from gearplay.kernels.mesh import mesh_phase
 from gearplay.kernels.motion import right_hand_side
@@ -39,7 +39,7 @@ from gearplay.kernels.run_state import (
     Motion,
     T,
 )
-from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm, step
+from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm
 from gearplay.kernels.switches import contact_count, settle_margins, settle_modes, switch_mode, switch_values
 
 Floats = NDArray[np.float64]
@@ -148,21 +148,7 @@ def take_step(system: System, motion: Motion) -> int:
             h = stop - t
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
-        counts[CALLS] += STAGES - 1
-        failed = step(
-            system,
-            t,
-            h,
-            motion.y,
-            motion.stages,
-            motion.modes,
-            motion.latch,
-            motion.y_new,
-            motion.contacts,
-            motion.force,
-            motion.out,
-        )
-        if failed != 0:
+        if attempt(system, motion, h) != 0:
             reason = CANNOT_MESH if np.all(np.isfinite(motion.y_new)) else NOT_FINITE
             counts[REJECTED] += 1
             h *= 0.25
