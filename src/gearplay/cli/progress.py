@@ -1,10 +1,26 @@
 """A progress bar with an estimate, only where somebody can see it."""
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from gearplay.cli.output import say
+
 Report = Callable[[str, float, float], None]  # what is running, done, of how much
+
+
+@contextmanager
+def compiling_notice() -> Iterator[None]:
+    """Say on standard error what takes so long, if the block is not done within two seconds."""
+    words = "Compiling the kernels: once after an installation, some 25 s."
+    timer = threading.Timer(2.0, say, args=[words])
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @contextmanager

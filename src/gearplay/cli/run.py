@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say_error
-from gearplay.cli.progress import progress_bar
+from gearplay.cli.progress import compiling_notice, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 
 INTERRUPTED = 130
@@ -33,10 +33,13 @@ def run(
     from gearplay.api import simulate
     from gearplay.model.reading import load_case
     from gearplay.output.files import check_new
+    from gearplay.solver.simulate import prepare
 
     chosen = load_case(case, changes or ())
     if out is not None:
         check_new(out, overwrite=overwrite)
+    with compiling_notice():
+        prepare(chosen)
     with progress_bar(quiet=json) as report:
         watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
         result = simulate(chosen, progress=watch)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import progress_bar
+from gearplay.cli.progress import compiling_notice, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 
 INTERRUPTED = 130
@@ -77,12 +77,15 @@ def _one(
 
     from gearplay.output.files import check_new, make_folder
     from gearplay.output.study_report import FolderStore, write_study
-    from gearplay.study.han2021 import Settings, fit_drag, run_study
+    from gearplay.solver.simulate import prepare
+    from gearplay.study.han2021 import Settings, base_case, fit_drag, run_study
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)
     settings = Settings(case=case, members=members, duration=duration)
     fitted: dict[str, Any] = {}
+    with compiling_notice():
+        prepare(base_case(settings))
     try:
         with progress_bar(quiet=quiet) as report:
             if fit:
