@@ -75,6 +75,12 @@ MESH = np.dtype(
         ("opening0", "f8"),  # m, s c0 (inv alpha - inv alpha0) as placed: 0 at the nominal distance
         ("u0_x", "f8"),  # nominal direction from a to b
         ("u0_y", "f8"),
+        (
+            "turned",
+            "f8",
+        ),  # rad, how far the reference of phi has followed an orbiting gear (see `follow_orbits`)
+        ("turned_cos", "f8"),
+        ("turned_sin", "f8"),
         ("sin_alpha0", "f8"),  # of the working pressure angle as placed
         ("cos_alpha0", "f8"),
         ("A_nominal_squared", "f8"),  # m^2

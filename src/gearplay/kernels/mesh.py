@@ -141,6 +141,26 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
     return mesh.z_driver * (omega * t + angle), mesh.z_driver * (omega + rate)
 
 
+@compiled
+def follow_orbits(system: System, y: Floats) -> None:
+    """Let the reference of phi follow gears that travel round their partner, so that phi never jumps by a turn.
+
+    Called between steps on a run's own copy of the system; a step itself turns phi by far less than half a turn.
+    """
+    for j in range(system.meshes.size):
+        mesh = system.meshes[j]
+        if mesh.kind != MESH_COUPLED or mesh.frame >= 0:
+            continue
+        dx, dy = y[3 * mesh.b] - y[3 * mesh.a], y[3 * mesh.b + 1] - y[3 * mesh.a + 1]
+        length = mesh.A0 + dx * mesh.u0_x + dy * mesh.u0_y
+        across = -dx * mesh.u0_y + dy * mesh.u0_x
+        c, sn = mesh.turned_cos, mesh.turned_sin
+        ahead, aside = c * length + sn * across, c * across - sn * length
+        if abs(aside) > 0.5 * ahead:
+            mesh.turned += math.atan2(aside, ahead)
+            mesh.turned_cos, mesh.turned_sin = math.cos(mesh.turned), math.sin(mesh.turned)
+
+
 @compiled_inline
 def small_angle(across: float, length: float) -> float:
     """Return atan2(across, length) [rad] for length > 0, by its series for slopes below 0.01.
@@ -209,6 +229,9 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     sin_w = math.sqrt(A_squared - mesh.c0 * mesh.c0) / A
     out[9] = sin_w
     phi = small_angle(across, length)
+    if mesh.turned != 0.0:
+        c, sn = mesh.turned_cos, mesh.turned_sin
+        phi = mesh.turned + small_angle(c * across - sn * length, c * length + sn * across)
     e_x, e_y = (length * u_x - across * u_y) / A, (length * u_y + across * u_x) / A  # actual direction
 
     if mesh.kind == MESH_COUPLED:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.events import attempt, first_switch, retake
 from gearplay.kernels.layout import System
-from gearplay.kernels.mesh import mesh_phase
+from gearplay.kernels.mesh import follow_orbits, mesh_phase
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.recording import record_samples, tally_change, tally_step
 from gearplay.kernels.run_state import (
@@ -178,6 +178,7 @@ def take_step(system: System, motion: Motion) -> int:
     if first >= 0:
         change_modes(system, motion, t_new, first)
     motion.y[:] = motion.y_new
+    follow_orbits(system, motion.y)
     status = check_state(motion)
     if status != DONE:
         return status

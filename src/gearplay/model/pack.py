@@ -200,6 +200,7 @@ def _pack_mesh(
     m.cos_alpha0 = m.c0 / m.A0
     m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
     m.inv_alpha0 = involute(mesh.pressure_angle)
+    m.turned_cos = 1.0
     m.A_nominal_squared = nominal * nominal
     at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
     m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
