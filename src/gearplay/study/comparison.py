@@ -13,7 +13,6 @@ from gearplay.study.han2021 import MODELS, ConditionResult
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400
-READINGS = ("unnormalised", "displacement")
 
 
 def by_condition(results: Sequence[ConditionResult], model: str) -> dict[Condition, ConditionResult]:
