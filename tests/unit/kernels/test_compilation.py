@@ -2,8 +2,13 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
+from typing import Any
+
+import gearplay.kernels
 
 PROGRAM = """
 import importlib, json, pkgutil, sys
@@ -29,7 +34,7 @@ json.dump({"values": run.values.tolist(), "events": run.counters.events, "steps"
 """
 
 
-def output_of(program: str, **environment: str) -> dict:
+def output_of(program: str, **environment: str) -> Any:
     done = subprocess.run(
         [sys.executable, "-c", program],
         env={**os.environ, **environment},
@@ -56,7 +61,41 @@ def test_plain_python_gives_the_same_numbers() -> None:
             assert abs(a - b) <= 1e-9 * max(1.0, abs(a))
 
 
-def test_no_kernel_reads_outside_its_arrays(tmp_path: object) -> None:
+def test_no_kernel_reads_outside_its_arrays(tmp_path: Path) -> None:
     # With bounds checked numba raises IndexError, which fails the subprocess.
     checked = output_of(SHORT, NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))
     assert checked["events"] > 0
+
+
+BACKLASH = """
+import sys
+from pathlib import Path
+from typing import Any
+
+import gearplay.kernels
+import numpy as np
+import gearplay as gp
+from gearplay.kernels.layout import OUT_SIZE
+from gearplay.kernels.mesh import mesh_geometry
+from gearplay.model.pack import pack
+packed = pack(gp.load_case("han2021"))
+y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)
+y[3] = 50e-6
+mesh_geometry(packed.system, 0, 0.0, y, out)
+sys.stdout.write(repr(float(out[10])))
+"""
+
+
+def test_an_edit_of_one_kernel_file_is_seen_by_kernels_of_another(tmp_path: Path) -> None:
+    source = Path(gearplay.kernels.__file__).parents[1]
+    copy = tmp_path / "src" / "gearplay"
+    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = {"PYTHONPATH": str(tmp_path / "src"), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    before = output_of(BACKLASH, **environment)
+    edited = copy / "kernels" / "involute.py"
+    text = edited.read_text(encoding="utf-8")
+    assert "return total * u\n" in text
+    edited.write_text(text.replace("return total * u\n", "return total * u * 2.0\n"), encoding="utf-8")
+    # mesh.py, whose kernel calls the edited one, has not changed
+    after = output_of(BACKLASH, **environment)
+    assert abs(after - 100e-6) > 1.5 * abs(before - 100e-6) > 0.0

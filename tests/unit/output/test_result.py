@@ -123,12 +123,12 @@ def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
 
 
 @pytest.mark.parametrize(
-    "changes",
+    ("changes", "limit"),
     [
-        {"run.duration": 1e6, "run.sampling": 1e5},
-        {"run.duration": 1e6, "run.sampling": 1.0, "run.ensemble": 100},
+        ({"run.duration": 1e4, "run.sampling": 1e7}, r"limit of 16 GB"),
+        ({"run.duration": 1e6, "run.sampling": 1.0, "run.ensemble": 100}, r"limit of 2e\+10 steps"),
     ],
 )
-def test_a_run_that_is_too_large_is_refused_with_its_estimate(changes: dict) -> None:
-    with pytest.raises(gp.ResourceError, match="about"):
-        gp.simulate(gp.replace(gp.load_case("han2021"), changes))
+def test_a_run_that_is_too_large_is_refused_with_its_estimate(changes: dict, limit: str) -> None:
+    with pytest.raises(gp.ResourceError, match=f"about .* {limit}"):
+        gp.simulate(gp.replace(gp.load_case("han2021"), changes), signals=["ring.x"])

@@ -1,0 +1,39 @@
+"""The study's own formulas: the swing of the driven gear, the conditions' cases."""
+
+import math
+
+import pytest
+
+from gearplay.model.reading import load_case, replace
+from gearplay.study.article import conditions
+from gearplay.study.han2021 import condition_case, swing_frequency
+
+
+def test_swing_frequency_is_that_of_a_pendulum_under_the_drags_mesh_force() -> None:
+    case = replace(load_case("han2021"), {"rotors.ring.load.drag": 3e-4})
+    force = 3e-4 * (120.0 / 3.0 * math.pi / 30.0) / (0.12 * math.cos(math.radians(20.0)))
+    assert swing_frequency(case) == pytest.approx(
+        math.sqrt(force / (0.8 * 100e-6)) / (2.0 * math.pi), rel=1e-12
+    )
+
+
+def test_swing_frequency_goes_with_the_root_of_speed_over_clearance() -> None:
+    base = load_case("han2021")
+    scaled = {
+        c.label: swing_frequency(condition_case(base, c, "coupled"))
+        / math.sqrt(c.speed_rpm / c.radial_clearance_um)
+        for c in conditions()
+    }
+    assert max(scaled.values()) == pytest.approx(min(scaled.values()), rel=1e-12)
+
+
+def test_a_conditions_case_has_its_speed_clearance_backlash_and_model() -> None:
+    for condition in conditions():
+        case = condition_case(load_case("han2021"), condition, "uncoupled")
+        drive = case.rotors["pinion"].drive
+        assert drive is not None
+        assert drive.kind == "speed"
+        assert drive.speed == pytest.approx(condition.speed_rpm * math.pi / 30.0)
+        assert case.sleeves["ring"].radial_clearance == pytest.approx(1e-6 * condition.radial_clearance_um)
+        assert case.meshes[0].backlash == pytest.approx(1e-6 * condition.backlash_um)
+        assert case.backlash_model == "uncoupled"
