@@ -1,5 +1,6 @@
 """A progress bar with an estimate, only where somebody can see it."""
 
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -8,6 +9,22 @@ from contextlib import contextmanager
 from gearplay.cli.output import say
 
 Report = Callable[[str, float, float], None]  # what is running, done, of how much
+
+
+@contextmanager
+def interruptible() -> Iterator[threading.Event]:
+    """Yield an event that Ctrl-C sets before it raises: libraries may swallow the exception, not the event."""
+    stop = threading.Event()
+
+    def interrupt(signum: int, frame: object) -> None:
+        stop.set()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

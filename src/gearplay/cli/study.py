@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, progress_bar
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 
 INTERRUPTED = 130
@@ -87,16 +87,16 @@ def _one(
     with compiling_notice():
         prepare(base_case(settings))
     try:
-        with progress_bar(quiet=quiet) as report:
+        with interruptible() as stop, progress_bar(quiet=quiet) as report:
             if fit:
-                trials = fit_drag(settings, progress=report)
+                trials = fit_drag(settings, progress=report, stop=stop)
                 settings = replace(settings, drag=trials[0].drag)
                 fitted = {
                     "drag_trials": [
                         {"drag": t.drag, "mean_error": t.mean_error, "ratios": t.ratios} for t in trials
                     ]
                 }
-            results = run_study(settings, progress=report, store=FolderStore(folder / "parts"))
+            results = run_study(settings, progress=report, store=FolderStore(folder / "parts"), stop=stop)
             if report is not None:
                 report("report", 1.0, 1.0)
             document = write_study(results, settings, folder)

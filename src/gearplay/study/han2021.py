@@ -188,13 +188,14 @@ def run_condition(
     model: str,
     settings: Settings,
     progress: Callable[[float, float], None] | None = None,
+    stop: threading.Event | None = None,
 ) -> ConditionResult:
     """Simulate one condition with one model; members that fail are left out and named.
 
     Raises `KeyboardInterrupt` where the run was interrupted, `SimulationError` where no member finished.
     """
     case = condition_case(base, condition, model)
-    stop = threading.Event()
+    stop = stop or threading.Event()
     runs = run_members(
         case,
         range(1, settings.members + 1),
@@ -255,16 +256,21 @@ def run_study(
     models: Sequence[str] = MODELS,
     progress: Progress | None = None,
     store: Store | None = None,
+    stop: threading.Event | None = None,
 ) -> list[ConditionResult]:
     """Simulate all conditions with all models; finished ones come from ``store`` where it has them.
 
-    Raises `SimulationError` where a condition has no member that finished.
+    Raises `KeyboardInterrupt` soon after ``stop`` is set or Ctrl-C is pressed, `SimulationError` where a condition
+    has no member that finished.
     """
     base = base_case(settings)
     work = [(condition, model) for condition in conditions() for model in models]
     span = (settings.duration + settings.transient) * settings.members
     results = []
+    stop = stop or threading.Event()
     for at, (condition, model) in enumerate(work):
+        if stop.is_set():
+            raise KeyboardInterrupt
         label = f"{condition.label}, {model}"
         case_digest = condition_case(base, condition, model).sha256
         key = hashlib.sha256(json.dumps([case_digest, asdict(settings)]).encode()).hexdigest()[:24]
@@ -275,7 +281,7 @@ def run_study(
                 if progress is not None:
                     progress(label, at * span + done, len(work) * span)
 
-            result = run_condition(base, condition, model, settings, report)
+            result = run_condition(base, condition, model, settings, report, stop)
             if store is not None:
                 store.put(key, asdict(result))
         else:
@@ -299,7 +305,13 @@ class DragTrial:
         return float(np.mean(np.abs(np.array(self.ratios) - 1.0)))
 
 
-def fit_drag(settings: Settings, *, trials: int = 5, progress: Progress | None = None) -> list[DragTrial]:
+def fit_drag(
+    settings: Settings,
+    *,
+    trials: int = 5,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> list[DragTrial]:
     """Fit the one constant, the ring's drag, to the six measured radial frequencies; best trial first.
 
     The swing of the driven gear has f_r proportional to sqrt(drag) (docs/theory), so each trial scales the drag by the squared
@@ -314,7 +326,7 @@ def fit_drag(settings: Settings, *, trials: int = 5, progress: Progress | None =
             if progress is not None:
                 progress(f"drag trial {trial + 1}: {label}", trial * total + part, trials * total)
 
-        results = run_study(tried, models=("coupled",), progress=report)
+        results = run_study(tried, models=("coupled",), progress=report, stop=stop)
         ratios = tuple(
             r.lines["radial"].frequency / printed(r.condition, "radial", "frequency_hz").test for r in results
         )
