@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, System
+from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, System, mode_count
 from gearplay.kernels.mesh import mesh_geometry, mesh_stiffness
 from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.roster import make_roster
 from gearplay.kernels.sleeve import sleeve_geometry
-from gearplay.kernels.switches import mode_count
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -141,12 +141,13 @@ class Instant:
             np.zeros(OUT_SIZE),
         )
         self.modes = np.zeros(mode_count(packed.system), dtype=np.int64)
+        self.roster = make_roster(packed.system, packed.state_size)  # everyone takes part
         self.latch = np.ones(packed.system.sleeves.size)
         self.dy = np.zeros(packed.state_size)
 
     def generalised_forces(self, t: float, y: Floats) -> Floats:
         """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (self.system, t, y, self.modes, self.latch, self.dy, self.contacts, self.force, self.out)
+        args = (self.system, self.roster, t, y, self.modes, self.latch, self.dy, self.contacts, self.force, self.out)
         self.modes[: len(self.contacts)] = 0
         assert right_hand_side(*args) == 0
         self.modes[: len(self.contacts)] = np.where(self.contacts[:, 0] > 0.0, LOADED, 0)
@@ -194,7 +195,7 @@ def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> ru
         packed.restart_step,
         packed.stops,
         np.zeros(0, dtype=np.int64),
-        64,
+        np.empty((0, 0)),
         changes.pop("log_capacity", 4096),
         changes.pop("tolerance", case.run.tolerance),
     )

@@ -128,11 +128,12 @@ def test_not_a_number() -> None:
     )
     packed = pack(case)
     for poison in (np.nan, np.inf):
-        start = np.zeros(6)
-        start[3] = poison
-        motion = motion_of(case, packed, start=start)
+        motion = motion_of(case, packed)
         motion.clock[run_state.T_END] = 1.0
+        motion.roster.origin[3] = poison
         assert stepper.advance(packed.system, motion, 1000) == run_state.NOT_FINITE
+        motion.y[3] = poison
+        assert stepper.begin(packed.system, motion) == run_state.NOT_FINITE
     assert "NaN" in WORDS[Status.NOT_FINITE]
 
 
@@ -240,11 +241,11 @@ def test_chunks_leave_no_trace(steps: int) -> None:
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
-@pytest.mark.parametrize("rows", [100, 32_768])
-def test_emptying_the_buffers_leaves_no_trace(chunk: int, rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A recorded run is bit-identical however often its sample buffer is emptied on the way."""
+@pytest.mark.parametrize("capacity", [40, 16_384])
+def test_emptying_the_log_leaves_no_trace(chunk: int, capacity: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recorded run is bit-identical however often its log of contacts is emptied on the way."""
     document = merged(free_pair_case("internal", "coupled", 1), {"run": {"duration": 5e-3, "sampling": 1e6}})
-    monkeypatch.setattr(simulate_module, "ROW_CAPACITY", rows)
+    monkeypatch.setattr(simulate_module, "LOG_CAPACITY", capacity)
     whole = simulate_one(document)
     monkeypatch.setattr(simulate_module, "CHUNK_STEPS", chunk)
     parts = simulate_one(document)

@@ -31,16 +31,17 @@ def _stamped(dispatcher: Any) -> Any:
     return dispatcher
 
 
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a module-level kernel: cached on disk, without the GIL, IEEE semantics kept.
+# IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
+# give inf, which the stepper's finite check then reports. Without numba's runtime (``_nrt``) no kernel can allocate and
+# no array is reference-counted: twice as fast here, fit for a device, and threads have nothing to fight over.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
-    ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
-    give inf, which the stepper's finite check then reports.
-    """
-    return cast(Callable[P, R], _stamped(njit(cache=True, nogil=True, error_model="numpy")(function)))
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a module-level kernel: cached on disk, without the GIL, without allocation."""
+    return cast(Callable[P, R], _stamped(njit(cache=True, **_OPTIONS)(function)))
 
 
 def compiled_inline(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel that LLVM should always inline into its callers."""
-    made = njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)
-    return cast(Callable[P, R], _stamped(made))
+    return cast(Callable[P, R], _stamped(njit(cache=True, forceinline=True, **_OPTIONS)(function)))

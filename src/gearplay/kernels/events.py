@@ -4,22 +4,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.layout import OPEN, RATE, System
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.layout import OPEN, RATE, System, contact_count
+from gearplay.kernels.motion import press_mesh, press_sleeve
+from gearplay.kernels.roster import fly_near
 from gearplay.kernels.run_state import CALLS, Motion, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate, step
-from gearplay.kernels.switches import contact_count, switch_values
+from gearplay.kernels.switches import switch_value, switch_values
 
 Floats = NDArray[np.float64]
 
 
 @compiled
 def attempt(system: System, motion: Motion, h: float) -> int:
-    """Try a step h [s] from the present state into y_new; return 0, or 1 where a pair cannot mesh."""
+    """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
+    where a pair cannot mesh.
+    """
     motion.counts[CALLS] += STAGES - 1
-    return step(
+    t = motion.clock[T]
+    failed = step(
         system,
-        motion.clock[T],
+        motion.roster,
+        t,
         h,
         motion.y,
         motion.stages,
@@ -30,28 +35,40 @@ def attempt(system: System, motion: Motion, h: float) -> int:
         motion.force,
         motion.out,
     )
+    return failed if failed != 0 else watch(system, motion, t + h, motion.y_new, motion.contacts)
 
 
 @compiled
-def look(system: System, motion: Motion, h: float, x: float) -> bool:
-    """Evaluate contacts and switches on the step's interpolant at t + x h; False where a pair cannot mesh."""
+def watch(system: System, motion: Motion, t: float, y: Floats, contacts: Floats) -> int:
+    """Fill the rows of ``contacts`` of watched elements at t [s]; return 1 where a pair cannot mesh."""
+    roster = motion.roster
+    fly_near(system, roster, t, y)
+    for c in range(1, roster.watched_sleeves[0] + 1):
+        k = roster.watched_sleeves[c]
+        press_sleeve(system, k, y, t, motion.modes, motion.latch, contacts, motion.out)
+    for c in range(1, roster.watched_meshes[0] + 1):
+        if press_mesh(system, roster.watched_meshes[c], y, t, motion.modes, contacts, motion.out) != 0:
+            return 1
+    return 0
+
+
+@compiled
+def look(system: System, motion: Motion, h: float, x: float, k: int) -> bool:
+    """Evaluate switch k and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
     t = motion.clock[T] + x * h
-    interpolate(x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
+    y, contacts = motion.y_try, motion.contacts_try
+    interpolate(motion.roster, x, h, motion.y, motion.y_new, motion.stages, y)
+    fly_near(system, motion.roster, t, y)
     motion.counts[CALLS] += 1
-    failed = right_hand_side(
-        system,
-        t,
-        motion.y_try,
-        motion.modes,
-        motion.latch,
-        motion.dy_try,
-        motion.contacts_try,
-        motion.force,
-        motion.out,
-    )
-    if failed != 0:
-        return False
-    switch_values(system, t, motion.y_try, motion.modes, motion.contacts_try, motion.g_try)
+    n_c, n_s, n_m = contact_count(system), system.sleeves.size, system.meshes.size
+    contact = k if k < n_c else k - n_c if k < 2 * n_c else n_s + k - 2 * n_c if k < 2 * n_c + 2 * n_m else -1
+    if 0 <= contact < n_s:
+        press_sleeve(system, contact, y, t, motion.modes, motion.latch, contacts, motion.out)
+    elif contact >= 0:
+        mesh = (contact - n_s) // 2
+        if press_mesh(system, mesh, y, t, motion.modes, contacts, motion.out) != 0:
+            return False
+    motion.g_try[k] = switch_value(system, k, t, y, motion.modes, contacts)
     return True
 
 
@@ -68,7 +85,7 @@ def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g
         if not (low + 0.25 * width < x < high - 0.25 * width):
             # The secant sits on an end: step off it by just more than the wanted width.
             x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
-        if not look(system, motion, h, x):
+        if not look(system, motion, h, x, k):
             return x
         g = motion.g_try[k]
         if g > 0.0:
@@ -96,7 +113,7 @@ def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
     reach = abs(motion.contacts_0[k, RATE]) + abs(motion.contacts[k, RATE])
     for _ in range(60):
         x = 0.5 * (low + high)
-        if not look(system, motion, h, x):
+        if not look(system, motion, h, x, k):
             return 1.0
         if motion.g_try[k] > 0.0:
             return x
@@ -116,10 +133,12 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
     n_c = contact_count(system)
     first, place = -1, 1.0
-    for k in range(motion.g_0.size):
+    roster = motion.roster
+    for c in range(1, roster.switches[0] + 1):
+        k = roster.switches[c]
         high, g_high = place, motion.g_1[k]
         if first >= 0 and (motion.g_1[k] > 0.0 or k < n_c):
-            if not look(system, motion, h, place):
+            if not look(system, motion, h, place, k):
                 continue
             g_high = motion.g_try[k]
         if g_high > 0.0:
@@ -132,7 +151,7 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
             if sign * motion.contacts_0[k, RATE] > 0.0 and sign * motion.contacts[k, RATE] < 0.0:
                 peak = locate_peak(system, motion, h, k)
                 if peak < place:
-                    look(system, motion, h, peak)
+                    look(system, motion, h, peak, k)
                     first, place = k, locate_root(system, motion, h, k, peak, motion.g_try[k])
     return first, place
 
@@ -146,7 +165,13 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
         if attempt(system, motion, short) != 0:
             return -1.0
         switch_values(
-            system, motion.clock[T] + short, motion.y_new, motion.modes, motion.contacts, motion.g_1
+            system,
+            motion.roster,
+            motion.clock[T] + short,
+            motion.y_new,
+            motion.modes,
+            motion.contacts,
+            motion.g_1,
         )
         if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
             break

@@ -46,8 +46,10 @@ def involute_difference(
     (`involute_series`) replaces the arctangent. Without the difference of two involutes nothing cancels.
     """
     if abs(u) < u_series:
+        # Nearer by 8, eight terms leave the same rest.
+        terms = 8 if 8.0 * abs(u) < u_series else SERIES_TERMS
         total = 0.0
-        for k in range(coefficients.shape[1] - 1, -1, -1):
+        for k in range(terms - 1, -1, -1):
             total = total * u + coefficients[row, k]
         return total * u
     return involute_from_distance(A, c0) - inv_alpha0

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.compiled import compiled
+
 # Kinds, as integers because kernels know no strings.
 DRIVE_NONE, DRIVE_SPEED, DRIVE_SERVO = 0, 1, 2
 BED_NONE, BED_MATCHED, BED_AS_PRINTED = 0, 1, 2
@@ -18,6 +20,11 @@ RAMP_SMOOTH, RAMP_AS_PRINTED = 0, 1
 
 # What a contact is doing (see `switches`).
 OPEN, LOADED, SEPARATING = 0, 1, 2
+
+# How a rotor moves (see `roster`): in closed form since it was last touched, integrated, or always at its nominal state.
+FLYING, ACTIVE, KNOWN = 0, 1, 2
+# What a sleeve or mesh is to the stepper: open between rotors that fly, open beside an active rotor, in contact.
+DORMANT, WATCHED, TOUCHING = 0, 1, 2
 
 ROTOR = np.dtype(
     [
@@ -99,6 +106,8 @@ MESH = np.dtype(
         ("C_m", "f8"),  # N s/m
         ("depth", "f8"),  # m
         ("highest_order", "f8"),  # of stiffness and transmission error
+        ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
+        ("error_bend", "f8"),
         ("a", "i8"),  # rotor at the foot of the vector of centres
         ("b", "i8"),  # rotor at its tip
         ("driver", "i8"),
@@ -127,11 +136,29 @@ class System(NamedTuple):
     gravity: NDArray[np.float64]  # m/s^2, shape [2]
 
 
+@compiled
+def contact_count(system: System) -> int:
+    """Return the number of contacts: one a sleeve, two a mesh."""
+    return int(system.sleeves.size + 2 * system.meshes.size)
+
+
+@compiled
+def mode_count(system: System) -> int:
+    """Return the length of ``modes``."""
+    return int(system.sleeves.size + 5 * system.meshes.size + 2 * system.rotors.size)
+
+
+@compiled
+def switch_count(system: System) -> int:
+    """Return the number of switch functions."""
+    return int(2 * system.sleeves.size + 7 * system.meshes.size + system.rotors.size)
+
+
 # Columns of the contact table that the right-hand side fills, one row per contact: sleeves first, then two
 # flanks per mesh (drive, back).
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = 0, 1, 2, 3, 4, 5
 CONTACT_COLUMNS = 6
-OUT_SIZE = 21  # scratch that `mesh_geometry` and `sleeve_geometry` fill
+OUT_SIZE = 24  # scratch that `mesh_geometry` and `sleeve_geometry` fill
 
 # Columns of a sampled row, per rotor, sleeve and mesh.
 ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")

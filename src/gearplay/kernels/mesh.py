@@ -142,23 +142,22 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
 
 
 @compiled
-def follow_orbits(system: System, y: Floats) -> None:
-    """Let the reference of phi follow gears that travel round their partner, so that phi never jumps by a turn.
+def follow_orbit(system: System, j: int, y: Floats) -> None:
+    """Let mesh j's reference of phi follow a gear that travels round its partner, so that phi never jumps by a turn.
 
     Called between steps on a run's own copy of the system; a step itself turns phi by far less than half a turn.
     """
-    for j in range(system.meshes.size):
-        mesh = system.meshes[j]
-        if mesh.kind != MESH_COUPLED or mesh.frame >= 0:
-            continue
-        dx, dy = y[3 * mesh.b] - y[3 * mesh.a], y[3 * mesh.b + 1] - y[3 * mesh.a + 1]
-        length = mesh.A0 + dx * mesh.u0_x + dy * mesh.u0_y
-        across = -dx * mesh.u0_y + dy * mesh.u0_x
-        c, sn = mesh.turned_cos, mesh.turned_sin
-        ahead, aside = c * length + sn * across, c * across - sn * length
-        if abs(aside) > 0.5 * ahead:
-            mesh.turned += math.atan2(aside, ahead)
-            mesh.turned_cos, mesh.turned_sin = math.cos(mesh.turned), math.sin(mesh.turned)
+    mesh = system.meshes[j]
+    if mesh.kind != MESH_COUPLED or mesh.frame >= 0:
+        return
+    dx, dy = y[3 * mesh.b] - y[3 * mesh.a], y[3 * mesh.b + 1] - y[3 * mesh.a + 1]
+    length = mesh.A0 + dx * mesh.u0_x + dy * mesh.u0_y
+    across = -dx * mesh.u0_y + dy * mesh.u0_x
+    c, sn = mesh.turned_cos, mesh.turned_sin
+    ahead, aside = c * length + sn * across, c * across - sn * length
+    if abs(aside) > 0.5 * ahead:
+        mesh.turned += math.atan2(aside, ahead)
+        mesh.turned_cos, mesh.turned_sin = math.cos(mesh.turned), math.sin(mesh.turned)
 
 
 @compiled_inline
@@ -182,7 +181,8 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     out: 0 p_d, 1 p_b [m], 2 dp_d/dt, 3 dp_b/dt [m/s], 4-5 gradient of p_d by the displacement of b, 6-7 the
     same of p_b, 8 A [m], 9 sin(alpha_w), 10 b_t [m], 11 w - e [m], 12 psi [rad], 13 dpsi/dt [rad/s],
     14-17 lever arms of the toothing centres of a and b [m], 18 dg/dt of the printed single line of action,
-    19-20 cos and sin of psi.
+    19-20 cos and sin of psi, 21-22 velocity of the toothing centre of b against that of a
+    [m/s], 23 dA/dt [m/s].
     Equations (3)-(6), (18), (19); section "Mesh" of docs/theory.
     """
     n, mesh = system.rotors.size, system.meshes[j]
@@ -191,6 +191,7 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     x_b, y_b, vx_b, vy_b, lx_b, ly_b = toothing_centre(system.rotors[b], t, y, b, n)
     dx, dy, dvx, dvy = x_b - x_a, y_b - y_a, vx_b - vx_a, vy_b - vy_a
     out[14], out[15], out[16], out[17] = lx_a, ly_a, lx_b, ly_b
+    out[21], out[22] = dvx, dvy
     theta_a, theta_b = y[3 * a + 2], y[3 * b + 2]
     omega_a, omega_b = y[3 * (n + a) + 2], y[3 * (n + b) + 2]
     psi, psi_rate = mesh_phase(mesh, system, t, y)
@@ -233,6 +234,7 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
         c, sn = mesh.turned_cos, mesh.turned_sin
         phi = mesh.turned + small_angle(c * across - sn * length, c * length + sn * across)
     e_x, e_y = (length * u_x - across * u_y) / A, (length * u_y + across * u_x) / A  # actual direction
+    out[23] = dvx * e_x + dvy * e_y
 
     if mesh.kind == MESH_COUPLED:
         rho = mesh.rho_a + mesh.rho_b

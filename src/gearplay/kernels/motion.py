@@ -21,6 +21,7 @@ from gearplay.kernels.layout import (
     System,
 )
 from gearplay.kernels.mesh import flank_damping, mesh_geometry, mesh_stiffness
+from gearplay.kernels.roster import Roster
 from gearplay.kernels.sleeve import sleeve_force, sleeve_geometry, smooth_sign
 
 Floats = NDArray[np.float64]
@@ -44,6 +45,28 @@ def servo_torque(system: System, i: int, t: float, y: Floats, ramping: int) -> f
 
 
 @compiled_inline
+def press_sleeve(
+    system: System, k: int, y: Floats, t: float, modes: Ints, latch: Floats, contacts: Floats, out: Floats
+) -> float:
+    """Fill sleeve k's row of ``contacts`` and ``out``; return the tangential force [N] on the journal."""
+    sleeve = system.sleeves[k]
+    sleeve_geometry(sleeve, system, t, y, out)
+    delta, rate = out[0], out[1]
+    normal, margin = sleeve_force(sleeve, delta, rate, latch[k])
+    contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
+    if modes[k] != LOADED:
+        contacts[k, FORCE], contacts[k, FORCE_X], contacts[k, FORCE_Y] = 0.0, 0.0, 0.0
+        return 0.0
+    tangential = 0.0
+    if sleeve.friction > 0.0:
+        tangential = -sleeve.friction * normal * smooth_sign(out[4] / sleeve.friction_speed)
+    contacts[k, FORCE] = normal
+    contacts[k, FORCE_X] = -normal * out[2] - tangential * out[3]
+    contacts[k, FORCE_Y] = -normal * out[3] + tangential * out[2]
+    return tangential
+
+
+@compiled_inline
 def add_sleeve(
     system: System,
     k: int,
@@ -56,20 +79,11 @@ def add_sleeve(
     out: Floats,
 ) -> None:
     """Add sleeve k's forces to ``force`` [rotor, (N, N, N m)] and fill its row of ``contacts``."""
-    sleeve = system.sleeves[k]
-    sleeve_geometry(sleeve, system, t, y, out)
-    delta, rate, u_x, u_y = out[0], out[1], out[2], out[3]
-    normal, margin = sleeve_force(sleeve, delta, rate, latch[k])
-    contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
-    contacts[k, FORCE], contacts[k, FORCE_X], contacts[k, FORCE_Y] = 0.0, 0.0, 0.0
+    tangential = press_sleeve(system, k, y, t, modes, latch, contacts, out)
     if modes[k] != LOADED:
         return
-    contacts[k, FORCE] = normal
-    tangential = 0.0
-    if sleeve.friction > 0.0:
-        tangential = -sleeve.friction * normal * smooth_sign(out[4] / sleeve.friction_speed)
-    f_x, f_y = -normal * u_x - tangential * u_y, -normal * u_y + tangential * u_x
-    contacts[k, FORCE_X], contacts[k, FORCE_Y] = f_x, f_y
+    sleeve = system.sleeves[k]
+    f_x, f_y = contacts[k, FORCE_X], contacts[k, FORCE_Y]
     j = sleeve.journal
     force[j, 0] += f_x
     force[j, 1] += f_y
@@ -83,13 +97,8 @@ def add_sleeve(
 
 
 @compiled_inline
-def add_mesh(
-    system: System, j: int, y: Floats, t: float, modes: Ints, force: Floats, contacts: Floats, out: Floats
-) -> int:
-    """Add mesh j's flank forces to ``force`` and fill its two rows of ``contacts``; 1 where it cannot mesh.
-
-    Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
-    """
+def press_mesh(system: System, j: int, y: Floats, t: float, modes: Ints, contacts: Floats, out: Floats) -> int:
+    """Fill mesh j's two rows of ``contacts`` and ``out``; return 1 where it cannot mesh."""
     if mesh_geometry(system, j, t, y, out) != 0:
         return 1
     mesh = system.meshes[j]
@@ -108,6 +117,21 @@ def add_mesh(
         contacts[row, PENETRATION], contacts[row, RATE] = p, rate
         contacts[row, MARGIN] = 1.0 if printed else f
         contacts[row, FORCE] = f if modes[row] == LOADED else 0.0
+    return 0
+
+
+@compiled_inline
+def add_mesh(
+    system: System, j: int, y: Floats, t: float, modes: Ints, force: Floats, contacts: Floats, out: Floats
+) -> int:
+    """Add mesh j's flank forces to ``force`` and fill its two rows of ``contacts``; 1 where it cannot mesh.
+
+    Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
+    """
+    if press_mesh(system, j, y, t, modes, contacts, out) != 0:
+        return 1
+    mesh = system.meshes[j]
+    first = system.sleeves.size + 2 * j
     f_d, f_b = contacts[first, FORCE], contacts[first + 1, FORCE]
     if f_d == 0.0 and f_b == 0.0:
         return 0
@@ -126,6 +150,7 @@ def add_mesh(
 @compiled
 def right_hand_side(
     system: System,
+    roster: Roster,
     t: float,
     y: Floats,
     modes: Ints,
@@ -135,14 +160,15 @@ def right_hand_side(
     force: Floats,
     out: Floats,
 ) -> int:
-    """Fill ``dy`` with the state's derivative; return 0, or 1 where a pair cannot mesh.
+    """Fill ``dy`` with the derivative of the roster's active states; return 0, or 1 where a pair cannot mesh.
 
-    ``modes`` fixes which smooth branch each contact is on, ``latch`` holds the impact speeds [m/s];
-    ``contacts``, ``force`` and ``out`` are filled on the way. State order: docs/conventions.
+    ``modes`` fixes which smooth branch each contact is on, ``latch`` holds the impact speeds [m/s]; the rows of
+    ``contacts`` of touching elements, ``force`` and ``out`` are filled on the way. State order: docs/conventions.
     """
     n = system.rotors.size
     n_s, n_m = system.sleeves.size, system.meshes.size
-    for i in range(n):
+    for a in range(1, roster.active[0] + 1):
+        i = roster.active[a]
         r = system.rotors[i]
         omega = r.nominal_speed + y[3 * (n + i) + 2]
         force[i, 0] = r.mass * system.gravity[0] - r.radial_damping * y[3 * (n + i)]
@@ -158,12 +184,13 @@ def right_hand_side(
             force[i, 2] += torque
             # Back-calculation: the integral follows what the limit lets through.
             dy[r.servo_slot] = drive_target(r, t, ramping) - omega + (torque - wanted) / r.servo_gain
-    for k in range(n_s):
-        add_sleeve(system, k, y, t, modes, latch, force, contacts, out)
-    for j in range(n_m):
-        if add_mesh(system, j, y, t, modes, force, contacts, out) != 0:
+    for k in range(1, roster.sleeves[0] + 1):
+        add_sleeve(system, roster.sleeves[k], y, t, modes, latch, force, contacts, out)
+    for j in range(1, roster.meshes[0] + 1):
+        if add_mesh(system, roster.meshes[j], y, t, modes, force, contacts, out) != 0:
             return 1
-    for i in range(n):
+    for a in range(1, roster.active[0] + 1):
+        i = roster.active[a]
         r = system.rotors[i]
         for c in range(3):
             dy[3 * i + c] = y[3 * (n + i) + c]

@@ -1,4 +1,4 @@
-"""What is sampled: one row of signals computed from the state and its modes."""
+"""What is sampled: signals computed from the state and its modes, for the elements whose signals are kept."""
 
 import math
 
@@ -6,83 +6,71 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.layout import FORCE, FORCE_X, FORCE_Y, OPEN, PENETRATION, System
+from gearplay.kernels.flight import flight_rates
+from gearplay.kernels.layout import (
+    ACTIVE,
+    FLYING,
+    FORCE,
+    FORCE_X,
+    FORCE_Y,
+    OPEN,
+    PENETRATION,
+    TOUCHING,
+    System,
+)
 from gearplay.kernels.mesh import mesh_geometry
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.run_state import PER_MESH, PER_ROTOR, PER_SLEEVE, Motion
+from gearplay.kernels.sleeve import sleeve_geometry
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-PER_ROTOR, PER_SLEEVE, PER_MESH = 8, 3, 9
-ROTOR_STATES = 6  # of the 8: the accelerations need the forces
 
 
 @compiled
-def signal_count(system: System) -> int:
-    """Return the length of a full row: 8 signals a rotor, 3 a sleeve, 9 a mesh (names in `layout`)."""
-    return int(
-        PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size
-    )
+def observe_rotor(system: System, motion: Motion, i: int, t: float) -> None:
+    """Fill rotor i's signals in ``row`` from y_try, and from dy_try where it is integrated."""
+    n, y, row = system.rotors.size, motion.y_try, motion.row
+    at, p, v = PER_ROTOR * i, 3 * i, 3 * (n + i)
+    omega = system.rotors[i].nominal_speed
+    row[at], row[at + 1], row[at + 2] = y[p], y[p + 1], omega * t + y[p + 2]
+    row[at + 3], row[at + 4], row[at + 5] = y[v], y[v + 1], omega + y[v + 2]
+    a_x, a_y = 0.0, 0.0
+    if motion.roster.roles[i] == ACTIVE:
+        a_x, a_y = motion.dy_try[v], motion.dy_try[v + 1]
+    elif motion.roster.roles[i] == FLYING:
+        a_x, a_y, _ = flight_rates(system, i, y[v], y[v + 1], y[v + 2])
+    row[at + 6], row[at + 7] = a_x, a_y
 
 
 @compiled
-def observe_rotors(system: System, t: float, y: Floats, row: Floats) -> None:
-    """Fill the part of ``row`` that the state alone gives: each rotor's x, y, theta, vx, vy, omega."""
-    n = system.rotors.size
-    for i in range(n):
-        at = PER_ROTOR * i
-        omega = system.rotors[i].nominal_speed
-        row[at], row[at + 1], row[at + 2] = y[3 * i], y[3 * i + 1], omega * t + y[3 * i + 2]
-        row[at + 3], row[at + 4] = y[3 * (n + i)], y[3 * (n + i) + 1]
-        row[at + 5] = omega + y[3 * (n + i) + 2]
-
-
-def needs_only_the_state(columns: Ints, rotors: int) -> bool:
-    """Return whether the kept columns are all states, so that sampling need not evaluate forces."""
-    return bool(np.all((columns < PER_ROTOR * rotors) & (columns % PER_ROTOR < ROTOR_STATES)))
-
-
-@compiled
-def observe(
-    system: System,
-    t: float,
-    y: Floats,
-    modes: Ints,
-    latch: Floats,
-    dy: Floats,
-    contacts: Floats,
-    force: Floats,
-    out: Floats,
-    row: Floats,
-) -> int:
-    """Fill ``row`` with every signal at (t, y); return 0, or 1 where a pair cannot mesh.
-
-    Order: rotors by `ROTOR_SIGNALS`, then sleeves by `SLEEVE_SIGNALS`, then meshes by `MESH_SIGNALS`. A flank
-    force never pulls: the last ulp before a located release is cut at zero. contact_state counts 1 for a
-    touching drive flank and 2 for a touching back flank.
-    """
-    if right_hand_side(system, t, y, modes, latch, dy, contacts, force, out) != 0:
-        return 1
-    n, n_s = system.rotors.size, system.sleeves.size
-    observe_rotors(system, t, y, row)
-    for i in range(n):
-        row[PER_ROTOR * i + 6], row[PER_ROTOR * i + 7] = dy[3 * (n + i)], dy[3 * (n + i) + 1]
-    at = PER_ROTOR * n
-    for k in range(n_s):
+def observe_sleeve(system: System, motion: Motion, k: int, t: float) -> None:
+    """Fill sleeve k's signals in ``row``."""
+    at = PER_ROTOR * system.rotors.size + PER_SLEEVE * k
+    row, contacts, out = motion.row, motion.contacts_try, motion.out
+    if motion.roster.doings[k] == TOUCHING:
         row[at] = contacts[k, PENETRATION]
         row[at + 1], row[at + 2] = contacts[k, FORCE_X], contacts[k, FORCE_Y]
-        at += PER_SLEEVE
-    for j in range(system.meshes.size):
-        mesh_geometry(system, j, t, y, out)
-        drive, back = n_s + 2 * j, n_s + 2 * j + 1
-        row[at], row[at + 1] = contacts[drive, PENETRATION], contacts[back, PENETRATION]
-        row[at + 2], row[at + 3] = contacts[drive, FORCE], contacts[back, FORCE]
-        if row[at + 2] < 0.0 and row[at] < 1e-15:
-            row[at + 2] = 0.0
-        if row[at + 3] < 0.0 and row[at + 1] < 1e-15:
-            row[at + 3] = 0.0
-        row[at + 4], row[at + 5] = out[10], math.asin(out[9])
-        row[at + 6], row[at + 7] = out[8], out[11]
-        row[at + 8] = (1.0 if modes[drive] != OPEN else 0.0) + (2.0 if modes[back] != OPEN else 0.0)
-        at += PER_MESH
-    return 0
+        return
+    sleeve_geometry(system.sleeves[k], system, t, motion.y_try, out)
+    row[at], row[at + 1], row[at + 2] = out[0], 0.0, 0.0
+
+
+@compiled
+def observe_mesh(system: System, motion: Motion, j: int, t: float) -> None:
+    """Fill mesh j's signals in ``row``.
+
+    A flank force never pulls: the last ulp before a located release is cut at zero. contact_state counts 1 for a
+    touching drive flank and 2 for a touching back flank.
+    """
+    n_s = system.sleeves.size
+    at = PER_ROTOR * system.rotors.size + PER_SLEEVE * n_s + PER_MESH * j
+    row, modes, out = motion.row, motion.modes, motion.out
+    mesh_geometry(system, j, t, motion.y_try, out)
+    drive, back = n_s + 2 * j, n_s + 2 * j + 1
+    row[at], row[at + 1], row[at + 2], row[at + 3] = out[0], out[1], 0.0, 0.0
+    if motion.roster.doings[n_s + j] == TOUCHING:
+        for flank in range(2):
+            force = motion.contacts_try[drive + flank, FORCE]
+            row[at + 2 + flank] = 0.0 if force < 0.0 and out[flank] < 1e-15 else force
+    row[at + 4], row[at + 5] = out[10], math.asin(out[9])
+    row[at + 6], row[at + 7] = out[8], out[11]
+    row[at + 8] = (1.0 if modes[drive] != OPEN else 0.0) + (2.0 if modes[back] != OPEN else 0.0)

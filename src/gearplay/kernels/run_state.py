@@ -5,10 +5,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import CONTACT_COLUMNS, OUT_SIZE, System
-from gearplay.kernels.observe import needs_only_the_state, signal_count
+from gearplay.kernels.layout import (
+    CONTACT_COLUMNS,
+    MESH_SIGNALS,
+    OUT_SIZE,
+    ROTOR_SIGNALS,
+    SLEEVE_SIGNALS,
+    System,
+    contact_count,
+    mode_count,
+    switch_count,
+)
+from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
-from gearplay.kernels.switches import contact_count, mode_count, switch_count
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -19,18 +28,10 @@ NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Motion.clock [s] and Motion.counts.
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START = 0, 1, 2, 3, 4, 5, 6
-STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, STATES_ONLY = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-)
+STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES = range(10)
+
+PER_ROTOR, PER_SLEEVE, PER_MESH = len(ROTOR_SIGNALS), len(SLEEVE_SIGNALS), len(MESH_SIGNALS)
+ROTOR_STATES = 6  # of a rotor's signals: the accelerations need the forces
 
 # Columns of Motion.tallies, one row per contact.
 TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX = 0, 1, 2, 3, 4, 5, 6
@@ -39,6 +40,7 @@ TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX = 0, 1, 
 class Motion(NamedTuple):
     """A run in progress, as plain arrays; made by `make_motion`."""
 
+    roster: Roster
     clock: Floats  # [s], slots above
     counts: Ints
     y: Floats
@@ -61,9 +63,39 @@ class Motion(NamedTuple):
     stops: Floats  # [s], sorted times where the right-hand side jumps
     tallies: Floats
     columns: Ints  # which signals to keep
+    wanted_rotors: Ints  # lists (first entry: length) of what those signals are computed from
+    wanted_sleeves: Ints
+    wanted_meshes: Ints
     row: Floats
-    rows: Floats  # [capacity, columns] sampled signals
+    rows: Floats  # [columns, sample] sampled signals
     log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
+
+
+def signal_count(system: System) -> int:
+    """Return the length of a full row: 8 signals a rotor, 3 a sleeve, 9 a mesh (names in `layout`)."""
+    return int(
+        PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size
+    )
+
+
+def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, Ints, bool]:
+    """Return what the kept columns are computed from: rotors, sleeves, meshes, and whether forces are needed."""
+    n, n_s = system.rotors.size, system.sleeves.size
+    first_sleeve, first_mesh = PER_ROTOR * n, PER_ROTOR * n + PER_SLEEVE * n_s
+    of_rotors = columns[columns < first_sleeve]
+    rotors = set(of_rotors // PER_ROTOR)
+    sleeves = set((columns[(columns >= first_sleeve) & (columns < first_mesh)] - first_sleeve) // PER_SLEEVE)
+    meshes = set((columns[columns >= first_mesh] - first_mesh) // PER_MESH)
+    for k in sleeves:
+        rotors |= {system.sleeves[k]["journal"], system.sleeves[k]["bush"]}
+    for j in meshes:
+        rotors |= {system.meshes[j][key] for key in ("a", "b", "frame")}
+
+    def listed(items: set[int]) -> Ints:
+        return np.array([len(items), *sorted(items)], dtype=np.int64)
+
+    forces = bool(sleeves or meshes or np.any(of_rotors % PER_ROTOR >= ROTOR_STATES))
+    return listed(rotors - {-1}), listed(sleeves), listed(meshes), forces
 
 
 def make_motion(
@@ -73,11 +105,16 @@ def make_motion(
     restart_step: float,
     stops: Floats,
     columns: Ints,
-    row_capacity: int,
+    rows: Floats,
     log_capacity: int,
     tolerance: float,
 ) -> Motion:
-    """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes."""
+    """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
+
+    ``rows``, shape [column, sample], receives the samples of the signals ``columns``.
+    """
+    columns = np.array(columns, dtype=np.int64)
+    rotors, sleeves, meshes, forces = _wanted(system, columns)
     n, n_c, n_g = y_0.size, contact_count(system), switch_count(system)
     n_r = system.rotors.size
 
@@ -89,13 +126,14 @@ def make_motion(
     clock[SAMPLE_INTERVAL] = np.inf
     counts = np.zeros(10, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
-    counts[STATES_ONLY] = 1 if needs_only_the_state(columns, n_r) else 0
+    counts[FORCES] = 1 if forces else 0
     return Motion(
+        roster=make_roster(system, n),
         clock=clock,
         counts=counts,
         y=np.array(y_0, dtype=np.float64),
-        y_new=np.zeros(n),
-        y_try=np.zeros(n),
+        y_new=np.array(y_0, dtype=np.float64),
+        y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         dy_try=np.zeros(n),
         modes=np.zeros(mode_count(system), dtype=np.int64),
@@ -112,8 +150,11 @@ def make_motion(
         natural=np.array(natural, dtype=np.float64),
         stops=np.array(stops, dtype=np.float64),
         tallies=np.zeros((n_c, 7)),
-        columns=np.array(columns, dtype=np.int64),
+        columns=columns,
+        wanted_rotors=rotors,
+        wanted_sleeves=sleeves,
+        wanted_meshes=meshes,
         row=np.zeros(signal_count(system)),
-        rows=np.zeros((row_capacity, len(columns))),
+        rows=rows,
         log=np.zeros((log_capacity, 4)),
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.layout import System
 from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.roster import Roster
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,6 +46,7 @@ DENSE = np.array(
 @compiled
 def step(
     system: System,
+    roster: Roster,
     t: float,
     h: float,
     y: Floats,
@@ -56,21 +58,21 @@ def step(
     force: Floats,
     out: Floats,
 ) -> int:
-    """Advance y [state] by one step h [s] on fixed modes; return 0, or 1 where a pair cannot mesh.
+    """Advance the active states of y by one step h [s] on fixed modes; return 0, or 1 where a pair cannot mesh.
 
     ``stages`` [7, state] holds f(t, y) in row 0 on entry and f(t + h, y_new) in row 6 on return, when
     ``contacts`` belongs to (t + h, y_new).
     """
-    n = y.size
     for stage in range(1, STAGES):
-        for i in range(n):
+        for s in range(1, roster.states[0] + 1):
+            i = roster.states[s]
             total = 0.0
             for j in range(stage):
                 total += WEIGHTS[stage, j] * stages[j, i]
             y_new[i] = y[i] + h * total
         if (
             right_hand_side(
-                system, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out
+                system, roster, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out
             )
             != 0
         ):
@@ -79,10 +81,11 @@ def step(
 
 
 @compiled
-def error_norm(h: float, stages: Floats, scale: Floats) -> float:
+def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float:
     """Return the largest local error over its allowance: max_i |e_i| / scale_i; NaN and inf pass through."""
     worst = 0.0
-    for i in range(scale.size):
+    for s in range(1, roster.states[0] + 1):
+        i = roster.states[s]
         e = 0.0
         for j in range(STAGES):
             e += ERROR[j] * stages[j, i]
@@ -95,9 +98,12 @@ def error_norm(h: float, stages: Floats, scale: Floats) -> float:
 
 
 @compiled
-def interpolate(x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats) -> None:
-    """Fill ``result`` with the continuous extension at t + x h, 0 <= x <= 1 (order 4)."""
-    for i in range(y.size):
+def interpolate(
+    roster: Roster, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
+) -> None:
+    """Fill the active states of ``result`` with the continuous extension at t + x h, 0 <= x <= 1 (order 4)."""
+    for s in range(1, roster.states[0] + 1):
+        i = roster.states[s]
         difference = y_new[i] - y[i]
         bend = h * stages[0, i] - difference
         d = 0.0

@@ -105,7 +105,8 @@ def smooth_sign(u: float) -> float:
 
 @compiled_inline
 def sleeve_geometry(sleeve: Any, system: System, t: float, y: Floats, out: Floats) -> None:
-    """Fill ``out``: 0 delta [m], 1 ddelta/dt [m/s], 2-3 direction u, 4 sliding speed [m/s], 5-6 bush arm [m].
+    """Fill ``out``: 0 delta [m], 1 ddelta/dt [m/s], 2-3 direction u, 4 sliding speed [m/s], 5-6 bush arm [m], 7 speed of the
+    journal's centre across u [m/s].
 
     Equations (1), (2): e is the journal's displacement in the bush, delta = |e| - c. A bush on a carrier turns with it.
     """
@@ -118,8 +119,8 @@ def sleeve_geometry(sleeve: Any, system: System, t: float, y: Floats, out: Float
         turn = system.rotors[i].nominal_speed * t + y[3 * i + 2]
         bush_spin = system.rotors[i].nominal_speed + y[3 * (n + i) + 2]
         # cos(turn) - 1 by the half angle: the journal's orbit must not cancel against 1
-        half = math.sin(0.5 * turn)
-        c_1, sn = -2.0 * half * half, math.sin(turn)
+        cosine, sine = math.cos(0.5 * turn), math.sin(0.5 * turn)
+        c_1, sn = -2.0 * sine * sine, 2.0 * sine * cosine
         shift_x = c_1 * sleeve.offset_x - sn * sleeve.offset_y
         shift_y = sn * sleeve.offset_x + c_1 * sleeve.offset_y
         arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
@@ -140,3 +141,4 @@ def sleeve_geometry(sleeve: Any, system: System, t: float, y: Floats, out: Float
         - bush_spin * (sleeve.shaft_radius + sleeve.clearance)
     )
     out[5], out[6] = arm_x, arm_y
+    out[7] = -v_x * u_y + v_y * u_x

@@ -1,8 +1,9 @@
-"""The integrator: embedded Runge-Kutta steps on smooth branches, restarted at every located switch.
+"""The hybrid integrator: closed-form flight between contacts, embedded Runge-Kutta steps of what is touched.
 
 An error estimate does not see a kink, so each step is searched for switches (docs/theory, "Events"). A step that
-contains one is taken again so that it ends there, the mode changes, and the method starts afresh. All state lives
-in the arrays of `Motion`: `advance` can return at any step and be called again without a trace in the result.
+contains one is taken again so that it ends there, the mode changes, and the method starts afresh. Rotors that nothing touches
+are not integrated; their next touch is found by conservative advancement (`advancement`). All state lives in the arrays of
+`Motion`: `advance` can return at any step and be called again without a trace in the result.
 """
 
 import math
@@ -10,12 +11,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.advancement import FAILS, TOUCHES, mesh_span, sleeve_span
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.events import attempt, first_switch, retake
-from gearplay.kernels.layout import System
-from gearplay.kernels.mesh import follow_orbits, mesh_phase
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.events import attempt, first_switch, retake, watch
+from gearplay.kernels.layout import (
+    ACTIVE,
+    DRIVE_SPEED,
+    KNOWN,
+    LOADED,
+    OPEN,
+    PENETRATION,
+    RATE,
+    System,
+    contact_count,
+)
+from gearplay.kernels.mesh import follow_orbit, mesh_phase
+from gearplay.kernels.motion import press_mesh, press_sleeve, right_hand_side
 from gearplay.kernels.recording import record_samples, tally_change, tally_step
+from gearplay.kernels.roster import members, muster, state_of
 from gearplay.kernels.run_state import (
     BLOW_UP,
     BURST,
@@ -30,8 +43,6 @@ from gearplay.kernels.run_state import (
     NOT_FINITE,
     PAUSED,
     REJECTED,
-    ROWS,
-    SAMPLE_INTERVAL,
     STEP_TOO_SMALL,
     STEPS,
     T_END,
@@ -40,12 +51,21 @@ from gearplay.kernels.run_state import (
     T,
 )
 from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm
-from gearplay.kernels.switches import contact_count, settle_margins, settle_modes, switch_mode, switch_values
+from gearplay.kernels.switches import settle_margins, settle_modes, switch_mode, switch_values
 
 Floats = NDArray[np.float64]
 
 BURST_EVENTS = 10_000
+BURST_LOOKS = 200_000  # at gaps within one flight: beyond it a contact hovers without touching
 FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run has blown up
+NOTHING = -1
+
+
+@compiled
+def copy_into(source: Floats, target: Floats) -> None:
+    """Copy one row to another; a slice assignment would allocate."""
+    for i in range(source.size):
+        target[i] = source[i]
 
 
 @compiled
@@ -54,6 +74,7 @@ def evaluate(system: System, motion: Motion, t: float) -> int:
     motion.counts[CALLS] += 1
     failed = right_hand_side(
         system,
+        motion.roster,
         t,
         motion.y,
         motion.modes,
@@ -64,7 +85,9 @@ def evaluate(system: System, motion: Motion, t: float) -> int:
         motion.out,
     )
     if failed == 0:
-        switch_values(system, t, motion.y, motion.modes, motion.contacts_0, motion.g_0)
+        failed = watch(system, motion, t, motion.y, motion.contacts_0)
+    if failed == 0:
+        switch_values(system, motion.roster, t, motion.y, motion.modes, motion.contacts_0, motion.g_0)
     return failed
 
 
@@ -72,33 +95,37 @@ def evaluate(system: System, motion: Motion, t: float) -> int:
 def begin(system: System, motion: Motion) -> int:
     """Find the modes of the initial state; return a status."""
     t = motion.clock[T]
+    status = check_state(system, motion)
+    if status != DONE:
+        return status
     for k in range(system.sleeves.size):
         motion.latch[k] = system.sleeves[k].minimum_speed
+    # A new roster has every rotor active and every element touching.
     if evaluate(system, motion, t) != 0:
         return CANNOT_MESH
     settle_modes(system, t, motion.y, motion.modes, motion.contacts_0, motion.latch)
     evaluate(system, motion, t)
     settle_margins(system, motion.modes, motion.contacts_0)
-    evaluate(system, motion, t)
-    motion.clock[H] = motion.clock[H_RESTART]
     motion.clock[BURST_START] = t
-    return DONE
+    return restart(system, motion)
 
 
 @compiled
 def longest_step(system: System, motion: Motion) -> float:
-    """Return the longest step [s] that still resolves every forcing term and fits the sample buffer."""
-    n = system.rotors.size
+    """Return the longest step [s] that still resolves every forcing term of what is integrated."""
+    n, roster = system.rotors.size, motion.roster
     fastest = 1e-9
-    for j in range(system.meshes.size):
-        m = system.meshes[j]
-        _, rate = mesh_phase(m, system, motion.clock[T], motion.y)
-        fastest = max(fastest, abs(rate) * m.highest_order)
-    for i in range(n):
+    for watched in range(2):
+        meshes = roster.watched_meshes if watched == 1 else roster.meshes
+        for c in range(1, meshes[0] + 1):
+            m = system.meshes[meshes[c]]
+            _, rate = mesh_phase(m, system, motion.clock[T], motion.y)
+            fastest = max(fastest, abs(rate) * m.highest_order)
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
         omega = system.rotors[i].nominal_speed + motion.y[3 * (n + i) + 2]
         fastest = max(fastest, abs(omega))
-    # Half the sample buffer, whatever its fill, so that emptying it leaves no trace in the steps.
-    return min(0.5 / fastest, (motion.rows.shape[0] // 2) * motion.clock[SAMPLE_INTERVAL])
+    return 0.5 / fastest
 
 
 @compiled
@@ -111,23 +138,97 @@ def next_stop(motion: Motion) -> float:
 
 
 @compiled
-def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
-    """Apply switch ``first`` and every other one that is positive at the same state."""
-    n_c = contact_count(system)
-    for k in range(motion.g_1.size):
-        if k != first and not (motion.g_1[k] > 0.0 and motion.g_0[k] <= 0.0):
-            continue
-        motion.counts[EVENTS] += 1
-        before = motion.modes[:n_c].copy()
-        switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
-        for c in range(n_c):
-            tally_change(system, motion, t, c, before[c])
+def next_touch(system: System, motion: Motion, limit: float) -> tuple[int, float, int]:
+    """Return the first dormant element that touches before ``limit`` [s], or a flight whose closed form ends there.
+
+    Returns (element or, counted on, rotor; time; status); NOTHING and ``limit`` without one.
+    """
+    roster = motion.roster
+    n_s = system.sleeves.size
+    elements = n_s + system.meshes.size
+    for _ in range(BURST_LOOKS):
+        first, t = NOTHING, limit
+        for e in range(roster.due.size):
+            if roster.due[e] < t:
+                first, t = e, roster.due[e]
+        if first == NOTHING or first >= elements:
+            return first, t, DONE
+        motion.counts[CALLS] += 1
+        a, b, c = members(system, first)
+        state_of(system, roster, a, t, motion.y, motion.y_try)
+        if b >= 0:
+            state_of(system, roster, b, t, motion.y, motion.y_try)
+        if c >= 0:
+            state_of(system, roster, c, t, motion.y, motion.y_try)
+        # Far enough ahead to be of use whatever comes next, near enough to end with the run.
+        longest = motion.clock[T_END] - t + 1e-9
+        if first < n_s:
+            doing, span = sleeve_span(system, first, t, motion.y_try, longest, motion.out)
+        else:
+            follow_orbit(system, first - n_s, motion.y_try)
+            doing, span = mesh_span(system, first - n_s, t, motion.y_try, longest, motion.out)
+        if doing == FAILS:
+            return first, t, CANNOT_MESH
+        if doing == TOUCHES:
+            return first, t, DONE
+        if not math.isfinite(span):
+            return first, t, NOT_FINITE
+        roster.due[first] = t + max(span, 4e-16 * abs(t) + 1e-18)
+    return NOTHING, limit, CHATTER
 
 
 @compiled
-def check_state(motion: Motion) -> int:
-    """Return a status for the present state: finite and within all reason."""
-    for i in range(motion.y.size):
+def touch_down(system: System, motion: Motion, e: int, t: float) -> int:
+    """Change the modes of dormant element e that touches at t [s]; return 1 where it cannot mesh."""
+    n_s = system.sleeves.size
+    y, contacts, modes, out = motion.y_try, motion.contacts, motion.modes, motion.out
+    for i in members(system, e):
+        if i >= 0:
+            state_of(system, motion.roster, i, t, motion.y, y)
+    first, count = (e, 1) if e < n_s else (n_s + 2 * (e - n_s), 2)
+    if e < n_s:
+        press_sleeve(system, e, y, t, modes, motion.latch, contacts, out)
+    elif press_mesh(system, e - n_s, y, t, modes, contacts, out) != 0:
+        return 1
+    for k in range(first, first + count):
+        bearing = e < n_s and system.sleeves[e].clearance == 0.0
+        if modes[k] == OPEN and contacts[k, PENETRATION] >= 0.0 and (contacts[k, RATE] > 0.0 or bearing):
+            motion.counts[EVENTS] += 1
+            switch_mode(system, k, t, y, modes, contacts, motion.latch)
+    for k in range(first, first + count):
+        if modes[k] == LOADED:
+            tally_change(motion, t, k, OPEN)
+    return 0
+
+
+@compiled
+def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
+    """Apply switch ``first`` and every other one that is positive at the same state."""
+    n_c, n_s = contact_count(system), system.sleeves.size
+    roster = motion.roster
+    for c in range(1, roster.switches[0] + 1):
+        k = roster.switches[c]
+        if k != first and not (motion.g_1[k] > 0.0 and motion.g_0[k] <= 0.0):
+            continue
+        motion.counts[EVENTS] += 1
+        # A switch changes its own contact, and with printed flanks perhaps its neighbour.
+        contact = k if k < n_c else k - n_c if k < 2 * n_c else NOTHING
+        other = n_s + ((contact - n_s) ^ 1) if contact >= n_s else NOTHING
+        before = motion.modes[contact] if contact >= 0 else OPEN
+        other_before = motion.modes[other] if other >= 0 else OPEN
+        switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
+        if contact >= 0:
+            tally_change(motion, t, contact, before)
+        if other >= 0:
+            tally_change(motion, t, other, other_before)
+
+
+@compiled
+def check_state(system: System, motion: Motion) -> int:
+    """Return a status for the present state of what is integrated: finite and within all reason."""
+    states = motion.roster.states
+    for s in range(1, states[0] + 1):
+        i = states[s]
         if not math.isfinite(motion.y[i]):
             return NOT_FINITE
         if abs(motion.y[i]) > FURTHEST * motion.natural[i]:
@@ -136,11 +237,36 @@ def check_state(motion: Motion) -> int:
 
 
 @compiled
+def take_flight(system: System, motion: Motion) -> int:
+    """Fly, all rotors untouched, to the next touch or stop; return a status."""
+    clock = motion.clock
+    stop = next_stop(motion)
+    e, t, status = next_touch(system, motion, stop)
+    record_samples(system, motion, 1.0, t)
+    motion.counts[STEPS] += 1
+    clock[T] = t
+    if status != DONE:
+        return status
+    if NOTHING < e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
+        return CANNOT_MESH
+    if e == NOTHING and stop >= clock[T_END]:
+        return DONE
+    return restart(system, motion)
+
+
+@compiled
 def take_step(system: System, motion: Motion) -> int:
-    """Take one accepted step, with at most one switch at its end; return a status."""
-    clock, counts = motion.clock, motion.counts
+    """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
+    clock, counts, roster = motion.clock, motion.counts, motion.roster
     t, stop = clock[T], next_stop(motion)
     h = min(clock[H], longest_step(system, motion))
+    touching, t_touch, status = next_touch(system, motion, min(t + h, stop))
+    if status != DONE:
+        return status
+    if touching != NOTHING:
+        stop = t_touch
+        if stop - t <= 4e-16 * abs(t):
+            return land(system, motion, touching, t)
     reason = STEP_TOO_SMALL
     while True:
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
@@ -149,11 +275,14 @@ def take_step(system: System, motion: Motion) -> int:
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
         if attempt(system, motion, h) != 0:
-            reason = CANNOT_MESH if np.all(np.isfinite(motion.y_new)) else NOT_FINITE
+            reason = CANNOT_MESH
+            for s in range(1, roster.states[0] + 1):
+                if not math.isfinite(motion.y_new[roster.states[s]]):
+                    reason = NOT_FINITE
             counts[REJECTED] += 1
             h *= 0.25
             continue
-        error = error_norm(h, motion.stages, motion.scale)
+        error = error_norm(roster, h, motion.stages, motion.scale)
         if error <= 1.0:
             break
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
@@ -162,7 +291,7 @@ def take_step(system: System, motion: Motion) -> int:
     growth = min(5.0, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else 5.0
 
     t_new = stop if to_stop else t + h
-    switch_values(system, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
+    switch_values(system, roster, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
     first, place = first_switch(system, motion, h)
     taken = h
     if first >= 0 and place < 1.0:
@@ -172,59 +301,93 @@ def take_step(system: System, motion: Motion) -> int:
         t_new = t + taken
         to_stop = False
     record_samples(system, motion, taken, t_new)
-    tally_step(system, motion, taken)
+    tally_step(motion, taken)
     counts[STEPS] += 1
     clock[T] = t_new
     if first >= 0:
         change_modes(system, motion, t_new, first)
-    motion.y[:] = motion.y_new
-    follow_orbits(system, motion.y)
-    status = check_state(motion)
+    for s in range(1, roster.states[0] + 1):
+        motion.y[roster.states[s]] = motion.y_new[roster.states[s]]
+    for c in range(1, roster.meshes[0] + 1):
+        follow_orbit(system, roster.meshes[c], motion.y)
+    for c in range(1, roster.watched_meshes[0] + 1):
+        follow_orbit(system, roster.watched_meshes[c], motion.y_new)
+    status = check_state(system, motion)
     if status != DONE:
         return status
+    if to_stop and touching != NOTHING:
+        return land(system, motion, touching, t_new)
     if first >= 0 or (to_stop and stop < clock[T_END]):
         return restart(system, motion)
-    motion.stages[0, :] = motion.stages[STAGES - 1]
-    motion.contacts_0[:] = motion.contacts
-    motion.g_0[:] = motion.g_1
+    copy_into(motion.stages[STAGES - 1], motion.stages[0])
+    for k in range(motion.contacts.shape[0]):
+        copy_into(motion.contacts[k], motion.contacts_0[k])
+    copy_into(motion.g_1, motion.g_0)
     clock[H] = h * growth
     return DONE
 
 
 @compiled
+def land(system: System, motion: Motion, e: int, t: float) -> int:
+    """Let dormant element e touch at t [s], or a flight's closed form end, and start afresh; return a status."""
+    if e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
+        return CANNOT_MESH
+    return restart(system, motion)
+
+
+@compiled
 def restart(system: System, motion: Motion) -> int:
-    """Evaluate the new branch, shorten the step and watch for endless chatter; return a status."""
+    """Muster for the new branch, evaluate it, shorten the step and watch for endless chatter; return a status."""
     clock, counts = motion.clock, motion.counts
-    n_r = system.rotors.size
+    n_r, t = system.rotors.size, clock[T]
     base = motion.modes.size - n_r
     for i in range(n_r):
-        if clock[T] >= system.rotors[i].ramp_time:
+        if motion.modes[base + i] == 1 and t >= system.rotors[i].ramp_time:
             motion.modes[base + i] = 0
-    if evaluate(system, motion, clock[T]) != 0:
+            if system.rotors[i].drive == DRIVE_SPEED:
+                motion.y[3 * (n_r + i) + 2] = 0.0  # exactly at its prescribed speed from here on
+    muster(system, motion.roster, t, motion.y, motion.modes)
+    for i in range(n_r):
+        if motion.roster.roles[i] == KNOWN:
+            state_of(system, motion.roster, i, t, motion.y, motion.y_new)
+            state_of(system, motion.roster, i, t, motion.y, motion.y_try)
+    if evaluate(system, motion, t) != 0:
         return CANNOT_MESH
     clock[H] = clock[H_RESTART]
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:
-        if clock[T] - clock[BURST_START] < 0.02 * BURST_EVENTS * clock[H_RESTART]:
+        if t - clock[BURST_START] < 0.02 * BURST_EVENTS * clock[H_RESTART]:
             return CHATTER
-        counts[BURST], clock[BURST_START] = 0, clock[T]
+        counts[BURST], clock[BURST_START] = 0, t
+    return DONE
+
+
+@compiled
+def synchronise(system: System, motion: Motion) -> int:
+    """Bring y up to the present time for every rotor; return a status. Flights go on from where they began."""
+    for i in range(system.rotors.size):
+        if motion.roster.roles[i] != ACTIVE:
+            state_of(system, motion.roster, i, motion.clock[T], motion.y, motion.y)
+    for i in range(motion.y.size):
+        if not math.isfinite(motion.y[i]):
+            return NOT_FINITE
+        if abs(motion.y[i]) > FURTHEST * motion.natural[i]:
+            return BLOW_UP
     return DONE
 
 
 @compiled
 def advance(system: System, motion: Motion, steps: int) -> int:
-    """Advance until T_END, for at most ``steps`` steps, or until a buffer is full; return a status."""
+    """Advance until T_END, for at most ``steps`` steps, or until the log is full; return a status."""
     clock, counts = motion.clock, motion.counts
     spare = 2 * motion.g_0.size + 2
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
-            return DONE
-        if (
-            counts[ROWS] + motion.rows.shape[0] // 2 + 2 > motion.rows.shape[0]
-            or counts[LOGGED] + spare > motion.log.shape[0]
-        ):
+            return synchronise(system, motion)
+        if counts[LOGGED] + spare > motion.log.shape[0]:
             return PAUSED
-        status = take_step(system, motion)
+        status = take_step(system, motion) if motion.roster.active[0] > 0 else take_flight(system, motion)
         if status != DONE:
+            synchronise(system, motion)
             return status
-    return DONE if clock[T] >= clock[T_END] else PAUSED
+    return synchronise(system, motion) if clock[T] >= clock[T_END] else PAUSED

@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import (
     DRIVE_SERVO,
     LOADED,
@@ -34,32 +34,16 @@ from gearplay.kernels.layout import (
     SEPARATING,
     STIFFNESS_SQUARE,
     System,
+    contact_count,
 )
 from gearplay.kernels.mesh import mesh_phase, square_edge, square_segment
 from gearplay.kernels.motion import servo_torque
+from gearplay.kernels.roster import Roster
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 INACTIVE = -1.0
-
-
-@compiled
-def contact_count(system: System) -> int:
-    """Return the number of contacts: one a sleeve, two a mesh."""
-    return int(system.sleeves.size + 2 * system.meshes.size)
-
-
-@compiled
-def mode_count(system: System) -> int:
-    """Return the length of ``modes``."""
-    return int(system.sleeves.size + 5 * system.meshes.size + 2 * system.rotors.size)
-
-
-@compiled
-def switch_count(system: System) -> int:
-    """Return the number of switch functions."""
-    return int(2 * system.sleeves.size + 7 * system.meshes.size + system.rotors.size)
 
 
 @compiled
@@ -78,41 +62,47 @@ def flank_is_idle(system: System, contact: int, modes: Ints) -> bool:
     return bool(modes[contact - 1] == LOADED)
 
 
-@compiled
-def switch_values(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, g: Floats) -> None:
-    """Fill ``g`` with the switch functions [m, N, 1, rad, N m] from the contact table of the same state."""
+@compiled_inline
+def switch_value(system: System, s: int, t: float, y: Floats, modes: Ints, contacts: Floats) -> float:
+    """Return switch function s [m, N, 1, rad or N m] from the state and the contact table of its element."""
     n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
-    for k in range(n_c):
-        p, margin = contacts[k, PENETRATION], contacts[k, MARGIN]
-        g[n_c + k] = INACTIVE
-        if modes[k] == OPEN:
-            g[k] = INACTIVE if flank_is_idle(system, k, modes) else p
-        else:
-            g[k] = -p
-            g[n_c + k] = -margin if modes[k] == LOADED else margin
-    for f in range(2 * n_m):
+    if s < n_c:
+        p = contacts[s, PENETRATION]
+        if modes[s] == OPEN:
+            return INACTIVE if flank_is_idle(system, s, modes) else p
+        return -p
+    if s < 2 * n_c:
+        k = s - n_c
+        margin = contacts[k, MARGIN]
+        return INACTIVE if modes[k] == OPEN else -margin if modes[k] == LOADED else margin
+    if s < 2 * n_c + 2 * n_m:
+        f = s - 2 * n_c
         mesh = system.meshes[f // 2]
-        g[2 * n_c + f] = INACTIVE
-        if mesh.C_m > 0.0 and modes[n_s + f] != OPEN:
-            beyond = contacts[n_s + f, PENETRATION] - mesh.depth
-            g[2 * n_c + f] = beyond if modes[n_s + 2 * n_m + f] == 0 else -beyond
-    for j in range(n_m):
+        if mesh.C_m == 0.0 or modes[n_s + f] == OPEN:
+            return INACTIVE
+        beyond = contacts[n_s + f, PENETRATION] - mesh.depth
+        return beyond if modes[n_s + 2 * n_m + f] == 0 else -beyond
+    if s < 2 * n_c + 3 * n_m:
+        j = s - 2 * n_c - 2 * n_m
         mesh = system.meshes[j]
-        row = 2 * n_c + 2 * n_m + j
-        g[row] = INACTIVE
-        if mesh.stiffness_kind == STIFFNESS_SQUARE:
-            psi, _ = mesh_phase(mesh, system, t, y)
-            segment = modes[n_s + 4 * n_m + j]
-            g[row] = max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
-    for i in range(n_r):
-        row = 2 * n_c + 3 * n_m + i
-        g[row] = INACTIVE
-        r = system.rotors[i]
-        if r.drive == DRIVE_SERVO:
-            mode = modes[n_s + 5 * n_m + i]
-            excess = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
-            excess = (abs(excess) if mode == 0 else mode * excess) - r.servo_limit
-            g[row] = excess if mode == 0 else -excess
+        psi, _ = mesh_phase(mesh, system, t, y)
+        segment = modes[n_s + 4 * n_m + j]
+        return max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
+    i = s - 2 * n_c - 3 * n_m
+    limit = system.rotors[i].servo_limit
+    mode = modes[n_s + 5 * n_m + i]
+    wanted = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
+    return abs(wanted) - limit if mode == 0 else limit - mode * wanted
+
+
+@compiled
+def switch_values(
+    system: System, roster: Roster, t: float, y: Floats, modes: Ints, contacts: Floats, g: Floats
+) -> None:
+    """Fill ``g`` with the roster's switch functions from the contact table of the same state."""
+    for c in range(1, roster.switches[0] + 1):
+        s = roster.switches[c]
+        g[s] = switch_value(system, s, t, y, modes, contacts)
 
 
 @compiled
@@ -137,6 +127,15 @@ def settle_printed_flanks(system: System, modes: Ints, contacts: Floats) -> None
 
 
 @compiled
+def settle_segment(system: System, j: int, t: float, y: Floats, modes: Ints) -> None:
+    """Set the segment of mesh j's square wave from the state; while the mesh is open nobody counts segments."""
+    mesh = system.meshes[j]
+    if mesh.stiffness_kind == STIFFNESS_SQUARE:
+        psi, _ = mesh_phase(mesh, system, t, y)
+        modes[system.sleeves.size + 4 * system.meshes.size + j] = square_segment(mesh, psi)
+
+
+@compiled
 def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 
@@ -145,15 +144,13 @@ def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Flo
     n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
     for k in range(n_c):
         latch_speed(system, k, contacts[k, RATE], latch)
-        modes[k] = LOADED if contacts[k, PENETRATION] > 0.0 else OPEN
+        bearing = k < n_s and system.sleeves[k].clearance == 0.0  # always touches, even at its centre
+        modes[k] = LOADED if bearing or contacts[k, PENETRATION] > 0.0 else OPEN
     settle_printed_flanks(system, modes, contacts)
     for f in range(2 * n_m):
         modes[n_s + 2 * n_m + f] = 1 if contacts[n_s + f, PENETRATION] > system.meshes[f // 2].depth else 0
     for j in range(n_m):
-        mesh = system.meshes[j]
-        if mesh.stiffness_kind == STIFFNESS_SQUARE:
-            psi, _ = mesh_phase(mesh, system, t, y)
-            modes[n_s + 4 * n_m + j] = square_segment(mesh, psi)
+        settle_segment(system, j, t, y, modes)
     for i in range(n_r):
         r = system.rotors[i]
         modes[n_s + 5 * n_m + n_r + i] = 1 if t < r.ramp_time else 0
@@ -182,6 +179,8 @@ def switch_mode(
             modes[k] = LOADED
             if k >= n_s:
                 modes[2 * n_m + k] = 0
+                if modes[n_s + ((k - n_s) ^ 1)] == OPEN:
+                    settle_segment(system, (k - n_s) // 2, t, y, modes)
         else:
             modes[k] = OPEN
         settle_printed_flanks(system, modes, contacts)

@@ -246,6 +246,8 @@ def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple
             terms.extend(_harmonics(k.rows))
         m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
         terms.extend(_harmonics([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
+        m.error_slope = sum(e.order * e.amplitude for e in mesh.transmission_error)
+        m.error_bend = sum(e.order**2 * e.amplitude for e in mesh.transmission_error)
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
         m.ramp = layout.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else layout.RAMP_SMOOTH

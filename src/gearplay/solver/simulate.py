@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import System
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -23,7 +22,6 @@ Floats = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # simulated seconds done, of how many
 
 CHUNK_STEPS = 20_000  # between two looks at the clock: some 20 ms
-ROW_CAPACITY = 32_768
 LOG_CAPACITY = 16_384
 
 
@@ -40,12 +38,13 @@ class _Run:
         duration: float,
         transient: float,
     ) -> None:
-        # Its own copy of the system: threads that share arrays fight over their reference counts.
-        packed = replace(packed, system=System(*(array.copy() for array in packed.system)))
+        # Its own copy of the meshes: the kernels turn their reference directions as gears orbit.
+        packed = replace(packed, system=packed.system._replace(meshes=packed.system.meshes.copy()))
         self.case, self.packed, self.member = case, packed, member
         self.columns, places = choose_columns(packed, wanted)
         self.duration, self.transient, self.sampling = duration, transient, sampling
         self.samples = max(1, int(duration * sampling + 0.5))
+        self.rows = np.empty((len(self.columns), self.samples))
         self.motion = run_state.make_motion(
             packed.system,
             initial_state(case, packed, member=member),
@@ -53,22 +52,17 @@ class _Run:
             packed.restart_step,
             packed.stops,
             places,
-            min(self.samples, ROW_CAPACITY) + 64,
+            self.rows,
             LOG_CAPACITY,
             case.run.tolerance,
         )
-        self.values = np.zeros((self.samples, len(self.columns)))
-        self.filled = 0
         self.log: list[Floats] = []
 
-    def _empty_buffers(self, keep_log: bool) -> None:
-        counts = self.motion.counts
-        rows, logged = int(counts[run_state.ROWS]), int(counts[run_state.LOGGED])
-        self.values[self.filled : self.filled + rows] = self.motion.rows[:rows]
-        self.filled += rows
-        if keep_log and logged:
+    def _empty_log(self, keep: bool) -> None:
+        logged = int(self.motion.counts[run_state.LOGGED])
+        if keep and logged:
             self.log.append(self.motion.log[:logged].copy())
-        counts[run_state.ROWS] = counts[run_state.LOGGED] = 0
+        self.motion.counts[run_state.LOGGED] = 0
 
     def advance_to(self, t_end: float, keep_log: bool, watch: "_Watch") -> Status:
         """Advance to t_end [s], or to the first reason to stop."""
@@ -79,7 +73,7 @@ class _Run:
                 CHUNK_STEPS if watch.max_steps is None else max(0, min(CHUNK_STEPS, watch.max_steps - taken))
             )
             status = Status(stepper.advance(self.packed.system, self.motion, chunk))
-            self._empty_buffers(keep_log)
+            self._empty_log(keep_log)
             watch.report(self.member, float(self.motion.clock[run_state.T]))
             if status != Status.PAUSED:
                 return status
@@ -102,10 +96,11 @@ class _Run:
             status = self.advance_to(self.transient + self.duration, True, watch)
         reached = float(clock[run_state.T])
         counts = motion.counts
+        filled = int(counts[run_state.ROWS])
         return Trajectory(
             member=self.member,
-            time=self.transient + np.arange(self.filled) / self.sampling,
-            values=self.values[: self.filled],
+            time=self.transient + np.arange(filled) / self.sampling,
+            values=self.rows[:, :filled].T,
             columns=self.columns,
             statistics=statistics_of(self.packed, motion.tallies, reached - self.transient),
             log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
@@ -168,7 +163,7 @@ def prepare(case: Case) -> None:
         packed.restart_step,
         packed.stops,
         columns,
-        64,
+        np.empty((1, 1)),
         LOG_CAPACITY,
         1e-6,
     )

@@ -1,0 +1,112 @@
+"""Free flight in closed form: a rotor that nothing touches, under constant forces and linear damping.
+
+Each of x, y, theta obeys v' = f - gamma v with constant f. With a0 = f - gamma v0, z = gamma tau,
+
+    v = v0 + a0 tau phi1(z),  x = x0 + v0 tau + a0 tau^2 phi2(z),
+    phi1 = (1 - exp(-z)) / z,  phi2 = (1 - phi1) / z.
+
+Saturated dry friction is a constant torque; rotations are relative to the constant nominal speed (docs/theory, "Free flight").
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.layout import DRIVE_SERVO, DRIVE_SPEED, System
+
+Floats = NDArray[np.float64]
+NEVER = math.inf
+
+
+@compiled_inline
+def decay(z: float) -> tuple[float, float]:
+    """Return phi1(z) and phi2(z), z >= 0, without cancellation.
+
+    >>> decay(0.0)
+    (1.0, 0.5)
+    """
+    if z < 0.1:
+        phi_2 = 0.5 - z * (
+            1 / 6
+            - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z / 362880)))))
+        )
+        return 1.0 - z * phi_2, phi_2
+    phi_1 = -math.expm1(-z) / z
+    return phi_1, (1.0 - phi_1) / z
+
+
+@compiled_inline
+def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -> tuple[float, float, float]:
+    """Return the accelerations [m/s^2, rad/s^2] of rotor i in flight at these velocities (omega relative)."""
+    r = system.rotors[i]
+    damping = r.radial_damping * r.inv_mass
+    held = r.mass * r.inv_mass  # 1, or 0 for a centre that is held
+    spin = r.nominal_speed + omega
+    torque = r.torque - r.drag * spin
+    if r.friction > 0.0:
+        torque -= math.copysign(r.friction, spin)
+    return (
+        held * system.gravity[0] - damping * v_x,
+        held * system.gravity[1] - damping * v_y,
+        r.inv_inertia * torque,
+    )
+
+
+@compiled_inline
+def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
+    """Fill rotor i's six entries of ``y`` with its state a time tau [s] after ``origin``."""
+    at, vat = 3 * i, 3 * (system.rotors.size + i)
+    r = system.rotors[i]
+    v_x, v_y, omega = origin[vat], origin[vat + 1], origin[vat + 2]
+    a_x, a_y, alpha = flight_rates(system, i, v_x, v_y, omega)
+    phi_1, phi_2 = decay(r.radial_damping * r.inv_mass * tau)
+    y[at] = origin[at] + tau * (v_x + a_x * tau * phi_2)
+    y[at + 1] = origin[at + 1] + tau * (v_y + a_y * tau * phi_2)
+    y[vat], y[vat + 1] = v_x + a_x * tau * phi_1, v_y + a_y * tau * phi_1
+    phi_1, phi_2 = decay(r.drag * r.inv_inertia * tau)
+    y[at + 2] = origin[at + 2] + tau * (omega + alpha * tau * phi_2)
+    y[vat + 2] = omega + alpha * tau * phi_1
+
+
+@compiled
+def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
+    """Return whether rotor i has no closed form now: a servo, a ramp, or dry friction within its band."""
+    r = system.rotors[i]
+    if r.drive == DRIVE_SERVO or (r.drive == DRIVE_SPEED and ramping == 1):
+        return True
+    if r.friction > 0.0 and r.inv_inertia > 0.0:
+        return bool(abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < r.friction_speed)
+    return False
+
+
+@compiled
+def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
+    """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, not ramping."""
+    r = system.rotors[i]
+    v = 3 * (system.rotors.size + i)
+    rests = y[v] == 0.0 and y[v + 1] == 0.0 and y[v + 2] == 0.0
+    return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and ramping == 0 and rests)
+
+
+@compiled
+def closed_form_span(system: System, i: int, y: Floats) -> float:
+    """Return how long [s] rotor i's closed form holds: until its speed falls to the band of dry friction.
+
+    The speed is monotonous in flight, so one logarithm gives the time; ``NEVER`` without such an end.
+    """
+    r = system.rotors[i]
+    if r.friction <= 0.0 or r.inv_inertia == 0.0:
+        return NEVER
+    omega = y[3 * (system.rotors.size + i) + 2]
+    spin = r.nominal_speed + omega
+    _, _, alpha = flight_rates(system, i, 0.0, 0.0, omega)
+    change = math.copysign(r.friction_speed, spin) - spin
+    if alpha * change <= 0.0:
+        return 0.0 if change == 0.0 else NEVER
+    rate = r.drag * r.inv_inertia
+    share = rate * change / alpha  # 1 - exp(-rate tau)
+    if share >= 1.0:
+        return NEVER
+    return change / alpha if share < 1e-12 else -math.log1p(-share) / rate
