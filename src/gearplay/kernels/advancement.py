@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import NEVER, flight_rates
 from gearplay.kernels.layout import MESH_COUPLED, MESH_PRINTED_COUPLED, System
 from gearplay.kernels.mesh import mesh_geometry
@@ -53,8 +53,10 @@ def rotor_bounds(system: System, i: int, y: Floats) -> tuple[float, float, float
     return math.sqrt(a_x * a_x + a_y * a_y), abs(alpha), spin
 
 
-@compiled
-def sleeve_span(system: System, k: int, t: float, y: Floats, longest: float, out: Floats) -> tuple[int, float]:
+@compiled_inline
+def sleeve_span(
+    system: System, k: int, t: float, y: Floats, longest: float, out: Floats
+) -> tuple[int, float]:
     """Return what sleeve k's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
 
     Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
@@ -86,7 +88,7 @@ def sleeve_span(system: System, k: int, t: float, y: Floats, longest: float, out
     return STAYS_OPEN, best
 
 
-@compiled
+@compiled_inline
 def mesh_span(system: System, j: int, t: float, y: Floats, longest: float, out: Floats) -> tuple[int, float]:
     """Return what both gaps of mesh j do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
 
@@ -98,7 +100,7 @@ def mesh_span(system: System, j: int, t: float, y: Floats, longest: float, out: 
     mesh = system.meshes[j]
     if (out[0] >= 0.0 and out[2] > 0.0) or (out[1] >= 0.0 and out[3] > 0.0):
         return TOUCHES, 0.0
-    n, A, c0 = system.rotors.size, out[8], mesh.c0
+    A, c0 = out[8], mesh.c0
     a_a, alpha_a, spin_a = rotor_bounds(system, mesh.a, y)
     a_b, alpha_b, spin_b = rotor_bounds(system, mesh.b, y)
     driver_is_a = mesh.driver == mesh.a
@@ -109,8 +111,7 @@ def mesh_span(system: System, j: int, t: float, y: Floats, longest: float, out: 
     ecc_a, ecc_b = system.rotors[mesh.a].eccentricity, system.rotors[mesh.b].eccentricity
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
     rho = abs(mesh.rho_a + mesh.rho_b)
-    speed = math.sqrt(out[21] * out[21] + out[22] * out[22])
-    approach = abs(out[23])
+    speed, approach = out[25], abs(out[23])
     room = max(0.5 * min(A - mesh.A_min, mesh.A_max - A), 1e-9)
     over, best = longest, 0.0
     for _ in range(60):
@@ -155,4 +156,3 @@ def mesh_span(system: System, j: int, t: float, y: Floats, longest: float, out: 
             break
         over = narrower
     return STAYS_OPEN, best
-

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import OPEN, RATE, System, contact_count
 from gearplay.kernels.motion import press_mesh, press_sleeve
 from gearplay.kernels.roster import fly_near
@@ -14,7 +14,7 @@ from gearplay.kernels.switches import switch_value, switch_values
 Floats = NDArray[np.float64]
 
 
-@compiled
+@compiled_inline
 def attempt(system: System, motion: Motion, h: float) -> int:
     """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
     where a pair cannot mesh.
@@ -38,7 +38,7 @@ def attempt(system: System, motion: Motion, h: float) -> int:
     return failed if failed != 0 else watch(system, motion, t + h, motion.y_new, motion.contacts)
 
 
-@compiled
+@compiled_inline
 def watch(system: System, motion: Motion, t: float, y: Floats, contacts: Floats) -> int:
     """Fill the rows of ``contacts`` of watched elements at t [s]; return 1 where a pair cannot mesh."""
     roster = motion.roster

@@ -13,11 +13,22 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import DRIVE_SERVO, DRIVE_SPEED, System
 
 Floats = NDArray[np.float64]
 NEVER = math.inf
+
+
+SHORT = 0.1  # z below which the series below is exact to rounding
+
+
+@compiled_inline
+def short_decay(z: float) -> float:
+    """Return phi2(z) for 0 <= z < ``SHORT``, by its power series."""
+    return 0.5 - z * (
+        1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z / 362880)))))
+    )
 
 
 @compiled_inline
@@ -27,11 +38,8 @@ def decay(z: float) -> tuple[float, float]:
     >>> decay(0.0)
     (1.0, 0.5)
     """
-    if z < 0.1:
-        phi_2 = 0.5 - z * (
-            1 / 6
-            - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z / 362880)))))
-        )
+    if z < SHORT:
+        phi_2 = short_decay(z)
         return 1.0 - z * phi_2, phi_2
     phi_1 = -math.expm1(-z) / z
     return phi_1, (1.0 - phi_1) / z
@@ -70,18 +78,19 @@ def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
     y[vat + 2] = omega + alpha * tau * phi_1
 
 
-@compiled
+@compiled_inline
 def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
     """Return whether rotor i has no closed form now: a servo, a ramp, or dry friction within its band."""
     r = system.rotors[i]
     if r.drive == DRIVE_SERVO or (r.drive == DRIVE_SPEED and ramping == 1):
         return True
     if r.friction > 0.0 and r.inv_inertia > 0.0:
-        return bool(abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < r.friction_speed)
+        # A little beyond the band, so that a flight that was to end on its edge does.
+        return bool(abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < (1.0 + 1e-9) * r.friction_speed)
     return False
 
 
-@compiled
+@compiled_inline
 def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
     """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, not ramping."""
     r = system.rotors[i]
@@ -90,7 +99,7 @@ def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
     return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and ramping == 0 and rests)
 
 
-@compiled
+@compiled_inline
 def closed_form_span(system: System, i: int, y: Floats) -> float:
     """Return how long [s] rotor i's closed form holds: until its speed falls to the band of dry friction.
 

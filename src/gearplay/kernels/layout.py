@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled_inline
 
 # Kinds, as integers because kernels know no strings.
 DRIVE_NONE, DRIVE_SPEED, DRIVE_SERVO = 0, 1, 2
@@ -91,6 +91,7 @@ MESH = np.dtype(
         ("sin_alpha0", "f8"),  # of the working pressure angle as placed
         ("cos_alpha0", "f8"),
         ("A_nominal_squared", "f8"),  # m^2
+        ("inv_A_nominal_squared", "f8"),  # 1/m^2
         ("u_series", "f8"),  # largest |(A/A0)^2 - 1| of the involute series
         ("inv_alpha0", "f8"),  # of the reference pressure angle
         ("sigma", "f8"),  # +1/-1, sense of the drive flank
@@ -136,19 +137,19 @@ class System(NamedTuple):
     gravity: NDArray[np.float64]  # m/s^2, shape [2]
 
 
-@compiled
+@compiled_inline
 def contact_count(system: System) -> int:
     """Return the number of contacts: one a sleeve, two a mesh."""
     return int(system.sleeves.size + 2 * system.meshes.size)
 
 
-@compiled
+@compiled_inline
 def mode_count(system: System) -> int:
     """Return the length of ``modes``."""
     return int(system.sleeves.size + 5 * system.meshes.size + 2 * system.rotors.size)
 
 
-@compiled
+@compiled_inline
 def switch_count(system: System) -> int:
     """Return the number of switch functions."""
     return int(2 * system.sleeves.size + 7 * system.meshes.size + system.rotors.size)
@@ -158,7 +159,7 @@ def switch_count(system: System) -> int:
 # flanks per mesh (drive, back).
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = 0, 1, 2, 3, 4, 5
 CONTACT_COLUMNS = 6
-OUT_SIZE = 24  # scratch that `mesh_geometry` and `sleeve_geometry` fill
+OUT_SIZE = 26  # scratch that `mesh_geometry` and `sleeve_geometry` fill
 
 # Columns of a sampled row, per rotor, sleeve and mesh.
 ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")

@@ -111,21 +111,16 @@ def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
         return mesh.C_m * damping_ramp(p / mesh.depth, past)
     if back == 1:
         return 0.0
-    return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p / mesh.depth, 0))
+    return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p / mesh.depth, past))
 
 
 @compiled_inline
-def toothing_centre(
-    rotor: Any, t: float, y: Floats, i: int, n: int
-) -> tuple[float, float, float, float, float, float]:
-    """Return displacement, velocity and lever arm of rotor i's toothing centre: x, y, vx, vy, lx, ly [m, m/s]."""
-    x, y_, vx, vy = y[3 * i], y[3 * i + 1], y[3 * (n + i)], y[3 * (n + i) + 1]
+def toothing_arm(rotor: Any, t: float, theta: float) -> tuple[float, float]:
+    """Return the vector [m] from a rotor's shaft to the centre of its toothing, at relative rotation theta [rad]."""
     if rotor.eccentricity == 0.0:
-        return x, y_, vx, vy, 0.0, 0.0
-    angle = rotor.nominal_speed * t + y[3 * i + 2] + rotor.eccentricity_phase
-    lx, ly = rotor.eccentricity * math.cos(angle), rotor.eccentricity * math.sin(angle)
-    omega = rotor.nominal_speed + y[3 * (n + i) + 2]
-    return x + lx, y_ + ly, vx - omega * ly, vy + omega * lx, lx, ly
+        return 0.0, 0.0
+    angle = rotor.nominal_speed * t + theta + rotor.eccentricity_phase
+    return rotor.eccentricity * math.cos(angle), rotor.eccentricity * math.sin(angle)
 
 
 @compiled_inline
@@ -141,7 +136,7 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
     return mesh.z_driver * (omega * t + angle), mesh.z_driver * (omega + rate)
 
 
-@compiled
+@compiled_inline
 def follow_orbit(system: System, j: int, y: Floats) -> None:
     """Let mesh j's reference of phi follow a gear that travels round its partner, so that phi never jumps by a turn.
 
@@ -175,34 +170,24 @@ def small_angle(across: float, length: float) -> float:
 
 
 @compiled_inline
-def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
-    """Fill ``out`` with mesh j's kinematics at state y; return 0, or 1 where the pair cannot mesh.
+def mesh_gaps(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
+    """Fill the positions of ``out`` (see `mesh_geometry`) for mesh j at state y; return 0, or 1 where it cannot mesh.
 
-    out: 0 p_d, 1 p_b [m], 2 dp_d/dt, 3 dp_b/dt [m/s], 4-5 gradient of p_d by the displacement of b, 6-7 the
-    same of p_b, 8 A [m], 9 sin(alpha_w), 10 b_t [m], 11 w - e [m], 12 psi [rad], 13 dpsi/dt [rad/s],
-    14-17 lever arms of the toothing centres of a and b [m], 18 dg/dt of the printed single line of action,
-    19-20 cos and sin of psi, 21-22 velocity of the toothing centre of b against that of a
-    [m/s], 23 dA/dt [m/s].
     Equations (3)-(6), (18), (19); section "Mesh" of docs/theory.
     """
-    n, mesh = system.rotors.size, system.meshes[j]
+    mesh = system.meshes[j]
     a, b = mesh.a, mesh.b
-    x_a, y_a, vx_a, vy_a, lx_a, ly_a = toothing_centre(system.rotors[a], t, y, a, n)
-    x_b, y_b, vx_b, vy_b, lx_b, ly_b = toothing_centre(system.rotors[b], t, y, b, n)
-    dx, dy, dvx, dvy = x_b - x_a, y_b - y_a, vx_b - vx_a, vy_b - vy_a
+    lx_a, ly_a = toothing_arm(system.rotors[a], t, y[3 * a + 2])
+    lx_b, ly_b = toothing_arm(system.rotors[b], t, y[3 * b + 2])
+    dx, dy = y[3 * b] + lx_b - (y[3 * a] + lx_a), y[3 * b + 1] + ly_b - (y[3 * a + 1] + ly_a)
     out[14], out[15], out[16], out[17] = lx_a, ly_a, lx_b, ly_b
-    out[21], out[22] = dvx, dvy
-    theta_a, theta_b = y[3 * a + 2], y[3 * b + 2]
-    omega_a, omega_b = y[3 * (n + a) + 2], y[3 * (n + b) + 2]
     psi, psi_rate = mesh_phase(mesh, system, t, y)
     cos_psi, sin_psi = math.cos(psi), math.sin(psi)
     out[19], out[20] = cos_psi, sin_psi
     _, e, slope = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
-    e_rate = slope * psi_rate
-    out[12], out[13] = psi, psi_rate
+    out[12], out[13], out[24] = psi, psi_rate, slope * psi_rate
     s, sigma = mesh.s, mesh.sigma
-    roll = sigma * (mesh.rho_a * theta_a + mesh.rho_b * theta_b)
-    roll_rate = sigma * (mesh.rho_a * omega_a + mesh.rho_b * omega_b)
+    roll = sigma * (mesh.rho_a * y[3 * a + 2] + mesh.rho_b * y[3 * b + 2])
 
     u_x, u_y = mesh.u0_x, mesh.u0_y
     frame_angle = 0.0
@@ -222,58 +207,72 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     out[8] = A
     if not (mesh.A_min < A < mesh.A_max):
         return 1
-    u = (A_squared - mesh.A_nominal_squared) / mesh.A_nominal_squared
+    u = (A_squared - mesh.A_nominal_squared) * mesh.inv_A_nominal_squared
     opening = mesh.c0 * involute_difference(
         A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, j
     )
-    cos_w = mesh.c0 / A
-    sin_w = math.sqrt(A_squared - mesh.c0 * mesh.c0) / A
-    out[9] = sin_w
-    phi = small_angle(across, length)
-    if mesh.turned != 0.0:
-        c, sn = mesh.turned_cos, mesh.turned_sin
-        phi = mesh.turned + small_angle(c * across - sn * length, c * length + sn * across)
-    e_x, e_y = (length * u_x - across * u_y) / A, (length * u_y + across * u_x) / A  # actual direction
-    out[23] = dvx * e_x + dvy * e_y
-
+    inv_A = 1.0 / A
+    out[9] = math.sqrt(A_squared - mesh.c0 * mesh.c0) * inv_A
+    out[21], out[22] = inv_A * (length * u_x - across * u_y), inv_A * (length * u_y + across * u_x)
     if mesh.kind == MESH_COUPLED:
-        rho = mesh.rho_a + mesh.rho_b
-        w = roll - sigma * rho * (frame_angle + phi)
-        # d(phi)/dt counts from the fixed axes; the nominal turning of the frame is already in `roll`.
-        phi_rate = (-dvx * e_y + dvy * e_x) / A
+        phi = small_angle(across, length)
+        if mesh.turned != 0.0:
+            c, sn = mesh.turned_cos, mesh.turned_sin
+            phi = mesh.turned + small_angle(c * across - sn * length, c * length + sn * across)
+        w = roll - sigma * (mesh.rho_a + mesh.rho_b) * (frame_angle + phi)
+        out[0], out[1] = w + e + s * opening, -w - e + s * opening - mesh.backlash
+        out[10], out[11] = mesh.backlash - 2.0 * s * opening, w
+        return 0
+    # One fixed line of action through the nominal position.
+    out[4] = s * (mesh.sin_alpha0 * u_x - sigma * mesh.cos_alpha0 * u_y)
+    out[5] = s * (mesh.sin_alpha0 * u_y + sigma * mesh.cos_alpha0 * u_x)
+    g = mesh.opening0 + roll + out[4] * dx + out[5] * dy
+    backlash = mesh.backlash - 2.0 * mesh.opening0
+    if mesh.kind == MESH_PRINTED_COUPLED:  # (6) with the external sign whatever the pair
+        backlash = mesh.backlash + 2.0 * opening
+    out[0], out[1], out[10], out[11] = g + e, -g - e - backlash, backlash, g
+    return 0
+
+
+@compiled_inline
+def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
+    """Fill ``out`` with mesh j's kinematics at state y; return 0, or 1 where the pair cannot mesh.
+
+    Positions: 0 p_d, 1 p_b [m], 8 A [m], 9 sin(alpha_w), 10 b_t [m], 11 w - e [m], 12 psi [rad], 14-17 lever arms of the
+    toothing centres of a and b [m], 19-20 cos and sin of psi, 21-22 direction of the line of centres; rates: 2 dp_d/dt,
+    3 dp_b/dt [m/s], 13 dpsi/dt [rad/s], 18 dg/dt of the printed single line of action, 23 dA/dt, 24 de/dt [m/s], 25 speed
+    of the toothing centre of b against that of a [m/s]; gradients by the displacement of b: 4-5 of p_d, 6-7 of p_b.
+    """
+    if mesh_gaps(system, j, t, y, out) != 0:
+        return 1
+    n, mesh = system.rotors.size, system.meshes[j]
+    a, b = mesh.a, mesh.b
+    at_a, at_b = 3 * (n + a), 3 * (n + b)
+    omega_a, omega_b = y[at_a + 2], y[at_b + 2]
+    spin_a, spin_b = system.rotors[a].nominal_speed + omega_a, system.rotors[b].nominal_speed + omega_b
+    dvx = y[at_b] - spin_b * out[17] - (y[at_a] - spin_a * out[15])
+    dvy = y[at_b + 1] + spin_b * out[16] - (y[at_a + 1] + spin_a * out[14])
+    s, sigma, sin_w, cos_w = mesh.s, mesh.sigma, out[9], mesh.c0 / out[8]
+    e_x, e_y, e_rate = out[21], out[22], out[24]
+    roll_rate = sigma * (mesh.rho_a * omega_a + mesh.rho_b * omega_b)
+    A_rate = dvx * e_x + dvy * e_y
+    out[23], out[25] = A_rate, math.sqrt(dvx * dvx + dvy * dvy)
+    if mesh.kind == MESH_COUPLED:
+        # d(phi)/dt counts from the fixed axes; the nominal turning of the frame is already in the roll.
+        phi_rate = (-dvx * e_y + dvy * e_x) / out[8]
         if mesh.frame >= 0:
             phi_rate -= system.rotors[mesh.frame].nominal_speed
-        w_rate = roll_rate - sigma * rho * phi_rate
-        opening_rate = sin_w * (dvx * e_x + dvy * e_y)
-        out[0] = w + e + s * opening
-        out[1] = -w - e + s * opening - mesh.backlash
-        out[2] = w_rate + e_rate + s * opening_rate
-        out[3] = -w_rate - e_rate + s * opening_rate
+        w_rate = roll_rate - sigma * (mesh.rho_a + mesh.rho_b) * phi_rate
+        out[2] = w_rate + e_rate + s * sin_w * A_rate
+        out[3] = -w_rate - e_rate + s * sin_w * A_rate
         out[4] = s * (sin_w * e_x - sigma * cos_w * e_y)
         out[5] = s * (sin_w * e_y + sigma * cos_w * e_x)
         out[6] = s * (sin_w * e_x + sigma * cos_w * e_y)
         out[7] = s * (sin_w * e_y - sigma * cos_w * e_x)
-        out[10] = mesh.backlash - 2.0 * s * opening
-        out[11] = w
         return 0
-
-    # One fixed line of action through the nominal position.
-    g_x = s * (mesh.sin_alpha0 * u_x - sigma * mesh.cos_alpha0 * u_y)
-    g_y = s * (mesh.sin_alpha0 * u_y + sigma * mesh.cos_alpha0 * u_x)
-    g = roll + g_x * dx + g_y * dy
-    g_rate = roll_rate + g_x * dvx + g_y * dvy
-    backlash, backlash_rate = mesh.backlash - 2.0 * mesh.opening0, 0.0
-    if mesh.kind == MESH_PRINTED_COUPLED:  # (6) with the external sign whatever the pair
-        backlash = mesh.backlash + 2.0 * opening
-        backlash_rate = 2.0 * sin_w * (dvx * e_x + dvy * e_y)
-    g += mesh.opening0
-    out[0] = g + e
-    out[1] = -g - e - backlash
-    out[2] = g_rate + e_rate
+    g_rate = roll_rate + out[4] * dvx + out[5] * dvy
+    backlash_rate = 2.0 * sin_w * A_rate if mesh.kind == MESH_PRINTED_COUPLED else 0.0
+    out[2] = out[18] = g_rate + e_rate
     out[3] = -g_rate - e_rate - backlash_rate
-    out[4], out[5] = g_x, g_y
-    out[6], out[7] = -g_x, -g_y
-    out[10] = backlash
-    out[11] = g
-    out[18] = g_rate + e_rate
+    out[6], out[7] = -out[4], -out[5]
     return 0

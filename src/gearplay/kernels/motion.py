@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import (
     DRIVE_SERVO,
     DRIVE_SPEED,
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-@compiled
+@compiled_inline
 def drive_target(rotor: Any, t: float, ramping: int) -> float:
     """Return the commanded speed [rad/s] of a servo at time t [s], with its linear ramp from rest."""
     if ramping == 1:
@@ -36,7 +36,7 @@ def drive_target(rotor: Any, t: float, ramping: int) -> float:
     return rotor.drive_speed
 
 
-@compiled
+@compiled_inline
 def servo_torque(system: System, i: int, t: float, y: Floats, ramping: int) -> float:
     """Return the unlimited torque [N m] of rotor i's servo: kp (target - omega) + ki z."""
     r = system.rotors[i]
@@ -97,7 +97,9 @@ def add_sleeve(
 
 
 @compiled_inline
-def press_mesh(system: System, j: int, y: Floats, t: float, modes: Ints, contacts: Floats, out: Floats) -> int:
+def press_mesh(
+    system: System, j: int, y: Floats, t: float, modes: Ints, contacts: Floats, out: Floats
+) -> int:
     """Fill mesh j's two rows of ``contacts`` and ``out``; return 1 where it cannot mesh."""
     if mesh_geometry(system, j, t, y, out) != 0:
         return 1
@@ -147,7 +149,7 @@ def add_mesh(
     return 0
 
 
-@compiled
+@compiled_inline
 def right_hand_side(
     system: System,
     roster: Roster,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import flight_rates
 from gearplay.kernels.layout import (
     ACTIVE,
@@ -18,14 +18,14 @@ from gearplay.kernels.layout import (
     TOUCHING,
     System,
 )
-from gearplay.kernels.mesh import mesh_geometry
+from gearplay.kernels.mesh import mesh_gaps
 from gearplay.kernels.run_state import PER_MESH, PER_ROTOR, PER_SLEEVE, Motion
 from gearplay.kernels.sleeve import sleeve_geometry
 
 Floats = NDArray[np.float64]
 
 
-@compiled
+@compiled_inline
 def observe_rotor(system: System, motion: Motion, i: int, t: float) -> None:
     """Fill rotor i's signals in ``row`` from y_try, and from dy_try where it is integrated."""
     n, y, row = system.rotors.size, motion.y_try, motion.row
@@ -41,7 +41,7 @@ def observe_rotor(system: System, motion: Motion, i: int, t: float) -> None:
     row[at + 6], row[at + 7] = a_x, a_y
 
 
-@compiled
+@compiled_inline
 def observe_sleeve(system: System, motion: Motion, k: int, t: float) -> None:
     """Fill sleeve k's signals in ``row``."""
     at = PER_ROTOR * system.rotors.size + PER_SLEEVE * k
@@ -54,7 +54,7 @@ def observe_sleeve(system: System, motion: Motion, k: int, t: float) -> None:
     row[at], row[at + 1], row[at + 2] = out[0], 0.0, 0.0
 
 
-@compiled
+@compiled_inline
 def observe_mesh(system: System, motion: Motion, j: int, t: float) -> None:
     """Fill mesh j's signals in ``row``.
 
@@ -64,7 +64,7 @@ def observe_mesh(system: System, motion: Motion, j: int, t: float) -> None:
     n_s = system.sleeves.size
     at = PER_ROTOR * system.rotors.size + PER_SLEEVE * n_s + PER_MESH * j
     row, modes, out = motion.row, motion.modes, motion.out
-    mesh_geometry(system, j, t, motion.y_try, out)
+    mesh_gaps(system, j, t, motion.y_try, out)
     drive, back = n_s + 2 * j, n_s + 2 * j + 1
     row[at], row[at + 1], row[at + 2], row[at + 3] = out[0], out[1], 0.0, 0.0
     if motion.roster.doings[n_s + j] == TOUCHING:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
-from gearplay.kernels.flight import fly
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.flight import SHORT, decay, flight_rates, fly, short_decay
 from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, RATE, System
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.observe import observe_mesh, observe_rotor, observe_sleeve
@@ -16,6 +16,7 @@ from gearplay.kernels.run_state import (
     LOGGED,
     NEXT_SAMPLE,
     ONSETS,
+    PER_ROTOR,
     ROWS,
     SAMPLE_INTERVAL,
     SAMPLE_START,
@@ -31,47 +32,117 @@ from gearplay.kernels.runge_kutta import interpolate
 Floats = NDArray[np.float64]
 
 
-@compiled
+@compiled_inline
 def record_samples(system: System, motion: Motion, h: float, t_new: float) -> None:
     """Write the samples of all times up to t_new: from the step's interpolant, or from the flights."""
-    clock, counts, roster, y = motion.clock, motion.counts, motion.roster, motion.y_try
+    clock, counts, roster = motion.clock, motion.counts, motion.roster
     while counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE]:
         t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
         if t > t_new:
             break
+        if roster.active[0] == 0:
+            record_flights(system, motion, t_new)
+            continue
         for c in range(1, motion.wanted_rotors[0] + 1):
             i = motion.wanted_rotors[c]
             if roster.roles[i] == FLYING:
-                fly(system, i, t - roster.since[i], roster.origin, y)
-        if roster.active[0] > 0:
-            x = min(max((t - clock[T]) / h, 0.0), 1.0)
-            interpolate(roster, x, h, motion.y, motion.y_new, motion.stages, y)
-            if counts[FORCES] == 1:
-                right_hand_side(
-                    system,
-                    roster,
-                    t,
-                    y,
-                    motion.modes,
-                    motion.latch,
-                    motion.dy_try,
-                    motion.contacts_try,
-                    motion.force,
-                    motion.out,
-                )
+                fly(system, i, t - roster.since[i], roster.origin, motion.y_try)
+        x = min(max((t - clock[T]) / h, 0.0), 1.0)
+        interpolate(roster, x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
+        if counts[FORCES] == 1:
+            right_hand_side(
+                system,
+                roster,
+                t,
+                motion.y_try,
+                motion.modes,
+                motion.latch,
+                motion.dy_try,
+                motion.contacts_try,
+                motion.force,
+                motion.out,
+            )
         for c in range(1, motion.wanted_rotors[0] + 1):
             observe_rotor(system, motion, motion.wanted_rotors[c], t)
-        for c in range(1, motion.wanted_sleeves[0] + 1):
-            observe_sleeve(system, motion, motion.wanted_sleeves[c], t)
-        for c in range(1, motion.wanted_meshes[0] + 1):
-            observe_mesh(system, motion, motion.wanted_meshes[c], t)
+        observe_elements(system, motion, t)
         for c in range(motion.columns.size):
             motion.rows[c, counts[ROWS]] = motion.row[motion.columns[c]]
         counts[ROWS] += 1
         counts[NEXT_SAMPLE] += 1
 
 
-@compiled
+@compiled_inline
+def observe_elements(system: System, motion: Motion, t: float) -> None:
+    """Fill ``row`` for the wanted sleeves and meshes from y_try."""
+    for c in range(1, motion.wanted_sleeves[0] + 1):
+        observe_sleeve(system, motion, motion.wanted_sleeves[c], t)
+    for c in range(1, motion.wanted_meshes[0] + 1):
+        observe_mesh(system, motion, motion.wanted_meshes[c], t)
+
+
+@compiled_inline
+def record_flights(system: System, motion: Motion, t_new: float) -> None:
+    """Write one block of samples up to t_new while every rotor flies: column by column, so that loops vectorise."""
+    clock, counts, roster, times = motion.clock, motion.counts, motion.roster, motion.times
+    count = 0
+    while count < times.size and counts[NEXT_SAMPLE] + count <= counts[LAST_SAMPLE]:
+        t = clock[SAMPLE_START] + (counts[NEXT_SAMPLE] + count) * clock[SAMPLE_INTERVAL]
+        if t > t_new:
+            break
+        times[count] = t
+        count += 1
+    first, rotor_columns = counts[ROWS], PER_ROTOR * system.rotors.size
+    for c in range(motion.columns.size):
+        if motion.columns[c] < rotor_columns:
+            fill_rotor_column(system, motion, motion.columns[c], motion.rows[c, first : first + count])
+    if motion.wanted_sleeves[0] + motion.wanted_meshes[0] > 0:
+        for s in range(count):
+            for c in range(1, motion.wanted_rotors[0] + 1):
+                i = motion.wanted_rotors[c]
+                if roster.roles[i] == FLYING:
+                    fly(system, i, times[s] - roster.since[i], roster.origin, motion.y_try)
+            observe_elements(system, motion, times[s])
+            for c in range(motion.columns.size):
+                if motion.columns[c] >= rotor_columns:
+                    motion.rows[c, first + s] = motion.row[motion.columns[c]]
+    counts[ROWS] += count
+    counts[NEXT_SAMPLE] += count
+
+
+@compiled_inline
+def fill_rotor_column(system: System, motion: Motion, column: int, samples: Floats) -> None:
+    """Fill one rotor signal of a block of samples in flight (formulas and order of signals: `flight`, `layout`)."""
+    n, i, signal = system.rotors.size, column // PER_ROTOR, column % PER_ROTOR
+    r, roster, times = system.rotors[i], motion.roster, motion.times
+    axis = signal - 6 if signal >= 6 else signal % 3
+    since, source = 0.0, motion.y
+    a_x, a_y, alpha, gamma = 0.0, 0.0, 0.0, 0.0
+    if roster.roles[i] == FLYING:
+        since, source = roster.since[i], roster.origin
+        v = 3 * (n + i)
+        a_x, a_y, alpha = flight_rates(system, i, source[v], source[v + 1], source[v + 2])
+        gamma = r.drag * r.inv_inertia if axis == 2 else r.radial_damping * r.inv_mass
+    a = a_x if axis == 0 else a_y if axis == 1 else alpha
+    x, v_0 = source[3 * i + axis], source[3 * (n + i) + axis]
+    turning = r.nominal_speed if axis == 2 else 0.0
+    short = samples.size > 0 and gamma * (times[samples.size - 1] - since) < SHORT
+    for s in range(samples.size):
+        tau = times[s] - since
+        z = gamma * tau
+        if short:
+            phi_2 = short_decay(z)
+            phi_1 = 1.0 - z * phi_2
+        else:
+            phi_1, phi_2 = decay(z)
+        if signal < 3:
+            samples[s] = turning * times[s] + (x + tau * (v_0 + a * tau * phi_2))
+        elif signal < 6:
+            samples[s] = turning + (v_0 + a * tau * phi_1)
+        else:
+            samples[s] = a * (1.0 - z * phi_1)
+
+
+@compiled_inline
 def tally_step(motion: Motion, h: float) -> None:
     """Add one accepted step to the contact statistics."""
     roster = motion.roster
@@ -83,7 +154,7 @@ def tally_step(motion: Motion, h: float) -> None:
             tally_contact(motion, first + 2 * roster.meshes[c] + flank, h)
 
 
-@compiled
+@compiled_inline
 def tally_contact(motion: Motion, k: int, h: float) -> None:
     """Add h [s] to contact k's time if it touches, and note its largest force and depth."""
     if motion.modes[k] == OPEN:
@@ -94,7 +165,7 @@ def tally_contact(motion: Motion, k: int, h: float) -> None:
     tally[DEPTH_MAX] = max(tally[DEPTH_MAX], motion.contacts[k, PENETRATION])
 
 
-@compiled
+@compiled_inline
 def tally_change(motion: Motion, t: float, k: int, mode_before: int) -> None:
     """Log an onset or release of contact k at time t [s] and count it."""
     now = motion.modes[k]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
 from gearplay.kernels.layout import (
     ACTIVE,
@@ -73,14 +73,14 @@ def make_roster(system: System, states: int) -> Roster:
     )
 
 
-@compiled
+@compiled_inline
 def add(items: Ints, item: int) -> None:
     """Append to a list that starts with its length."""
     items[0] += 1
     items[items[0]] = item
 
 
-@compiled
+@compiled_inline
 def members(system: System, e: int) -> tuple[int, int, int]:
     """Return the rotors of element e, -1 for none: journal and bush, or both gears and their carrier."""
     n_s = system.sleeves.size
@@ -90,7 +90,7 @@ def members(system: System, e: int) -> tuple[int, int, int]:
     return mesh.a, mesh.b, mesh.frame
 
 
-@compiled
+@compiled_inline
 def is_touching(system: System, e: int, modes: Ints) -> bool:
     """Return whether element e is in contact."""
     n_s = system.sleeves.size
@@ -100,7 +100,7 @@ def is_touching(system: System, e: int, modes: Ints) -> bool:
     return bool(modes[drive] != OPEN or modes[drive + 1] != OPEN)
 
 
-@compiled
+@compiled_inline
 def state_of(system: System, roster: Roster, i: int, t: float, y: Floats, result: Floats) -> None:
     """Fill rotor i's entries of ``result`` with its state at t [s]; ``y`` holds those that do not fly."""
     if roster.roles[i] == FLYING:
@@ -112,7 +112,7 @@ def state_of(system: System, roster: Roster, i: int, t: float, y: Floats, result
         result[3 * (n + i) + c] = y[3 * (n + i) + c]
 
 
-@compiled
+@compiled_inline
 def take_off(system: System, roster: Roster, i: int, t: float, y: Floats) -> None:
     """Let rotor i fly from its state in ``y`` at t [s]."""
     n = system.rotors.size
@@ -124,7 +124,7 @@ def take_off(system: System, roster: Roster, i: int, t: float, y: Floats) -> Non
     roster.due[system.sleeves.size + system.meshes.size + i] = t + closed_form_span(system, i, y)
 
 
-@compiled
+@compiled_inline
 def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
     """Decide at t [s] who is integrated; bring ``y`` up to date for rotors that stop flying."""
     n, elements = system.rotors.size, system.sleeves.size + system.meshes.size
@@ -134,6 +134,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
             fly(system, i, t - roster.since[i], roster.origin, y)
             if must_be_integrated(system, i, y, modes[ramps + i]):
                 roster.roles[i] = ACTIVE
+                roster.due[elements + i] = NEVER
             else:
                 take_off(system, roster, i, t, y)
     touched = roster.near  # as scratch: 1 where a rotor is touched
@@ -219,14 +220,16 @@ def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> 
             note_near(roster, c)
         else:
             roster.doings[e] = DORMANT
-            fresh = roster.since[a] == t or (b >= 0 and roster.since[b] == t) or (c >= 0 and roster.since[c] == t)
+            fresh = (
+                roster.since[a] == t or (b >= 0 and roster.since[b] == t) or (c >= 0 and roster.since[c] == t)
+            )
             if before != DORMANT or fresh:
                 roster.due[e] = t
         if roster.doings[e] != DORMANT:
             roster.due[e] = NEVER
 
 
-@compiled
+@compiled_inline
 def note_near(roster: Roster, i: int) -> None:
     """Add rotor i to the flying rotors beside watched elements."""
     if i < 0 or roster.roles[i] != FLYING:
@@ -237,7 +240,7 @@ def note_near(roster: Roster, i: int) -> None:
     add(roster.near, i)
 
 
-@compiled
+@compiled_inline
 def fly_near(system: System, roster: Roster, t: float, y: Floats) -> None:
     """Fill ``y`` with the states at t [s] of the flying rotors beside watched elements."""
     for c in range(1, roster.near[0] + 1):

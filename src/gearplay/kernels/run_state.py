@@ -67,6 +67,7 @@ class Motion(NamedTuple):
     wanted_sleeves: Ints
     wanted_meshes: Ints
     row: Floats
+    times: Floats  # [s] of a block of samples
     rows: Floats  # [columns, sample] sampled signals
     log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
 
@@ -155,6 +156,7 @@ def make_motion(
         wanted_sleeves=sleeves,
         wanted_meshes=meshes,
         row=np.zeros(signal_count(system)),
+        times=np.zeros(256),
         rows=rows,
         log=np.zeros((log_capacity, 4)),
     )

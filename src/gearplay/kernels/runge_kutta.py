@@ -7,7 +7,7 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import System
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.roster import Roster
@@ -43,7 +43,7 @@ DENSE = np.array(
 )
 
 
-@compiled
+@compiled_inline
 def step(
     system: System,
     roster: Roster,
@@ -80,7 +80,7 @@ def step(
     return 0
 
 
-@compiled
+@compiled_inline
 def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float:
     """Return the largest local error over its allowance: max_i |e_i| / scale_i; NaN and inf pass through."""
     worst = 0.0
@@ -97,7 +97,7 @@ def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float
     return worst
 
 
-@compiled
+@compiled_inline
 def interpolate(
     roster: Roster, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
 ) -> None:

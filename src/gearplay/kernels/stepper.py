@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.advancement import FAILS, TOUCHES, mesh_span, sleeve_span
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.events import attempt, first_switch, retake, watch
 from gearplay.kernels.layout import (
     ACTIVE,
     DRIVE_SPEED,
     KNOWN,
-    LOADED,
     OPEN,
     PENETRATION,
     RATE,
@@ -58,10 +57,9 @@ Floats = NDArray[np.float64]
 BURST_EVENTS = 10_000
 BURST_LOOKS = 200_000  # at gaps within one flight: beyond it a contact hovers without touching
 FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run has blown up
-NOTHING = -1
 
 
-@compiled
+@compiled_inline
 def copy_into(source: Floats, target: Floats) -> None:
     """Copy one row to another; a slice assignment would allocate."""
     for i in range(source.size):
@@ -95,7 +93,7 @@ def evaluate(system: System, motion: Motion, t: float) -> int:
 def begin(system: System, motion: Motion) -> int:
     """Find the modes of the initial state; return a status."""
     t = motion.clock[T]
-    status = check_state(system, motion)
+    status = check_states(motion)
     if status != DONE:
         return status
     for k in range(system.sleeves.size):
@@ -110,7 +108,7 @@ def begin(system: System, motion: Motion) -> int:
     return restart(system, motion)
 
 
-@compiled
+@compiled_inline
 def longest_step(system: System, motion: Motion) -> float:
     """Return the longest step [s] that still resolves every forcing term of what is integrated."""
     n, roster = system.rotors.size, motion.roster
@@ -128,7 +126,7 @@ def longest_step(system: System, motion: Motion) -> float:
     return 0.5 / fastest
 
 
-@compiled
+@compiled_inline
 def next_stop(motion: Motion) -> float:
     """Return the next time [s] that a step must not pass."""
     for i in range(motion.stops.size):
@@ -137,21 +135,21 @@ def next_stop(motion: Motion) -> float:
     return motion.clock[T_END]
 
 
-@compiled
+@compiled_inline
 def next_touch(system: System, motion: Motion, limit: float) -> tuple[int, float, int]:
     """Return the first dormant element that touches before ``limit`` [s], or a flight whose closed form ends there.
 
-    Returns (element or, counted on, rotor; time; status); NOTHING and ``limit`` without one.
+    Returns (its place in ``due``; time; status); the length of ``due`` and ``limit`` without one.
     """
     roster = motion.roster
-    n_s = system.sleeves.size
+    n_s, nothing = system.sleeves.size, roster.due.size
     elements = n_s + system.meshes.size
     for _ in range(BURST_LOOKS):
-        first, t = NOTHING, limit
+        first, t = nothing, limit
         for e in range(roster.due.size):
             if roster.due[e] < t:
                 first, t = e, roster.due[e]
-        if first == NOTHING or first >= elements:
+        if first >= elements:
             return first, t, DONE
         motion.counts[CALLS] += 1
         a, b, c = members(system, first)
@@ -174,7 +172,7 @@ def next_touch(system: System, motion: Motion, limit: float) -> tuple[int, float
         if not math.isfinite(span):
             return first, t, NOT_FINITE
         roster.due[first] = t + max(span, 4e-16 * abs(t) + 1e-18)
-    return NOTHING, limit, CHATTER
+    return nothing, limit, CHATTER
 
 
 @compiled
@@ -190,14 +188,15 @@ def touch_down(system: System, motion: Motion, e: int, t: float) -> int:
         press_sleeve(system, e, y, t, modes, motion.latch, contacts, out)
     elif press_mesh(system, e - n_s, y, t, modes, contacts, out) != 0:
         return 1
+    before, other_before = modes[first], modes[first + count - 1]
     for k in range(first, first + count):
         bearing = e < n_s and system.sleeves[e].clearance == 0.0
         if modes[k] == OPEN and contacts[k, PENETRATION] >= 0.0 and (contacts[k, RATE] > 0.0 or bearing):
             motion.counts[EVENTS] += 1
             switch_mode(system, k, t, y, modes, contacts, motion.latch)
-    for k in range(first, first + count):
-        if modes[k] == LOADED:
-            tally_change(motion, t, k, OPEN)
+    tally_change(motion, t, first, before)
+    if count == 2:
+        tally_change(motion, t, first + 1, other_before)
     return 0
 
 
@@ -212,8 +211,8 @@ def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
             continue
         motion.counts[EVENTS] += 1
         # A switch changes its own contact, and with printed flanks perhaps its neighbour.
-        contact = k if k < n_c else k - n_c if k < 2 * n_c else NOTHING
-        other = n_s + ((contact - n_s) ^ 1) if contact >= n_s else NOTHING
+        contact = k if k < n_c else k - n_c if k < 2 * n_c else -1
+        other = n_s + ((contact - n_s) ^ 1) if contact >= n_s else -1
         before = motion.modes[contact] if contact >= 0 else OPEN
         other_before = motion.modes[other] if other >= 0 else OPEN
         switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
@@ -223,16 +222,21 @@ def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
             tally_change(motion, t, other, other_before)
 
 
+@compiled_inline
+def check_state(motion: Motion, i: int) -> int:
+    """Return a status for the present value of state i: finite and within all reason."""
+    if not math.isfinite(motion.y[i]):
+        return NOT_FINITE
+    return BLOW_UP if abs(motion.y[i]) > FURTHEST * motion.natural[i] else DONE
+
+
 @compiled
-def check_state(system: System, motion: Motion) -> int:
-    """Return a status for the present state of what is integrated: finite and within all reason."""
-    states = motion.roster.states
-    for s in range(1, states[0] + 1):
-        i = states[s]
-        if not math.isfinite(motion.y[i]):
-            return NOT_FINITE
-        if abs(motion.y[i]) > FURTHEST * motion.natural[i]:
-            return BLOW_UP
+def check_states(motion: Motion) -> int:
+    """Return the first status of all states that is not DONE."""
+    for i in range(motion.y.size):
+        status = check_state(motion, i)
+        if status != DONE:
+            return status
     return DONE
 
 
@@ -247,9 +251,9 @@ def take_flight(system: System, motion: Motion) -> int:
     clock[T] = t
     if status != DONE:
         return status
-    if NOTHING < e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
+    if e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
         return CANNOT_MESH
-    if e == NOTHING and stop >= clock[T_END]:
+    if e == motion.roster.due.size and stop >= clock[T_END]:
         return DONE
     return restart(system, motion)
 
@@ -263,7 +267,7 @@ def take_step(system: System, motion: Motion) -> int:
     touching, t_touch, status = next_touch(system, motion, min(t + h, stop))
     if status != DONE:
         return status
-    if touching != NOTHING:
+    if touching < roster.due.size:
         stop = t_touch
         if stop - t <= 4e-16 * abs(t):
             return land(system, motion, touching, t)
@@ -306,16 +310,17 @@ def take_step(system: System, motion: Motion) -> int:
     clock[T] = t_new
     if first >= 0:
         change_modes(system, motion, t_new, first)
+    status = DONE
     for s in range(1, roster.states[0] + 1):
         motion.y[roster.states[s]] = motion.y_new[roster.states[s]]
+        status = max(status, check_state(motion, roster.states[s]))
     for c in range(1, roster.meshes[0] + 1):
         follow_orbit(system, roster.meshes[c], motion.y)
     for c in range(1, roster.watched_meshes[0] + 1):
         follow_orbit(system, roster.watched_meshes[c], motion.y_new)
-    status = check_state(system, motion)
     if status != DONE:
         return status
-    if to_stop and touching != NOTHING:
+    if to_stop and touching < roster.due.size:
         return land(system, motion, touching, t_new)
     if first >= 0 or (to_stop and stop < clock[T_END]):
         return restart(system, motion)
@@ -368,12 +373,7 @@ def synchronise(system: System, motion: Motion) -> int:
     for i in range(system.rotors.size):
         if motion.roster.roles[i] != ACTIVE:
             state_of(system, motion.roster, i, motion.clock[T], motion.y, motion.y)
-    for i in range(motion.y.size):
-        if not math.isfinite(motion.y[i]):
-            return NOT_FINITE
-        if abs(motion.y[i]) > FURTHEST * motion.natural[i]:
-            return BLOW_UP
-    return DONE
+    return check_states(motion)
 
 
 @compiled
@@ -388,6 +388,6 @@ def advance(system: System, motion: Motion, steps: int) -> int:
             return PAUSED
         status = take_step(system, motion) if motion.roster.active[0] > 0 else take_flight(system, motion)
         if status != DONE:
-            synchronise(system, motion)
-            return status
+            worse = synchronise(system, motion)
+            return status if worse == DONE else worse
     return synchronise(system, motion) if clock[T] >= clock[T_END] else PAUSED

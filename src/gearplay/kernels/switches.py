@@ -46,14 +46,14 @@ Ints = NDArray[np.int64]
 INACTIVE = -1.0
 
 
-@compiled
+@compiled_inline
 def is_printed(system: System, mesh: int) -> bool:
     """Return whether mesh ``mesh`` follows the article's equations as printed."""
     kind = system.meshes[mesh].kind
     return bool(kind != MESH_COUPLED and kind != MESH_UNCOUPLED)
 
 
-@compiled
+@compiled_inline
 def flank_is_idle(system: System, contact: int, modes: Ints) -> bool:
     """Return whether a printed back flank is overruled by its loaded drive flank (g >= 0 is tested first)."""
     flank = contact - system.sleeves.size
@@ -95,7 +95,7 @@ def switch_value(system: System, s: int, t: float, y: Floats, modes: Ints, conta
     return abs(wanted) - limit if mode == 0 else limit - mode * wanted
 
 
-@compiled
+@compiled_inline
 def switch_values(
     system: System, roster: Roster, t: float, y: Floats, modes: Ints, contacts: Floats, g: Floats
 ) -> None:

@@ -202,6 +202,7 @@ def _pack_mesh(
     m.inv_alpha0 = involute(mesh.pressure_angle)
     m.turned_cos = 1.0
     m.A_nominal_squared = nominal * nominal
+    m.inv_A_nominal_squared = 1.0 / m.A_nominal_squared
     at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
     m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
     radius = 1.0 if m.kind in (layout.MESH_PRINTED_COUPLED, layout.MESH_PRINTED_UNCOUPLED) else cosine

@@ -1,0 +1,176 @@
+"""Free flight: the closed form solves its equation, and conservative advancement misses no touch."""
+
+import math
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.integrate import solve_ivp
+
+from building import Document, Floats, case_of, merged, motion_of, pair_document
+from gearplay.kernels import run_state, stepper
+from gearplay.kernels.advancement import open_span
+from gearplay.kernels.flight import NEVER, closed_form_span, decay, fly
+from gearplay.kernels.layout import FLYING, OUT_SIZE
+from gearplay.kernels.mesh import mesh_gaps
+from gearplay.kernels.roster import state_of
+from gearplay.kernels.sleeve import sleeve_geometry
+from gearplay.model.pack import pack
+
+FLIGHTS = 10_000
+LOOKS = 1500  # at each flight
+
+
+@pytest.mark.parametrize("z", [0.0, 1e-12, 1e-3, 0.0999999, 0.1, 3.0, 700.0])
+def test_decay_functions(z: float) -> None:
+    """phi1 = (1 - exp(-z))/z and phi2 = (1 - phi1)/z to 1e-14, on both sides of the change of formula."""
+    terms = [(-z) ** k / math.factorial(k + 1) for k in range(60)] if z < 1.0 else []
+    phi_1 = math.fsum(terms) if terms else -math.expm1(-z) / z
+    others = [(-z) ** k / math.factorial(k + 2) for k in range(60)] if z < 1.0 else []
+    phi_2 = math.fsum(others) if others else (z + math.expm1(-z)) / z**2
+    assert decay(z) == pytest.approx((phi_1, phi_2), rel=1e-14)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-6, 0.3, 400.0])
+@pytest.mark.parametrize("friction", [0.0, 2e-3])
+def test_flight_solves_the_equations_of_motion(damping: float, friction: float) -> None:
+    """Gravity, torque, drag, radial damping and saturated dry friction: as integrated by DOP853, to 1e-12."""
+    rotor = {
+        "mass": 0.7,
+        "inertia": 2e-3,
+        "floating": True,
+        "radial_damping": damping,
+        "drive": {"kind": "torque", "torque": 0.4},
+        "load": {"drag": 0.01 * damping, "friction": friction},
+        "initial": {"omega": 3.0},
+    }
+    packed = pack(case_of({"rotors": {"disc": rotor}, "gravity": [0.3, -9.81], "run": {"duration": 1.0}}))
+    start, end = np.array([1e-5, -2e-5, 0.3, 0.02, -0.05, 4.0]), np.zeros(6)
+    omega_0 = float(packed.system.rotors[0].nominal_speed)
+
+    def rates(_: float, y: Floats) -> Floats:
+        spin = omega_0 + y[5]
+        a = np.array([0.3, -9.81]) - damping / 0.7 * y[3:5]
+        alpha = (0.4 - 0.01 * damping * spin - friction) / 2e-3
+        return np.array([*y[3:], *a, alpha])
+
+    expected = solve_ivp(rates, (0.0, 0.05), start, method="DOP853", rtol=1e-13, atol=1e-16).y[:, -1]
+    fly(packed.system, 0, 0.05, start, end)
+    np.testing.assert_allclose(end, expected, rtol=1e-12, atol=1e-16)
+
+
+def test_the_closed_form_ends_where_dry_friction_leaves_its_band() -> None:
+    """A coasting disc with drag d and friction T is slow after J/d log((d w + T)/(d w_f + T)); one that speeds up never is."""
+    friction = {"friction": 2e-3, "friction_speed": 0.5, "drag": 1e-3}
+    document: Document = {
+        "rotors": {
+            "disc": {"mass": 1.0, "inertia": 2e-3, "floating": True, "load": friction, "initial": {"omega": 3.0}}
+        },
+        "run": {"duration": 1.0, "tolerance": 1e-11, "sampling": 10.0},
+    }
+    packed = pack(case_of(document))
+    y = np.zeros(6)
+    y[5] = 3.0 - packed.system.rotors[0].nominal_speed
+    expected = 2.0 * math.log((3e-3 + 2e-3) / (0.5e-3 + 2e-3))
+    assert closed_form_span(packed.system, 0, y) == pytest.approx(expected, rel=1e-13)
+    driven = merged(document, {"rotors": {"disc": {"drive": {"kind": "torque", "torque": 1.0}}}})
+    assert closed_form_span(pack(case_of(driven)).system, 0, y) == NEVER
+    # the run goes on numerically through the band and comes to rest
+    case = case_of(merged(document, {"run": {"duration": 20.0}}))
+    motion = motion_of(case, packed)
+    motion.clock[run_state.T_END] = 0.99 * expected
+    assert stepper.advance(packed.system, motion, 100_000) == run_state.DONE
+    assert motion.roster.roles[0] == FLYING
+    motion.clock[run_state.T_END] = 20.0
+    assert stepper.advance(packed.system, motion, 100_000) == run_state.DONE
+    assert abs(packed.system.rotors[0].nominal_speed + motion.y[5]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("p", "rate", "bend"), [(-1e-6, 0.1, 0.0), (-1e-6, 0.1, 5.0), (-1e-6, -0.1, 5.0), (0.0, -1e-3, 2.0)]
+)
+def test_open_span_is_the_first_root_of_the_majorant(p: float, rate: float, bend: float) -> None:
+    """P + rate tau + bend tau^2/2 = 0 at the returned tau, and below 0 before."""
+    tau = open_span(p, rate, bend)
+    scale = abs(p) + abs(rate) * tau
+    assert abs(p + rate * tau + 0.5 * bend * tau**2) < 1e-14 * scale
+    early = np.linspace(1e-3, 1.0 - 1e-9, 500) * tau
+    assert np.all(p + rate * early + 0.5 * bend * early**2 < 0.0)
+
+
+def random_flyer(generator: np.random.Generator) -> Document:
+    """Return a pair under random constant forces, damping, errors of the teeth, runout, drive and model."""
+    kind = str(generator.choice(["internal", "external"]))
+    wheel = "ring" if kind == "internal" else "wheel"
+    document = pair_document(kind, backlash_model=str(generator.choice(["coupled", "uncoupled"])))
+    if generator.random() < 0.2:
+        document["formulation"] = "as_published"
+    document["gravity"] = [float(g) for g in generator.choice([0.0, 1.0, 9.81], 2)]
+    document["meshes"][0]["backlash"] = float(10.0 ** generator.uniform(-5.0, -3.7))
+    document["meshes"][0]["transmission_error"] = [
+        {"order": int(k), "amplitude": float(10.0 ** generator.uniform(-8.0, -5.5)), "phase": float(k)}
+        for k in generator.choice([1, 2, 3, 7], 2, replace=False)
+    ]
+    for name, rotor in document["rotors"].items():
+        rotor["runout"] = {"amplitude": float(generator.choice([0.0, 1e-6, 1e-5])), "phase": 1.0}
+        rotor["radial_damping"] = float(generator.choice([0.0, 0.1, 30.0]))
+        rotor["load"] = {"drag": float(generator.choice([0.0, 1e-4, 1e-2]))}
+        document["sleeves"][name]["radial_clearance"] = float(10.0 ** generator.uniform(-5.0, -3.3))
+    if generator.random() < 0.7:
+        document["rotors"]["pinion"]["drive"] = {"kind": "speed", "speed": float(generator.uniform(-60.0, 60.0))}
+    else:
+        document["rotors"][wheel]["drive"] = {"kind": "torque", "torque": float(generator.uniform(-0.1, 0.1))}
+    document["run"] = {"duration": 0.1, "sampling": 1e3, "tolerance": 1e-8, "seed": int(generator.integers(1e9))}
+    return document
+
+
+@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, out: Floats) -> float:  # type: ignore[no-untyped-def]
+    """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
+    deepest = -1.0
+    y = motion.y_try
+    for s in range(1, looks):
+        # half of the looks crowd towards the end, where a miss would be
+        share = s / looks if s % 2 == 0 else 1.0 - (1.0 - s / looks) ** 6
+        t = t_0 + share * (t_1 - t_0)
+        for i in range(system.rotors.size):
+            state_of(system, motion.roster, i, t, motion.y, y)
+        for k in range(system.sleeves.size):
+            sleeve_geometry(system.sleeves[k], system, t, y, out)
+            deepest = max(deepest, out[0])
+        for j in range(system.meshes.size):
+            mesh_gaps(system, j, t, y, out)
+            deepest = max(deepest, out[0], out[1])
+    return deepest
+
+
+def test_no_contact_is_missed_in_ten_thousand_random_flights() -> None:
+    """In every flight the dense looks see no touch before the one that ends it (deeper than 1e-14 m)."""
+    generator = np.random.default_rng(20)
+    flights, grazing = 0, 0
+    out = np.zeros(OUT_SIZE)
+    worst = -1.0
+    while flights < FLIGHTS:
+        document = random_flyer(generator)
+        case = case_of(document)
+        packed = pack(case)
+        motion = motion_of(case, packed, member=1)
+        motion.clock[run_state.T_END] = 0.3
+        for _ in range(4000):
+            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[run_state.T])
+            roles = motion.roster.roles.copy()
+            since, origin = motion.roster.since.copy(), motion.roster.origin.copy()
+            status = stepper.advance(packed.system, motion, 1)
+            t_1 = float(motion.clock[run_state.T])
+            if flying:
+                after = (motion.roster.roles.copy(), motion.roster.since.copy(), motion.roster.origin.copy())
+                motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = roles, since, origin
+                deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, out)
+                motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = after
+                worst = max(worst, deepest)
+                grazing += -1e-9 < deepest
+                flights += 1
+            if status != run_state.PAUSED or flights >= FLIGHTS:
+                break
+    assert worst < 1e-14
+    assert grazing > 1000, "the dense looks come near to the touches"
