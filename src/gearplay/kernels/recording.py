@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import SHORT, decay, flight_rates, fly, short_decay
-from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, RATE, System
+from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.observe import observe_mesh, observe_rotor, observe_sleeve
 from gearplay.kernels.run_state import (
@@ -166,12 +166,11 @@ def tally_contact(motion: Motion, k: int, h: float) -> None:
 
 
 @compiled_inline
-def tally_change(motion: Motion, t: float, k: int, mode_before: int) -> None:
-    """Log an onset or release of contact k at time t [s] and count it."""
+def tally_change(motion: Motion, t: float, k: int, mode_before: int, rate: float) -> None:
+    """Log an onset or release of contact k at time t [s], at a rate of penetration [m/s], and count it."""
     now = motion.modes[k]
     if (mode_before == OPEN) == (now == OPEN):
         return
-    rate = motion.contacts[k, RATE]
     if now == LOADED:
         tally = motion.tallies[k]
         tally[ONSETS] += 1.0

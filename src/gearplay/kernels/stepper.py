@@ -194,9 +194,9 @@ def touch_down(system: System, motion: Motion, e: int, t: float) -> int:
         if modes[k] == OPEN and contacts[k, PENETRATION] >= 0.0 and (contacts[k, RATE] > 0.0 or bearing):
             motion.counts[EVENTS] += 1
             switch_mode(system, k, t, y, modes, contacts, motion.latch)
-    tally_change(motion, t, first, before)
+    tally_change(motion, t, first, before, contacts[first, RATE])
     if count == 2:
-        tally_change(motion, t, first + 1, other_before)
+        tally_change(motion, t, first + 1, other_before, contacts[first + 1, RATE])
     return 0
 
 
@@ -217,9 +217,9 @@ def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
         other_before = motion.modes[other] if other >= 0 else OPEN
         switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
         if contact >= 0:
-            tally_change(motion, t, contact, before)
+            tally_change(motion, t, contact, before, motion.contacts[contact, RATE])
         if other >= 0:
-            tally_change(motion, t, other, other_before)
+            tally_change(motion, t, other, other_before, motion.contacts[other, RATE])
 
 
 @compiled_inline
@@ -341,6 +341,22 @@ def land(system: System, motion: Motion, e: int, t: float) -> int:
 
 
 @compiled
+def settle_coincidence(system: System, motion: Motion, t: float) -> bool:
+    """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
+    for c in range(1, motion.roster.switches[0] + 1):
+        k = motion.roster.switches[c]
+        if k >= contact_count(system):
+            continue
+        before, rate = motion.modes[k], motion.contacts_0[k, RATE]
+        if motion.g_0[k] >= 0.0 and (rate > 0.0 if before == OPEN else rate < 0.0 < motion.g_0[k]):
+            motion.counts[EVENTS] += 1
+            switch_mode(system, k, t, motion.y, motion.modes, motion.contacts_0, motion.latch)
+            tally_change(motion, t, k, before, rate)
+            return True
+    return False
+
+
+@compiled
 def restart(system: System, motion: Motion) -> int:
     """Muster for the new branch, evaluate it, shorten the step and watch for endless chatter; return a status."""
     clock, counts = motion.clock, motion.counts
@@ -351,13 +367,16 @@ def restart(system: System, motion: Motion) -> int:
             motion.modes[base + i] = 0
             if system.rotors[i].drive == DRIVE_SPEED:
                 motion.y[3 * (n_r + i) + 2] = 0.0  # exactly at its prescribed speed from here on
-    muster(system, motion.roster, t, motion.y, motion.modes)
-    for i in range(n_r):
-        if motion.roster.roles[i] == KNOWN:
-            state_of(system, motion.roster, i, t, motion.y, motion.y_new)
-            state_of(system, motion.roster, i, t, motion.y, motion.y_try)
-    if evaluate(system, motion, t) != 0:
-        return CANNOT_MESH
+    while True:
+        muster(system, motion.roster, t, motion.y, motion.modes)
+        for i in range(n_r):
+            if motion.roster.roles[i] == KNOWN:
+                state_of(system, motion.roster, i, t, motion.y, motion.y_new)
+                state_of(system, motion.roster, i, t, motion.y, motion.y_try)
+        if evaluate(system, motion, t) != 0:
+            return CANNOT_MESH
+        if not settle_coincidence(system, motion, t):
+            break
     clock[H] = clock[H_RESTART]
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:
