@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numba import njit
 
 import gearplay as gp
 from gearplay.kernels import run_state, stepper
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import FORCE, LOADED, OPEN, OUT_SIZE, mode_count
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.kernels.motion import right_hand_side
@@ -23,7 +23,7 @@ from gearplay.model.pack import pack
 STATES = 12  # x, y, theta of pinion and ring, then their rates
 
 
-@njit(nogil=True, error_model="numpy")
+@compiled_inline
 def decide(system, roster, t, y, modes, out):
     """Choose every contact's branch by the state alone; list the elements that touch."""
     n_s = system.sleeves.size
@@ -39,17 +39,20 @@ def decide(system, roster, t, y, modes, out):
             return 1
         for flank in range(2):
             modes[n_s + 2 * j + flank] = LOADED if out[flank] > 0.0 else OPEN
+            past = out[flank] >= system.meshes[j].depth  # the end of the damping ramp
+            modes[n_s + 2 * system.meshes.size + 2 * j + flank] = 1 if past else 0
         if out[0] > 0.0 or out[1] > 0.0:
             roster.meshes[0] += 1
             roster.meshes[roster.meshes[0]] = j
     return 0
 
 
-@njit(nogil=True, error_model="numpy")
+@compiled_inline
 def derivative(system, roster, modes, latch, contacts, force, out, t, y, dy):
     """Fill dy = f(t, y) without any memory of contacts; NaN where the pair cannot mesh. The peers' right-hand side."""
     if decide(system, roster, t, y, modes, out) != 0:
-        dy[:] = np.nan
+        for i in range(dy.size):
+            dy[i] = np.nan
         return
     right_hand_side(system, roster, t, y, modes, latch, dy, contacts, force, out)
     pulled = False

@@ -147,7 +147,18 @@ class Instant:
 
     def generalised_forces(self, t: float, y: Floats) -> Floats:
         """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (self.system, self.roster, t, y, self.modes, self.latch, self.dy, self.contacts, self.force, self.out)
+        args = (
+            self.system,
+            self.roster,
+            t,
+            y,
+            self.modes,
+            self.latch,
+            self.dy,
+            self.contacts,
+            self.force,
+            self.out,
+        )
         self.modes[: len(self.contacts)] = 0
         assert right_hand_side(*args) == 0
         self.modes[: len(self.contacts)] = np.where(self.contacts[:, 0] > 0.0, LOADED, 0)

@@ -64,7 +64,13 @@ def test_the_closed_form_ends_where_dry_friction_leaves_its_band() -> None:
     friction = {"friction": 2e-3, "friction_speed": 0.5, "drag": 1e-3}
     document: Document = {
         "rotors": {
-            "disc": {"mass": 1.0, "inertia": 2e-3, "floating": True, "load": friction, "initial": {"omega": 3.0}}
+            "disc": {
+                "mass": 1.0,
+                "inertia": 2e-3,
+                "floating": True,
+                "load": friction,
+                "initial": {"omega": 3.0},
+            }
         },
         "run": {"duration": 1.0, "tolerance": 1e-11, "sampling": 10.0},
     }
@@ -117,10 +123,18 @@ def random_flyer(generator: np.random.Generator) -> Document:
         rotor["load"] = {"drag": float(generator.choice([0.0, 1e-4, 1e-2]))}
         document["sleeves"][name]["radial_clearance"] = float(10.0 ** generator.uniform(-5.0, -3.3))
     if generator.random() < 0.7:
-        document["rotors"]["pinion"]["drive"] = {"kind": "speed", "speed": float(generator.uniform(-60.0, 60.0))}
+        document["rotors"]["pinion"]["drive"] = {
+            "kind": "speed",
+            "speed": float(generator.uniform(-60.0, 60.0)),
+        }
     else:
         document["rotors"][wheel]["drive"] = {"kind": "torque", "torque": float(generator.uniform(-0.1, 0.1))}
-    document["run"] = {"duration": 0.1, "sampling": 1e3, "tolerance": 1e-8, "seed": int(generator.integers(1e9))}
+    document["run"] = {
+        "duration": 0.1,
+        "sampling": 1e3,
+        "tolerance": 1e-8,
+        "seed": int(generator.integers(1e9)),
+    }
     return document
 
 
@@ -168,7 +182,7 @@ def test_no_contact_is_missed_in_ten_thousand_random_flights() -> None:
                 deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, out)
                 motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = after
                 worst = max(worst, deepest)
-                grazing += -1e-9 < deepest
+                grazing += deepest > -1e-9
                 flights += 1
             if status != run_state.PAUSED or flights >= FLIGHTS:
                 break

@@ -111,7 +111,7 @@ def mesh_span(system: System, j: int, t: float, y: Floats, longest: float, out: 
     ecc_a, ecc_b = system.rotors[mesh.a].eccentricity, system.rotors[mesh.b].eccentricity
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
     rho = abs(mesh.rho_a + mesh.rho_b)
-    speed, approach = out[25], abs(out[23])
+    speed, approach = math.sqrt(out[25]), abs(out[23])
     room = max(0.5 * min(A - mesh.A_min, mesh.A_max - A), 1e-9)
     over, best = longest, 0.0
     for _ in range(60):

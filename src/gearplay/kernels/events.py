@@ -52,7 +52,7 @@ def watch(system: System, motion: Motion, t: float, y: Floats, contacts: Floats)
     return 0
 
 
-@compiled
+@compiled_inline
 def look(system: System, motion: Motion, h: float, x: float, k: int) -> bool:
     """Evaluate switch k and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
     t = motion.clock[T] + x * h
@@ -72,14 +72,21 @@ def look(system: System, motion: Motion, h: float, x: float, k: int) -> bool:
     return True
 
 
+@compiled_inline
+def allowance(motion: Motion, k: int, n_c: int) -> float:
+    """Return how far [m] beyond zero a step may end behind penetration switch k: a tenth of its allowed error."""
+    return 0.1 * motion.scale[0] if k < n_c else 0.0
+
+
 @compiled
 def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g_high: float) -> float:
     """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
     low, g_low = 0.0, min(motion.g_0[k], 0.0)
     side = 0
     width = max(1e-14, 4e-16 * abs(motion.clock[T]) / h)
+    close = 0.1 * allowance(motion, k, contact_count(system))
     for _ in range(80):
-        if high - low <= width:
+        if high - low <= width or 0.0 <= g_high <= close:
             break
         x = (low * g_high - high * g_low) / (g_high - g_low) if g_high > g_low else 0.5 * (low + high)
         if not (low + 0.25 * width < x < high - 0.25 * width):
@@ -128,7 +135,7 @@ def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
     return 1.0
 
 
-@compiled
+@compiled_inline
 def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
     n_c = contact_count(system)
@@ -137,7 +144,7 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
     for c in range(1, roster.switches[0] + 1):
         k = roster.switches[c]
         high, g_high = place, motion.g_1[k]
-        if first >= 0 and (motion.g_1[k] > 0.0 or k < n_c):
+        if first >= 0 and motion.g_1[k] > 0.0:
             if not look(system, motion, h, place, k):
                 continue
             g_high = motion.g_try[k]
@@ -159,7 +166,16 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
 @compiled
 def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
     """Take the step again so that it ends just past switch k; return its length [s], or -1 on failure."""
+    n_c = contact_count(system)
+    ahead = allowance(motion, k, n_c)
+    slope = 0.0  # of g, for the first try and its corrections
+    if k < n_c and motion.g_try[k] != motion.g_0[k]:
+        slope = abs(motion.contacts_try[k, RATE])
+    elif x < 1.0:
+        slope = (motion.g_1[k] - motion.g_try[k]) / ((1.0 - x) * h)
     short = x * h
+    if slope > 0.0:
+        short += min(ahead / slope, 0.01 * h)
     nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
     for _ in range(8):
         if attempt(system, motion, short) != 0:
@@ -175,9 +191,9 @@ def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
         )
         if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
             break
-        # The interpolant was a little early: go on by what the rate asks for, and a little more each time.
-        if k < contact_count(system) and abs(motion.contacts[k, RATE]) > 0.0:
-            short += min(1.5 * abs(motion.g_1[k] / motion.contacts[k, RATE]), 0.01 * h)
+        # The interpolant was a little early: go on by what the slope asks for, and a little more each time.
+        if slope > 0.0:
+            short += min((ahead + 1.5 * abs(motion.g_1[k])) / slope, 0.01 * h)
         short += nudge
         nudge *= 8.0
     return short

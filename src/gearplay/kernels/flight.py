@@ -86,7 +86,9 @@ def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
         return True
     if r.friction > 0.0 and r.inv_inertia > 0.0:
         # A little beyond the band, so that a flight that was to end on its edge does.
-        return bool(abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < (1.0 + 1e-9) * r.friction_speed)
+        return bool(
+            abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < (1.0 + 1e-9) * r.friction_speed
+        )
     return False
 
 

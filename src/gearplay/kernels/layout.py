@@ -106,6 +106,7 @@ MESH = np.dtype(
         ("phase", "f8"),  # rad, of the square wave or spline
         ("C_m", "f8"),  # N s/m
         ("depth", "f8"),  # m
+        ("inv_depth", "f8"),  # 1/m
         ("highest_order", "f8"),  # of stiffness and transmission error
         ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
         ("error_bend", "f8"),
@@ -135,6 +136,7 @@ class System(NamedTuple):
     involutes: NDArray[np.float64]  # involute series of each mesh, shape [mesh, coefficient]
     spline: NDArray[np.float64]  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
     gravity: NDArray[np.float64]  # m/s^2, shape [2]
+    known_angles: NDArray[np.float64]  # scratch of a run, shape [mesh, 9]: see `mesh.nearby_angle`
 
 
 @compiled_inline
@@ -159,7 +161,7 @@ def switch_count(system: System) -> int:
 # flanks per mesh (drive, back).
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = 0, 1, 2, 3, 4, 5
 CONTACT_COLUMNS = 6
-OUT_SIZE = 26  # scratch that `mesh_geometry` and `sleeve_geometry` fill
+OUT_SIZE = 27  # scratch that `mesh_geometry` and `sleeve_geometry` fill
 
 # Columns of a sampled row, per rotor, sleeve and mesh.
 ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")

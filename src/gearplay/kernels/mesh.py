@@ -108,19 +108,56 @@ def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
     if mesh.C_m == 0.0:
         return 0.0
     if mesh.ramp == RAMP_SMOOTH:
-        return mesh.C_m * damping_ramp(p / mesh.depth, past)
+        return mesh.C_m * damping_ramp(p * mesh.inv_depth, past)
     if back == 1:
         return 0.0
-    return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p / mesh.depth, past))
+    return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p * mesh.inv_depth, past))
+
+
+NEARBY = 0.03  # rad, within which the series of `nearby_angle` is exact to rounding
 
 
 @compiled_inline
-def toothing_arm(rotor: Any, t: float, theta: float) -> tuple[float, float]:
+def nearby_angle(angle: float, known: Floats, j: int, slot: int) -> tuple[float, float]:
+    """Return cos, sin of an angle [rad], from a known one if that is near: row j of ``known`` holds (angle, cos, sin)s.
+
+    A stage of a step turns each angle by far less than ``NEARBY``; half the time of a right-hand side went into sines.
+    """
+    d = angle - known[j, slot]
+    if not abs(d) < NEARBY:
+        return math.cos(angle), math.sin(angle)
+    q = d * d
+    sine = d * (1.0 - q * (1 / 6 - q * (1 / 120 - q / 5040)))
+    cosine = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q / 40320)))
+    c, s = known[j, slot + 1], known[j, slot + 2]
+    return c * cosine - s * sine, s * cosine + c * sine
+
+
+@compiled_inline
+def toothing_angle(rotor: Any, t: float, theta: float) -> float:
+    """Return the angle [rad] of a toothing's eccentricity at relative rotation theta [rad]."""
+    return float(rotor.nominal_speed * t + theta + rotor.eccentricity_phase)
+
+
+@compiled_inline
+def toothing_arm(rotor: Any, t: float, theta: float, known: Floats, j: int, slot: int) -> tuple[float, float]:
     """Return the vector [m] from a rotor's shaft to the centre of its toothing, at relative rotation theta [rad]."""
     if rotor.eccentricity == 0.0:
         return 0.0, 0.0
-    angle = rotor.nominal_speed * t + theta + rotor.eccentricity_phase
-    return rotor.eccentricity * math.cos(angle), rotor.eccentricity * math.sin(angle)
+    cosine, sine = nearby_angle(toothing_angle(rotor, t, theta), known, j, slot)
+    return rotor.eccentricity * cosine, rotor.eccentricity * sine
+
+
+@compiled_inline
+def know_angles(system: System, j: int, t: float, y: Floats) -> None:
+    """Note mesh j's angles at (t, y) with their cosines and sines, for `nearby_angle`."""
+    mesh, known = system.meshes[j], system.known_angles
+    psi, _ = mesh_phase(mesh, system, t, y)
+    known[j, 0] = toothing_angle(system.rotors[mesh.a], t, y[3 * mesh.a + 2])
+    known[j, 3] = toothing_angle(system.rotors[mesh.b], t, y[3 * mesh.b + 2])
+    known[j, 6] = psi
+    for slot in (0, 3, 6):
+        known[j, slot + 1], known[j, slot + 2] = math.cos(known[j, slot]), math.sin(known[j, slot])
 
 
 @compiled_inline
@@ -177,12 +214,12 @@ def mesh_gaps(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
     """
     mesh = system.meshes[j]
     a, b = mesh.a, mesh.b
-    lx_a, ly_a = toothing_arm(system.rotors[a], t, y[3 * a + 2])
-    lx_b, ly_b = toothing_arm(system.rotors[b], t, y[3 * b + 2])
+    lx_a, ly_a = toothing_arm(system.rotors[a], t, y[3 * a + 2], system.known_angles, j, 0)
+    lx_b, ly_b = toothing_arm(system.rotors[b], t, y[3 * b + 2], system.known_angles, j, 3)
     dx, dy = y[3 * b] + lx_b - (y[3 * a] + lx_a), y[3 * b + 1] + ly_b - (y[3 * a + 1] + ly_a)
     out[14], out[15], out[16], out[17] = lx_a, ly_a, lx_b, ly_b
     psi, psi_rate = mesh_phase(mesh, system, t, y)
-    cos_psi, sin_psi = math.cos(psi), math.sin(psi)
+    cos_psi, sin_psi = nearby_angle(psi, system.known_angles, j, 6)
     out[19], out[20] = cos_psi, sin_psi
     _, e, slope = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
     out[12], out[13], out[24] = psi, psi_rate, slope * psi_rate
@@ -212,6 +249,7 @@ def mesh_gaps(system: System, j: int, t: float, y: Floats, out: Floats) -> int:
         A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, j
     )
     inv_A = 1.0 / A
+    out[26] = inv_A
     out[9] = math.sqrt(A_squared - mesh.c0 * mesh.c0) * inv_A
     out[21], out[22] = inv_A * (length * u_x - across * u_y), inv_A * (length * u_y + across * u_x)
     if mesh.kind == MESH_COUPLED:
@@ -239,9 +277,10 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     """Fill ``out`` with mesh j's kinematics at state y; return 0, or 1 where the pair cannot mesh.
 
     Positions: 0 p_d, 1 p_b [m], 8 A [m], 9 sin(alpha_w), 10 b_t [m], 11 w - e [m], 12 psi [rad], 14-17 lever arms of the
-    toothing centres of a and b [m], 19-20 cos and sin of psi, 21-22 direction of the line of centres; rates: 2 dp_d/dt,
-    3 dp_b/dt [m/s], 13 dpsi/dt [rad/s], 18 dg/dt of the printed single line of action, 23 dA/dt, 24 de/dt [m/s], 25 speed
-    of the toothing centre of b against that of a [m/s]; gradients by the displacement of b: 4-5 of p_d, 6-7 of p_b.
+    toothing centres of a and b [m], 19-20 cos and sin of psi, 21-22 direction of the line of centres, 26 1/A [1/m].
+    Rates: 2 dp_d/dt, 3 dp_b/dt [m/s], 13 dpsi/dt [rad/s], 18 dg/dt of the printed single line of action, 23 dA/dt,
+    24 de/dt [m/s], 25 speed squared of the toothing centre of b against that of a [m^2/s^2].
+    Gradients by the displacement of b: 4-5 of p_d, 6-7 of p_b.
     """
     if mesh_gaps(system, j, t, y, out) != 0:
         return 1
@@ -252,14 +291,15 @@ def mesh_geometry(system: System, j: int, t: float, y: Floats, out: Floats) -> i
     spin_a, spin_b = system.rotors[a].nominal_speed + omega_a, system.rotors[b].nominal_speed + omega_b
     dvx = y[at_b] - spin_b * out[17] - (y[at_a] - spin_a * out[15])
     dvy = y[at_b + 1] + spin_b * out[16] - (y[at_a + 1] + spin_a * out[14])
-    s, sigma, sin_w, cos_w = mesh.s, mesh.sigma, out[9], mesh.c0 / out[8]
+    s, sigma, sin_w, inv_A = mesh.s, mesh.sigma, out[9], out[26]
+    cos_w = mesh.c0 * inv_A
     e_x, e_y, e_rate = out[21], out[22], out[24]
     roll_rate = sigma * (mesh.rho_a * omega_a + mesh.rho_b * omega_b)
     A_rate = dvx * e_x + dvy * e_y
-    out[23], out[25] = A_rate, math.sqrt(dvx * dvx + dvy * dvy)
+    out[23], out[25] = A_rate, dvx * dvx + dvy * dvy
     if mesh.kind == MESH_COUPLED:
         # d(phi)/dt counts from the fixed axes; the nominal turning of the frame is already in the roll.
-        phi_rate = (-dvx * e_y + dvy * e_x) / out[8]
+        phi_rate = (-dvx * e_y + dvy * e_x) * inv_A
         if mesh.frame >= 0:
             phi_rate -= system.rotors[mesh.frame].nominal_speed
         w_rate = roll_rate - sigma * (mesh.rho_a + mesh.rho_b) * phi_rate

@@ -24,7 +24,7 @@ from gearplay.kernels.layout import (
     System,
     contact_count,
 )
-from gearplay.kernels.mesh import follow_orbit, mesh_phase
+from gearplay.kernels.mesh import follow_orbit, know_angles, mesh_phase
 from gearplay.kernels.motion import press_mesh, press_sleeve, right_hand_side
 from gearplay.kernels.recording import record_samples, tally_change, tally_step
 from gearplay.kernels.roster import members, muster, state_of
@@ -66,7 +66,7 @@ def copy_into(source: Floats, target: Floats) -> None:
         target[i] = source[i]
 
 
-@compiled
+@compiled_inline
 def evaluate(system: System, motion: Motion, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
     motion.counts[CALLS] += 1
@@ -98,6 +98,8 @@ def begin(system: System, motion: Motion) -> int:
         return status
     for k in range(system.sleeves.size):
         motion.latch[k] = system.sleeves[k].minimum_speed
+    for j in range(system.meshes.size):
+        know_angles(system, j, t, motion.y)
     # A new roster has every rotor active and every element touching.
     if evaluate(system, motion, t) != 0:
         return CANNOT_MESH
@@ -271,7 +273,9 @@ def take_step(system: System, motion: Motion) -> int:
         stop = t_touch
         if stop - t <= 4e-16 * abs(t):
             return land(system, motion, touching, t)
-    reason = STEP_TOO_SMALL
+    for c in range(1, roster.meshes[0] + 1):
+        know_angles(system, roster.meshes[c], t, motion.y)
+    reason, rejected = STEP_TOO_SMALL, counts[REJECTED]
     while True:
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
         if to_stop:
@@ -292,7 +296,8 @@ def take_step(system: System, motion: Motion) -> int:
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         counts[REJECTED] += 1
         h *= max(0.1, 0.9 * error ** (-1.0 / ORDER)) if math.isfinite(error) else 0.1
-    growth = min(5.0, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else 5.0
+    most = 5.0 if counts[REJECTED] == rejected else 1.0
+    growth = min(most, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else most
 
     t_new = stop if to_stop else t + h
     switch_values(system, roster, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
@@ -340,7 +345,7 @@ def land(system: System, motion: Motion, e: int, t: float) -> int:
     return restart(system, motion)
 
 
-@compiled
+@compiled_inline
 def settle_coincidence(system: System, motion: Motion, t: float) -> bool:
     """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
     for c in range(1, motion.roster.switches[0] + 1):

@@ -38,8 +38,10 @@ class _Run:
         duration: float,
         transient: float,
     ) -> None:
-        # Its own copy of the meshes: the kernels turn their reference directions as gears orbit.
-        packed = replace(packed, system=packed.system._replace(meshes=packed.system.meshes.copy()))
+        # Its own copy of what the kernels change: directions of reference as gears orbit, angles known.
+        system = packed.system
+        system = system._replace(meshes=system.meshes.copy(), known_angles=system.known_angles.copy())
+        packed = replace(packed, system=system)
         self.case, self.packed, self.member = case, packed, member
         self.columns, places = choose_columns(packed, wanted)
         self.duration, self.transient, self.sampling = duration, transient, sampling

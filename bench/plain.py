@@ -1,0 +1,70 @@
+"""The control: the same kernels under a plain embedded 5(4) method, without events, flights or active sets."""
+
+import time
+
+import numpy as np
+
+from bench.problem import derivative
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.runge_kutta import ERROR, ORDER, STAGES, WEIGHTS
+
+NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+
+
+@compiled
+def integrate(system, roster, modes, latch, contacts, force, out, y, span, first, scale, stages, y_new):
+    """Advance y to ``span`` by Dormand-Prince 5(4) with the usual step control; return the evaluations."""
+    t, h, calls, fresh = 0.0, first, 1, True
+    derivative(system, roster, modes, latch, contacts, force, out, t, y, stages[0])
+    while t < span:
+        h = min(h, span - t)
+        for stage in range(1, STAGES):
+            for i in range(y.size):
+                total = 0.0
+                for j in range(stage):
+                    total += WEIGHTS[stage, j] * stages[j, i]
+                y_new[i] = y[i] + h * total
+            derivative(
+                system, roster, modes, latch, contacts, force, out, t + NODES[stage] * h, y_new, stages[stage]
+            )
+        calls += STAGES - 1
+        worst = 0.0
+        for i in range(y.size):
+            e = 0.0
+            for j in range(STAGES):
+                e += ERROR[j] * stages[j, i]
+            e = abs(h * e) / scale[i]
+            worst = max(worst, e) if e < np.inf else np.inf  # a trial step may go where the pair cannot mesh
+        factor = 0.9 * max(worst, 1e-12) ** (-1.0 / ORDER)
+        if worst == np.inf:
+            factor = 0.1
+        if worst <= 1.0:
+            t += h
+            for i in range(y.size):
+                y[i] = y_new[i]
+                stages[0, i] = stages[STAGES - 1, i]
+            h *= min(5.0 if fresh else 1.0, factor)
+            fresh = True
+        else:
+            h *= max(0.1, factor)
+            fresh = False
+    return calls
+
+
+NAME = ["5(4)"]
+
+
+def missing():
+    """Return None: nothing to install."""
+    return None
+
+
+def solve(problem, member, method, tolerance):
+    """Return the final state, the seconds and the evaluations."""
+    scale = tolerance * problem.packed.natural
+    stages, y_new = np.zeros((STAGES, scale.size)), np.zeros(scale.size)
+    integrate(*problem.arguments(), problem.start(member), 1e-6, 1e-7, scale, stages, y_new)
+    arguments, y = problem.arguments(), problem.start(member)
+    began = time.perf_counter()
+    calls = integrate(*arguments, y, problem.span, 1e-6, scale, stages, y_new)
+    return y, time.perf_counter() - began, calls
