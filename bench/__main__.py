@@ -1,170 +1,290 @@
-"""Work against error for our solver and SciPy's on the same equations, throughput, and start-up times.
+"""The benchmark: prints every figure of docs/benchmark.md and writes that page.
 
-The peers get our compiled right-hand side behind one Python call, with every contact's branch chosen by the state alone. The
-sleeve's restitution is 1, so that the impact speed, which they cannot latch, plays no part. All in one process, in turn.
+``python -m bench`` (or ``make bench``); ``--quick`` leaves the peers out.
 """
 
+import json
 import os
 import platform
+import resource
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
+from pathlib import Path
 from statistics import median
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from numba import njit
 
 import gearplay as gp
+from bench import plain, trains, work_precision
+from bench.peers import ross_peer
+from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import LOADED, MARGIN, OPEN, PENETRATION
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.layout import LOADED
 from gearplay.kernels.motion import right_hand_side
-from gearplay.kernels.switches import contact_count
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
+from gearplay.solver.simulate import prepare, run_members
 
-SPAN = 0.02  # s: short enough that errors are errors and not chaos
-MEMBERS = (1, 2, 3, 4, 5)
-METHODS = ("RK45", "DOP853", "LSODA")
-CASE = gp.replace(
-    gp.load_case("han2021"),
-    {"sleeves.ring.restitution": 1.0, "rotors.ring.initial.vx": 0.05, "run.transient": 0.0},
-)
+PAGE = Path(__file__).parents[1] / "docs" / "benchmark.md"
+HAN = gp.replace(gp.load_case("han2021"), {"run.tolerance": 1e-6})
 
 
-def start(tolerance, member):
-    """Return a packed system and a run at its start."""
-    packed = pack(CASE)
-    y = initial_state(CASE, packed, member=member)
-    motion = run_state.make_motion(
-        packed.system, y, packed.natural, packed.restart_step, packed.stops, np.arange(0), 64, 4096, tolerance
-    )
-    return packed, motion
+def best(function, repeats=3):
+    """Return the least wall time [s] of some calls."""
+    times = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - began)
+    return min(times)
 
 
-def ours(tolerance, member):
-    """Return the final state and the wall time [s]."""
-    packed, motion = start(tolerance, member)
-    began = time.perf_counter()
-    stepper.begin(packed.system, motion)
-    motion.clock[run_state.T_END] = SPAN
-    status = stepper.advance(packed.system, motion, 10**9)
-    assert status == run_state.DONE, status
-    return motion.y.copy(), time.perf_counter() - began
-
-
-def peer(method, tolerance, member):
-    """Return the final state and the wall time [s] of one of SciPy's methods."""
-    packed, motion = start(tolerance, member)
-    system, contacts = packed.system, contact_count(packed.system)
-    sleeves, flanks = system.sleeves.size, 2 * system.meshes.size
-    depths = np.repeat(system.meshes.depth, 2)
-    motion.latch[:] = 1.0
-    dy = np.zeros_like(motion.y)
-
-    def derivative(t, y):
-        right_hand_side(
-            system, t, y, motion.modes, motion.latch, dy, motion.contacts, motion.force, motion.out
-        )
-        depth, margin = motion.contacts[:, PENETRATION], motion.contacts[:, MARGIN]
-        beyond = depth[sleeves:] > depths
-        modes = np.where((depth > 0.0) & (margin > 0.0), LOADED, OPEN)
-        now = np.concatenate([modes, beyond])
-        if not np.array_equal(now, motion.modes[: contacts + flanks]):
-            motion.modes[: contacts + flanks] = now
-            right_hand_side(
-                system, t, y, motion.modes, motion.latch, dy, motion.contacts, motion.force, motion.out
-            )
-        return dy.copy()
-
-    began = time.perf_counter()
-    solution = solve_ivp(
-        derivative,
-        (0.0, SPAN),
-        motion.y.copy(),
-        method=method,
-        rtol=1e-12,
-        atol=tolerance * packed.natural,
-        max_step=1e-3,
-    )
-    return solution.y[:, -1], time.perf_counter() - began
-
-
-def error(y, exact):
-    """Return the largest error of a displacement [m]."""
-    n = y.size // 6
-    return max(abs(y[3 * i + c] - exact[3 * i + c]) for i in range(n) for c in (0, 1))
-
-
-def at_error(points, wanted):
-    """Return the wall time interpolated to an error, on logarithms; NaN outside the measured errors."""
-    points = sorted(points)
-    errors, times = np.log([p[0] for p in points]), np.log([p[1] for p in points])
-    if not errors[0] <= np.log(wanted) <= errors[-1]:
-        return float("nan")
-    return float(np.exp(np.interp(np.log(wanted), errors, times)))
-
-
-def work_precision():
-    """Print wall time and error of every method, and the ratios at equal error."""
-    print(f"\nWork and precision: {SPAN} s of han2021, medians over {len(MEMBERS)} initial states")
-    exact = {m: ours(1e-13, m)[0] for m in MEMBERS}
-    ours(1e-9, 1)
-    tables = {}
-    for name in ("gearplay", *METHODS):
-        points = []
-        for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
-            runs = [ours(tolerance, m) if name == "gearplay" else peer(name, tolerance, m) for m in MEMBERS]
-            e = median(error(y, exact[m]) for (y, _), m in zip(runs, MEMBERS, strict=True))
-            t = median(t for _, t in runs)
-            points.append((max(e, 1e-18), t))
-            print(f"  {name:<9} tolerance {tolerance:.0e}: error {e:9.2e} m, {1e3 * t:9.3f} ms")
-        tables[name] = points
-    for wanted in (1e-8, 1e-10):
-        base = at_error(tables["gearplay"], wanted)
-        ratios = ", ".join(
-            f"{n} {at_error(p, wanted) / base:.0f}x" for n, p in tables.items() if n != "gearplay"
-        )
-        print(f"  time over gearplay's at an error of {wanted:.0e} m: {ratios}   (nan: error not reached)")
+def exponent(sizes, costs):
+    """Return the slope of log cost over log size."""
+    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
 
 
 def throughput():
-    """Print simulated seconds per wall second."""
-    print("\nThroughput, han2021 at 120 rpm, tolerance 1e-9, simulated seconds per wall second")
-    for words, sampling, threads, members in (
-        ("100 kHz, all signals, one core", 1e5, 1, 2),
-        ("1 kHz, one core", 1e3, 1, 8),
-        ("1 kHz, all cores", 1e3, None, 16),
+    """Return simulated seconds per wall second of the bundled case at 120 rpm."""
+    errors = [QUIET.error(m, QUIET.ours(m, 1e-6)[0]) for m in range(1, 61)]
+    span, lead = 10.0, HAN.run.transient
+    lines = [
+        f"`han2021` at 120 rpm, tolerance 1e-6: error at 0.1 s {median(errors):.1e} m (median of 60 initial states,"
+        f" largest {max(errors):.1e} m).",
+        "",
+        "| kept | 100 Hz | 100 kHz | share of sampling |",
+        "|---|---:|---:|---:|",
+    ]
+    for words, signals in (
+        ("`ring.ax`, what the rig measures", ["ring.ax"]),
+        ("position, velocity, acceleration of the ring", ["ring.x", "ring.vx", "ring.ax"]),
+        ("all 28 signals", None),
     ):
-        gp.simulate("han2021", duration=0.01, transient=0.0)
-        began = time.perf_counter()
-        gp.simulate(
-            "han2021", duration=5.0, transient=0.0, sampling=sampling, ensemble=members, threads=threads
+        times = [
+            best(
+                lambda s=signals, f=f: run_members(HAN, [1], signals=s, duration=span, sampling=f, threads=1)
+            )
+            for f in (100.0, 1e5)
+        ]
+        rates = " | ".join(f"{(span + lead) / t:.0f}" for t in times)
+        lines.append(f"| {words} | {rates} | {100 * (1 - times[0] / times[1]):.0f} % |")
+    times = {1: [], 2: []}
+    for _ in range(5):  # in turn, so that both meet the same machine
+        for n in times:
+            run = partial(run_members, HAN, range(1, 17), signals=["ring.ax"], duration=20.0, threads=n)
+            times[n].append(best(run, 1))
+    one, two = min(times[1]), min(times[2])
+    lines += [
+        "",
+        f"Simulated seconds per wall second on one core. Two threads, 16 members: {one / two:.2f} times one.",
+    ]
+    return lines
+
+
+def scaling():
+    """Return cost against simulated time, rotors and cases."""
+    lines = ["| against | sizes | exponent | |", "|---|---|---:|---|"]
+    spans = [8.0, 16.0, 32.0, 64.0, 128.0, 256.0]
+    costs = [
+        median(
+            best(
+                lambda s=s, m=m: run_members(
+                    HAN, [m], signals=["ring.ax"], duration=s, transient=0.0, threads=1
+                ),
+                1,
+            )
+            for m in range(1, 6)
         )
-        print(f"  {words:<32} {5.0 * members / (time.perf_counter() - began):8.1f}")
+        for s in spans
+    ]
+    lines.append(f"| simulated time | 8 to 256 s | {exponent(spans, costs):.2f} | `han2021`, 100 kHz |")
+    for words, make, lead, span, members in (
+        ("rotors of a loaded train", trains.loaded, 0.2, 0.05, 1),
+        ("rotors of a rattling train", trains.rattling, 0.0, 0.5, 15),
+    ):
+        costs, events = [], []
+        for size in trains.SIZES:
+            times, counts = [], []
+            for seed in range(members):
+                case = make(size, seed)
+                packed = pack(case)
+                motion = run_state.make_motion(
+                    packed.system, initial_state(case, packed), packed.natural, packed.restart_step, packed.stops,
+                    np.arange(0), np.empty((0, 0)), 4096, 1e-6,
+                )  # fmt: skip
+                stepper.begin(packed.system, motion)
+                for end in (lead, lead + span):
+                    before = int(motion.counts[run_state.EVENTS])
+                    motion.clock[run_state.T_END] = end
+                    began = time.perf_counter()
+                    while stepper.advance(packed.system, motion, 10**9) == run_state.PAUSED:
+                        motion.counts[run_state.LOGGED] = 0
+                    seconds = time.perf_counter() - began
+                times.append(seconds)
+                counts.append(int(motion.counts[run_state.EVENTS]) - before)
+            costs.append(median(times))
+            events.append(median(counts))
+        note = f"{1e3 * costs[0] / span:.0f} to {1e3 * costs[-1] / span:.0f} ms per simulated s"
+        if min(events) > 0:
+            note += f"; contact events grow with exponent {exponent(trains.SIZES, events):.2f}, "
+            note += f"time per event with {exponent(trains.SIZES, np.divide(costs, events)):.2f}"
+        lines.append(f"| {words} | 2 to 20 | {exponent(trains.SIZES, costs):.2f} | {note} |")
+    sizes = [1, 10, 100, 1000, 10_000]
+    cases = [
+        gp.replace(HAN, {"run.seed": i + 1, "run.duration": 0.05, "run.transient": 0.0, "run.sampling": 1e3})
+        for i in range(max(sizes))
+    ]
+    costs = [
+        best(lambda n=n: gp.simulate(cases[:n], signals=["ring.ax"]), 3 if n < 1000 else 1) for n in sizes
+    ]
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    lines.append(
+        f"| cases | 10 to 10 000 | {exponent(sizes[1:], costs[1:]):.2f} | {1e3 * costs[-1] / sizes[-1]:.2f} ms per case "
+        f"of 0.05 s, most of it packing; peak memory of the whole benchmark {peak:.0f} MiB |"
+    )
+    return lines
 
 
 def starting():
-    """Print start-up times of fresh processes, with a cold and a warm kernel cache."""
-    print("\nStart-up, whole processes [s]")
+    """Return start-up times and memory of fresh processes."""
+    lines = ["| whole process | time [s] | peak memory [MiB] |", "|---|---:|---:|"]
+    program = (
+        "import resource, subprocess, sys, time\n"
+        "began = time.perf_counter()\n"
+        "subprocess.run(sys.argv[1:], check=True, capture_output=True)\n"
+        "print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n"
+    )
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
         run = [sys.executable, "-m", "gearplay.cli.main", "run", "han2021", "--set", "run.duration=0.1"]
         for words, command in (
-            ("gearplay run, kernels compiled", run),
-            ("gearplay run, kernels cached", run),
-            ("gearplay --version", [sys.executable, "-m", "gearplay.cli.main", "--version"]),
-            ("import gearplay", [sys.executable, "-c", "import gearplay"]),
+            ("the first `gearplay run` ever, kernels compiled", run),
+            ("`gearplay run han2021`, kernels cached", run),
+            ("`gearplay --version`", [sys.executable, "-m", "gearplay.cli.main", "--version"]),
+            ("`import gearplay`", [sys.executable, "-c", "import gearplay"]),
         ):
-            began = time.perf_counter()
-            subprocess.run(command, env=environment, check=True, capture_output=True)
-            print(f"  {words:<32} {time.perf_counter() - began:8.2f}")
+            done = subprocess.run(
+                [sys.executable, "-c", program, *command],
+                env=environment,
+                check=True,
+                capture_output=True,
+                text=True,
+            )
+            seconds, peak = done.stdout.split()
+            lines.append(f"| {words} | {float(seconds):.2f} | {float(peak):.0f} |")
+    return lines
+
+
+@compiled
+def _evaluate(system, roster, modes, latch, contacts, force, out, y, dy, times):
+    for n in range(times):
+        right_hand_side(system, roster, 1e-9 * n, y, modes, latch, dy, contacts, force, out)
+
+
+@njit
+def _multiply_add(times):
+    a, b, c, d, e, f, g, h = 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7
+    for _ in range(times):
+        a, b, c, d = a * 0.999 + 1e-3, b * 0.999 + 1e-3, c * 0.999 + 1e-3, d * 0.999 + 1e-3
+        e, f, g, h = e * 0.999 + 1e-3, f * 0.999 + 1e-3, g * 0.999 + 1e-3, h * 0.999 + 1e-3
+    return a + b + c + d + e + f + g + h
+
+
+def hardware():
+    """Return the operations of a right-hand side against the machine, and what fixed steps would need."""
+    done = subprocess.run(
+        [sys.executable, "-m", "bench.flops"],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    counts = json.loads(done.stdout)
+    operations = sum(counts.values())
+    system, roster, modes, latch, contacts, force, out = LIVELY.arguments()
+    modes[:2] = LOADED
+    roster.active[:2] = 1, 1
+    y, dy, times = LIVELY.start(1), np.zeros(12), 200_000
+    motion = LIVELY.motion(1, 1e-6)
+    stepper.begin(system, motion)  # knows the angles
+    arguments = (system, roster, modes, latch, contacts, force, out, y, dy)
+    _evaluate(*arguments, 1)
+    nanoseconds = 1e9 * best(lambda: _evaluate(*arguments, times)) / times
+    _multiply_add(1)
+    peak = 16e-9 * 10**7 / best(lambda: _multiply_add(10**7))
+    rate = operations / nanoseconds
+    lines = [
+        f"A right-hand side with sleeve and flank in contact does {operations} operations ("
+        + ", ".join(f"{n} {name}" for name, n in sorted(counts.items(), key=lambda item: -item[1]))
+        + f") in {nanoseconds:.0f} ns: {rate:.1f} GFlop/s, {100 * rate / peak:.0f} % of what independent scalar"
+        f" multiply-adds reach on this core ({peak:.1f} GFlop/s). The rest is the chain of dependences"
+        " through roots and divisions.",
+        "",
+    ]
+    for problem in (LIVELY, QUIET):
+        fixed = plain.fixed_step_evaluations(problem, 1e-8)
+        ours = median(int(problem.ours(m, 3e-6)[1].counts[run_state.CALLS]) for m in problem.members)
+        lines.append(
+            f"* {problem.name}: equal steps of the fifth-order formula need {fixed} evaluations for 1e-8 m, we {ours:.0f}: "
+            f"{fixed / ours:.0f} times fewer, so eight lanes in parallel would still lose by {fixed / ours / 8:.0f}."
+        )
+    return lines
+
+
+def ross():
+    """Return ROSS's time per simulated second on its own case beside ours on the like."""
+    module = ross_peer
+    reason = module.missing()
+    if reason:
+        return [f"Missing: ROSS: {reason}."]
+    value, what = module.seconds_per_simulated_second()
+    case = gp.replace(gp.load_case("external-pair"), {"run.tolerance": 1e-6})
+    prepare(case)
+    span = 1.0
+    seconds = (
+        best(lambda: run_members(case, [0], signals=["output.ax"], duration=span, transient=0.0, threads=1))
+        / span
+    )
+    return [
+        f"{what}: {value:.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both gears in"
+        f" linear bearings), {seconds:.3f} s: {value / seconds:.0f} times less.",
+    ]
+
+
+SECTIONS = (
+    ("Work and precision", work_precision.report),
+    ("Throughput", throughput),
+    ("Scaling", scaling),
+    ("Start-up", starting),
+    ("Hardware limit, and lanes", hardware),
+    ("ROSS", ross),
+)
+
+
+def main():
+    """Run every section, print it, write the page."""
+    lines = [
+        "# Benchmark",
+        "",
+        "Written by `make bench`; do not edit. What it means: [performance](performance.md).",
+        "",
+        f"gearplay {gp.__version__}, Python {platform.python_version()}, {os.cpu_count()} cores, {platform.machine()}.",
+    ]
+    print("\n".join(lines))
+    for title, section in SECTIONS:
+        if "--quick" in sys.argv and section in (work_precision.report, ross):
+            continue
+        part = ["", f"## {title}", "", *section()]
+        print("\n".join(part), flush=True)
+        lines += part
+    if "--quick" not in sys.argv:
+        PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    print(
-        f"gearplay {gp.__version__}, Python {platform.python_version()}, {os.cpu_count()} cores, {platform.machine()}"
-    )
-    work_precision()
-    throughput()
-    starting()
+    main()

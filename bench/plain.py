@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from bench.problem import derivative
+from bench.problem import STATES, derivative
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.runge_kutta import ERROR, ORDER, STAGES, WEIGHTS
 
@@ -68,3 +68,46 @@ def solve(problem, member, method, tolerance):
     began = time.perf_counter()
     calls = integrate(*arguments, y, problem.span, 1e-6, scale, stages, y_new)
     return y, time.perf_counter() - began, calls
+
+
+@compiled
+def integrate_fixed(system, roster, modes, latch, contacts, force, out, y, span, steps, stages, y_new):
+    """Advance y to ``span`` by ``steps`` equal steps of the fifth-order formula."""
+    h = span / steps
+    for n in range(steps):
+        for stage in range(STAGES - 1):
+            for i in range(y.size):
+                total = 0.0
+                for j in range(stage):
+                    total += WEIGHTS[stage, j] * stages[j, i]
+                y_new[i] = y[i] + h * total
+            derivative(
+                system,
+                roster,
+                modes,
+                latch,
+                contacts,
+                force,
+                out,
+                n * h + NODES[stage] * h,
+                y_new,
+                stages[stage],
+            )
+        for i in range(y.size):
+            for j in range(STAGES - 1):
+                y[i] += h * WEIGHTS[STAGES - 1, j] * stages[j, i]
+
+
+def fixed_step_evaluations(problem, wanted):
+    """Return how many evaluations equal steps need for a median error [m] at most ``wanted``, among powers of two."""
+    steps = 1024
+    while steps < 2**22:
+        steps *= 2
+        errors = []
+        for member in problem.members:
+            y, scratch = problem.start(member), np.zeros(STATES)
+            integrate_fixed(*problem.arguments(), y, problem.span, steps, np.zeros((STAGES, STATES)), scratch)
+            errors.append(problem.error(member, y))
+        if np.median(errors) <= wanted:
+            return steps * (STAGES - 1)
+    return float("nan")

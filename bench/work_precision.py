@@ -2,6 +2,7 @@
 
 import importlib
 import time
+from itertools import pairwise
 from statistics import median
 
 import numpy as np
@@ -57,7 +58,7 @@ def time_at(points, wanted):
     Only what more work cannot undo counts: of two points with falling error the later, dearer one.
     """
     best = float("nan")
-    for (e_0, t_0), (e_1, t_1) in zip(points, points[1:], strict=False):
+    for (e_0, t_0), (e_1, t_1) in pairwise(points):
         if e_1 <= wanted <= e_0:
             share = np.log(e_0 / wanted) / np.log(e_0 / e_1) if e_0 > e_1 else 1.0
             best = float(np.exp((1.0 - share) * np.log(t_0) + share * np.log(t_1)))

@@ -1,6 +1,7 @@
 """Energy of a thousand random conservative systems: pairs and trains, sleeves and floating, gravity, torques, runout."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def conservative_system(seed: int) -> Document:
                 "restitution": 1.0,
             }
         document["rotors"][name] = rotor
-    for driver, driven in zip(names, names[1:], strict=False):
+    for driver, driven in pairwise(names):
         document["meshes"].append(
             {
                 "driver": driver,

@@ -5,14 +5,14 @@ import os
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
-from gearplay.model.reading import load_case
+from gearplay.model.reading import load_case, replace
 from gearplay.output.dataset import to_dataset
 from gearplay.output.files import read_dataset, write_dataset
-from gearplay.solver.simulate import Progress, run_members
+from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.spectra import Spectrum, ensemble_spectrum
@@ -135,8 +135,39 @@ class Result:
         return f"<table>{cells}</table><table>{head}{contacts}</table>"
 
 
+Source = Case | str | os.PathLike[str] | Mapping[str, Any]
+
+
+@overload
 def simulate(
-    case: "Case | str | os.PathLike[str] | Mapping[str, Any]",
+    case: Source,
+    *,
+    duration: float | None = ...,
+    transient: float | None = ...,
+    sampling: float | None = ...,
+    ensemble: int | None = ...,
+    signals: list[str] | None = ...,
+    progress: Progress | None = ...,
+    threads: int | None = ...,
+) -> Result: ...
+
+
+@overload
+def simulate(
+    case: list[Any] | tuple[Any, ...],
+    *,
+    duration: float | None = ...,
+    transient: float | None = ...,
+    sampling: float | None = ...,
+    ensemble: int | None = ...,
+    signals: list[str] | None = ...,
+    progress: Progress | None = ...,
+    threads: int | None = ...,
+) -> list[Result]: ...
+
+
+def simulate(
+    case: Source | list[Any] | tuple[Any, ...],
     *,
     duration: float | None = None,
     transient: float | None = None,
@@ -145,11 +176,12 @@ def simulate(
     signals: list[str] | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
-) -> Result:
-    """Simulate a case and return its `Result`, whatever its status.
+) -> Result | list[Result]:
+    """Simulate a case and return its `Result`, whatever its status; for a list of cases, the list of their results.
 
     ``case`` is a `Case`, a bundled name, a path or a mapping. ``duration`` and ``transient`` [s], ``sampling`` [Hz]
-    and ``ensemble`` override the case's run; ``signals`` names what to keep (all by default). Nothing is raised once a
+    and ``ensemble`` override the case's run; ``signals`` names what to keep (all by default). All members of all cases share
+    one pool of ``threads`` (all cores by default), which changes nothing in the results. Nothing is raised once a
     run has started: look at ``result.success`` and ``result.message``.
 
     Raises `InputError` for bad input and `ResourceError` for a run that is too large.
@@ -159,17 +191,22 @@ def simulate(
     >>> result = simulate("han2021", duration=0.01, transient=0.0)
     >>> result.success, sorted(result.ds.sizes)[:2]
     (True, ['contact', 'mesh'])
+    >>> [r.success for r in simulate(["han2021", "external-pair"], duration=0.001, transient=0.0)]
+    [True, True]
 
     """
-    chosen = case if isinstance(case, Case) else load_case(case)
     changes = {"duration": duration, "transient": transient, "sampling": sampling, "ensemble": ensemble}
     given = {f"run.{key}": value for key, value in changes.items() if value is not None}
-    if given:
-        from gearplay.model.reading import replace
 
-        chosen = replace(chosen, given)
-    members = range(chosen.run.ensemble)
-    return Result(chosen, run_members(chosen, members, signals=signals, progress=progress, threads=threads))
+    def resolved(source: Source) -> Case:
+        loaded = source if isinstance(source, Case) else load_case(source)
+        return replace(loaded, given) if given else loaded
+
+    cases = [resolved(source) for source in (case if isinstance(case, (list, tuple)) else [case])]
+    jobs = [(each, range(each.run.ensemble)) for each in cases]
+    runs = run_batch(jobs, signals=signals, progress=progress, threads=threads)
+    results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
+    return results if isinstance(case, (list, tuple)) else results[0]
 
 
 def read_result(path: "str | os.PathLike[str]") -> "xr.Dataset":

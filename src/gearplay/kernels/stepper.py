@@ -54,16 +54,10 @@ from gearplay.kernels.switches import settle_margins, settle_modes, switch_mode,
 
 Floats = NDArray[np.float64]
 
-BURST_EVENTS = 10_000
+BURST_EVENTS = 10_000  # between two looks at their density
+PERIOD_EVENTS = 100  # per contact and period of the fastest contact: more is chatter
 BURST_LOOKS = 200_000  # at gaps within one flight: beyond it a contact hovers without touching
 FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run has blown up
-
-
-@compiled_inline
-def copy_into(source: Floats, target: Floats) -> None:
-    """Copy one row to another; a slice assignment would allocate."""
-    for i in range(source.size):
-        target[i] = source[i]
 
 
 @compiled_inline
@@ -260,6 +254,21 @@ def take_flight(system: System, motion: Motion) -> int:
     return restart(system, motion)
 
 
+@compiled_inline
+def go_on(system: System, motion: Motion) -> None:
+    """Make the end of a step the start of the next, for what takes part in it."""
+    roster = motion.roster
+    for s in range(1, roster.states[0] + 1):
+        i = roster.states[s]
+        motion.stages[0, i] = motion.stages[STAGES - 1, i]
+    n_c = contact_count(system)
+    for s in range(1, roster.switches[0] + 1):
+        k = roster.switches[s]
+        motion.g_0[k] = motion.g_1[k]
+        if k < n_c:
+            motion.contacts_0[k, RATE] = motion.contacts[k, RATE]
+
+
 @compiled
 def take_step(system: System, motion: Motion) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
@@ -329,10 +338,7 @@ def take_step(system: System, motion: Motion) -> int:
         return land(system, motion, touching, t_new)
     if first >= 0 or (to_stop and stop < clock[T_END]):
         return restart(system, motion)
-    copy_into(motion.stages[STAGES - 1], motion.stages[0])
-    for k in range(motion.contacts.shape[0]):
-        copy_into(motion.contacts[k], motion.contacts_0[k])
-    copy_into(motion.g_1, motion.g_0)
+    go_on(system, motion)
     clock[H] = h * growth
     return DONE
 
@@ -385,7 +391,9 @@ def restart(system: System, motion: Motion) -> int:
     clock[H] = clock[H_RESTART]
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:
-        if t - clock[BURST_START] < 0.02 * BURST_EVENTS * clock[H_RESTART]:
+        # The restart step is 0.1 / omega of the fastest contact; each contact has a few events in a period.
+        periods = (t - clock[BURST_START]) / (20.0 * math.pi * clock[H_RESTART])
+        if periods * PERIOD_EVENTS * contact_count(system) < BURST_EVENTS:
             return CHATTER
         counts[BURST], clock[BURST_START] = 0, t
     return DONE

@@ -3,9 +3,10 @@
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ class _Run:
 
     def __init__(
         self,
+        place: int,
         case: Case,
         packed: Packed,
         member: int,
@@ -38,27 +40,36 @@ class _Run:
         duration: float,
         transient: float,
     ) -> None:
-        # Its own copy of what the kernels change: directions of reference as gears orbit, angles known.
-        system = packed.system
-        system = system._replace(meshes=system.meshes.copy(), known_angles=system.known_angles.copy())
-        packed = replace(packed, system=system)
-        self.case, self.packed, self.member = case, packed, member
+        self.place, self.case, self.packed, self.member = place, case, packed, member
         self.columns, places = choose_columns(packed, wanted)
         self.duration, self.transient, self.sampling = duration, transient, sampling
         self.samples = max(1, int(duration * sampling + 0.5))
-        self.rows = np.empty((len(self.columns), self.samples))
+        self.places = places
+        # Only member 0 can be refused; the others are drawn when their turn comes.
+        self.start = initial_state(case, packed, member=0) if member == 0 else None
+        self.log: list[Floats] = []
+
+    def _begin(self) -> Status:
+        """Allocate what only a run in progress needs, and find its first modes."""
+        packed = self.packed
+        # Its own copy of what the kernels change: directions of reference as gears orbit, angles known.
+        meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
+        self.system = packed.system._replace(meshes=meshes, known_angles=known)
+        start = self.start
+        if start is None:
+            start = initial_state(self.case, packed, member=self.member)
         self.motion = run_state.make_motion(
-            packed.system,
-            initial_state(case, packed, member=member),
+            self.system,
+            start,
             packed.natural,
             packed.restart_step,
             packed.stops,
-            places,
-            self.rows,
+            self.places,
+            np.empty((len(self.columns), self.samples)),
             LOG_CAPACITY,
-            case.run.tolerance,
+            self.case.run.tolerance,
         )
-        self.log: list[Floats] = []
+        return Status(stepper.begin(self.system, self.motion))
 
     def _empty_log(self, keep: bool) -> None:
         logged = int(self.motion.counts[run_state.LOGGED])
@@ -71,23 +82,22 @@ class _Run:
         self.motion.clock[run_state.T_END] = t_end
         while True:
             taken = int(self.motion.counts[run_state.STEPS])
-            chunk = (
-                CHUNK_STEPS if watch.max_steps is None else max(0, min(CHUNK_STEPS, watch.max_steps - taken))
-            )
-            status = Status(stepper.advance(self.packed.system, self.motion, chunk))
+            limit = self.case.run.max_steps
+            chunk = CHUNK_STEPS if limit is None else max(0, min(CHUNK_STEPS, limit - taken))
+            status = Status(stepper.advance(self.system, self.motion, chunk))
             self._empty_log(keep_log)
-            watch.report(self.member, float(self.motion.clock[run_state.T]))
+            watch.report(self.place, float(self.motion.clock[run_state.T]))
             if status != Status.PAUSED:
                 return status
-            reason = watch.reason_to_stop(int(self.motion.counts[run_state.STEPS]))
+            reason = watch.reason_to_stop(self.case, int(self.motion.counts[run_state.STEPS]))
             if reason is not None:
                 return reason
 
     def run(self, watch: "_Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
+        status = self._begin()
         motion, clock = self.motion, self.motion.clock
-        status = Status(stepper.begin(self.packed.system, motion))
         if status == Status.DONE and self.transient > 0.0:
             status = self.advance_to(self.transient, False, watch)
         if status == Status.DONE:
@@ -99,10 +109,12 @@ class _Run:
         reached = float(clock[run_state.T])
         counts = motion.counts
         filled = int(counts[run_state.ROWS])
+        del self.motion  # its buffers; the trajectory keeps what it needs
         return Trajectory(
             member=self.member,
-            time=self.transient + np.arange(filled) / self.sampling,
-            values=self.rows[:, :filled].T,
+            first_sample=self.transient,
+            sampling=self.sampling,
+            values=motion.rows[:, :filled].T,
             columns=self.columns,
             statistics=statistics_of(self.packed, motion.tallies, reached - self.transient),
             log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
@@ -120,31 +132,32 @@ class _Run:
 
 
 class _Watch:
-    """Shared by the members of one call: progress, limits, and the wish to stop."""
+    """Shared by the runs of one call: progress, limits, and the wish to stop."""
 
-    def __init__(self, case: Case, total: float, progress: Progress | None, stop: threading.Event) -> None:
-        self.stop = stop
-        self.max_steps = case.run.max_steps
-        self.deadline = None if case.run.max_wall_time is None else time.monotonic() + case.run.max_wall_time
-        self.total, self.progress = total, progress
+    def __init__(self, total: float, progress: Progress | None, stop: threading.Event) -> None:
+        self.stop, self.total, self.progress = stop, total, progress
+        self.started = time.monotonic()
         self.done: dict[int, float] = {}
+        self.sum = 0.0
         self.lock = threading.Lock()
 
-    def report(self, member: int, t: float) -> None:
-        """Note that a member has reached t [s]."""
+    def report(self, run: int, t: float) -> None:
+        """Note that a run has reached t [s]."""
         if self.progress is None:
             return
         with self.lock:
-            self.done[member] = t
-            self.progress(sum(self.done.values()), self.total)
+            self.sum += t - self.done.get(run, 0.0)
+            self.done[run] = t
+            self.progress(self.sum, self.total)
 
-    def reason_to_stop(self, steps: int) -> Status | None:
-        """Return why a member must stop now, or None."""
+    def reason_to_stop(self, limits: Case, steps: int) -> Status | None:
+        """Return why a run must stop now, or None."""
+        run = limits.run
         if self.stop.is_set():
             return Status.INTERRUPTED
-        if self.max_steps is not None and steps >= self.max_steps:
+        if run.max_steps is not None and steps >= run.max_steps:
             return Status.TOO_MANY_STEPS
-        if self.deadline is not None and time.monotonic() > self.deadline:
+        if run.max_wall_time is not None and time.monotonic() > self.started + run.max_wall_time:
             return Status.OUT_OF_TIME
         return None
 
@@ -201,34 +214,62 @@ def run_members(
 
     Raises `InputError` for an impossible case and `ResourceError` for one that is too large.
     """
-    packed = pack(case)
-    chosen = list(members)
-    duration = case.run.duration if duration is None else duration
-    transient = case.run.transient if transient is None else transient
-    sampling = case.run.sampling if sampling is None else sampling
-    columns, _ = choose_columns(packed, signals)
-    check_estimate(
-        estimate(
+    changes = {"duration": duration, "transient": transient, "sampling": sampling}
+    given = {key: value for key, value in changes.items() if value is not None}
+    return run_batch(
+        [(case, list(members))], signals=signals, progress=progress, threads=threads, stop=stop, **given
+    )[0]
+
+
+def run_batch(
+    jobs: Sequence[tuple[Case, Sequence[int]]],
+    *,
+    signals: list[str] | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    sampling: float | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    stop: threading.Event | None = None,
+) -> list[list[Trajectory]]:
+    """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
+
+    The result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
+    """
+    runs: list[_Run] = []
+    bytes_, steps, total = 0.0, 0.0, 0.0
+    for case, members in jobs:
+        packed, run = pack(case), case.run
+        span = run.duration if duration is None else duration
+        lead = run.transient if transient is None else transient
+        rate = run.sampling if sampling is None else sampling
+        columns, _ = choose_columns(packed, signals)
+        cost = estimate(
             case,
             packed,
             columns=len(columns),
-            members=len(chosen),
-            sampling=sampling,
-            duration=duration,
-            transient=transient,
+            members=len(members),
+            sampling=rate,
+            duration=span,
+            transient=lead,
         )
-    )
-    prepare(case)
-    watch = _Watch(case, (duration + transient) * len(chosen), progress, stop or threading.Event())
-
-    def one(member: int) -> Trajectory:
-        return _Run(case, packed, member, signals, sampling, duration, transient).run(watch)
-
+        check_estimate(cost)
+        bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
+        check_estimate(replace(cost, bytes=bytes_, steps=steps))
+        total += (span + lead) * len(members)
+        runs += [
+            _Run(len(runs) + k, case, packed, m, signals, rate, span, lead) for k, m in enumerate(members)
+        ]
+    if jobs:
+        prepare(jobs[0][0])
+    watch = _Watch(total, progress, stop or threading.Event())
     # Even one member runs off the main thread, so that Ctrl-C reaches Python while the kernel works.
-    with ThreadPoolExecutor(max(1, min(threads or worker_count(), len(chosen)))) as pool:
-        futures = [pool.submit(one, member) for member in chosen]
+    with ThreadPoolExecutor(max(1, min(threads or worker_count(), len(runs)))) as pool:
+        futures = [pool.submit(run.run, watch) for run in runs]
         try:
-            return [f.result() for f in futures]
+            done = [f.result() for f in futures]
         except KeyboardInterrupt:
             watch.stop.set()
-            return [f.result() for f in futures]
+            done = [f.result() for f in futures]
+    ends = np.cumsum([0] + [len(members) for _, members in jobs])
+    return [done[first:last] for first, last in pairwise(ends)]

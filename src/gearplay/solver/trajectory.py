@@ -112,7 +112,8 @@ class Trajectory:
     """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate)."""
 
     member: int
-    time: Floats  # s
+    first_sample: float  # s
+    sampling: float  # Hz
     values: Floats
     columns: tuple[Column, ...]
     statistics: ContactStatistics
@@ -122,6 +123,11 @@ class Trajectory:
     reached: float  # s, simulated time
     wall_time: float  # s
     final_state: Floats = field(repr=False)
+
+    @property
+    def time(self) -> Floats:
+        """Times of the samples [s], shape [time]."""
+        return self.first_sample + np.arange(len(self.values)) / self.sampling
 
     @property
     def success(self) -> bool:

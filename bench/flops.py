@@ -1,0 +1,105 @@
+"""Floating-point operations of one right-hand side, counted: the kernels in plain Python on numbers that count.
+
+Run with NUMBA_DISABLE_JIT=1. A square root, a sine or a cosine counts as one; constants among themselves count nothing.
+"""
+
+import importlib
+import json
+import math
+import pkgutil
+import sys
+from collections import Counter
+from types import SimpleNamespace
+
+import numpy as np
+
+import gearplay.kernels
+
+COUNTS = Counter()
+
+
+class Counting(float):
+    """A float whose arithmetic is counted."""
+
+
+def _counted(name):
+    operation = getattr(float, name)
+
+    def method(self, *others):
+        COUNTS[name.strip("_").removeprefix("r")] += 1
+        return Counting(operation(self, *(float(o) for o in others)))
+
+    return method
+
+
+for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"):
+    setattr(Counting, f"__{_name}__", _counted(f"__{_name}__"))
+Counting.__neg__ = lambda self: Counting(-float(self))
+
+
+class CountingMath:
+    """`math` for kernels that count."""
+
+    def __getattr__(self, name):
+        """Return a function of `math` that counts itself."""
+        function = getattr(math, name)
+        if not callable(function):
+            return function
+
+        def call(*values):
+            COUNTS[name] += 1
+            return Counting(function(*(float(v) for v in values)))
+
+        return call
+
+
+class Records(list):
+    """Records as plain objects of Python numbers, which give way to counting ones in arithmetic."""
+
+    def __init__(self, array):
+        super().__init__(SimpleNamespace(**{n: row[n].item() for n in array.dtype.names}) for row in array)
+        self.size = len(array)
+
+
+def plain(array):
+    """Return an array of Python numbers."""
+    return np.array(array.tolist(), dtype=object).reshape(array.shape)
+
+
+def main():
+    """Print the counts of one evaluation with sleeve and drive flank in contact."""
+    from bench.problem import LIVELY
+    from gearplay.kernels.layout import LOADED
+    from gearplay.kernels.mesh import know_angles
+    from gearplay.kernels.motion import right_hand_side
+
+    system, roster, modes, latch, contacts, force, out = LIVELY.arguments()
+    y = LIVELY.start(1)
+    know_angles(system, 0, 0.0, y)
+    records = {name: Records(getattr(system, name)) for name in ("rotors", "sleeves", "meshes")}
+    tables = ("terms", "involutes", "gravity", "known_angles")
+    system = system._replace(**records, **{name: plain(getattr(system, name)) for name in tables})
+    for module in pkgutil.iter_modules(gearplay.kernels.__path__):
+        loaded = importlib.import_module(f"gearplay.kernels.{module.name}")
+        if hasattr(loaded, "math"):
+            loaded.math = CountingMath()
+    modes[:2] = LOADED
+    COUNTS.clear()
+    objects = [
+        np.array([Counting(v) for v in a.ravel()], dtype=object).reshape(a.shape)
+        for a in (y, latch, contacts)
+    ]
+    states, speeds, table = objects
+    rates, forces, scratch = (
+        np.zeros(y.size, dtype=object),
+        np.zeros(force.shape, dtype=object),
+        np.zeros(out.size, dtype=object),
+    )
+    # the ring alone is integrated: the pinion is held and prescribed
+    roster.active[:2] = 1, 1
+    right_hand_side(system, roster, Counting(1e-5), states, modes, speeds, rates, table, forces, scratch)
+    json.dump(COUNTS, sys.stdout)
+
+
+if __name__ == "__main__":
+    main()
