@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 KERNELS := $(wildcard src/gearplay/kernels/*.py)
 
-.PHONY: help study test lint format bench docs clean
+.PHONY: help study test verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -31,6 +31,10 @@ study: $(VENV)/user.stamp ## set up, then reproduce the article's study into out
 
 test: $(VENV)/dev.stamp ## set up, then run the tests
 	$(BIN)/python -m pytest
+
+verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
+	$(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
+	$(BIN)/python tests/verification/page.py $(VENV)/verification.xml
 
 lint: $(VENV)/dev.stamp ## style, types and floors
 	$(BIN)/ruff check .

@@ -256,12 +256,12 @@ def ross():
     ]
 
 
-SECTIONS = (
-    ("Work and precision", work_precision.report),
+SECTIONS = (  # the peers last: their libraries' threads and memory would disturb the others
     ("Throughput", throughput),
     ("Scaling", scaling),
     ("Start-up", starting),
     ("Hardware limit, and lanes", hardware),
+    ("Work and precision", work_precision.report),
     ("ROSS", ross),
 )
 

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from gearplay.solver.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Document = dict[str, Any]
+Measured = Callable[[str, float, str], None]
 
 ALPHA = math.radians(20.0)
 

@@ -28,7 +28,7 @@ NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Motion.clock [s] and Motion.counts.
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START = 0, 1, 2, 3, 4, 5, 6
-STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES = range(10)
+STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 PER_ROTOR, PER_SLEEVE, PER_MESH = len(ROTOR_SIGNALS), len(SLEEVE_SIGNALS), len(MESH_SIGNALS)
 ROTOR_STATES = 6  # of a rotor's signals: the accelerations need the forces
@@ -125,7 +125,7 @@ def make_motion(
     clock = np.zeros(8)
     clock[H_RESTART] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
-    counts = np.zeros(10, dtype=np.int64)
+    counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
     counts[FORCES] = 1 if forces else 0
     return Motion(

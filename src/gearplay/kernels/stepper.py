@@ -29,6 +29,7 @@ from gearplay.kernels.motion import press_mesh, press_sleeve, right_hand_side
 from gearplay.kernels.recording import record_samples, tally_change, tally_step
 from gearplay.kernels.roster import members, muster, state_of
 from gearplay.kernels.run_state import (
+    BEGUN,
     BLOW_UP,
     BURST,
     BURST_START,
@@ -85,8 +86,9 @@ def evaluate(system: System, motion: Motion, t: float) -> int:
 
 @compiled
 def begin(system: System, motion: Motion) -> int:
-    """Find the modes of the initial state; return a status."""
+    """Find the modes of the initial state; return a status. `advance` does it for a run that has not begun."""
     t = motion.clock[T]
+    motion.counts[BEGUN] = 1
     status = check_states(motion)
     if status != DONE:
         return status
@@ -280,8 +282,11 @@ def take_step(system: System, motion: Motion) -> int:
         return status
     if touching < roster.due.size:
         stop = t_touch
-        if stop - t <= 4e-16 * abs(t):
-            return land(system, motion, touching, t)
+    if stop - t <= 2e-15 * max(abs(t), 1e-6):  # nothing that a step could resolve
+        clock[T] = stop
+        if touching < roster.due.size:
+            return land(system, motion, touching, stop)
+        return DONE if stop >= clock[T_END] else restart(system, motion)
     for c in range(1, roster.meshes[0] + 1):
         know_angles(system, roster.meshes[c], t, motion.y)
     reason, rejected = STEP_TOO_SMALL, counts[REJECTED]
@@ -413,6 +418,10 @@ def advance(system: System, motion: Motion, steps: int) -> int:
     """Advance until T_END, for at most ``steps`` steps, or until the log is full; return a status."""
     clock, counts = motion.clock, motion.counts
     spare = 2 * motion.g_0.size + 2
+    if counts[BEGUN] == 0:
+        status = begin(system, motion)
+        if status != DONE:
+            return status
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
             return synchronise(system, motion)

@@ -49,8 +49,8 @@ class _Run:
         self.start = initial_state(case, packed, member=0) if member == 0 else None
         self.log: list[Floats] = []
 
-    def _begin(self) -> Status:
-        """Allocate what only a run in progress needs, and find its first modes."""
+    def _begin(self) -> None:
+        """Allocate what only a run in progress needs."""
         packed = self.packed
         # Its own copy of what the kernels change: directions of reference as gears orbit, angles known.
         meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
@@ -69,7 +69,6 @@ class _Run:
             LOG_CAPACITY,
             self.case.run.tolerance,
         )
-        return Status(stepper.begin(self.system, self.motion))
 
     def _empty_log(self, keep: bool) -> None:
         logged = int(self.motion.counts[run_state.LOGGED])
@@ -96,9 +95,10 @@ class _Run:
     def run(self, watch: "_Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
-        status = self._begin()
+        self._begin()
         motion, clock = self.motion, self.motion.clock
-        if status == Status.DONE and self.transient > 0.0:
+        status = Status.DONE
+        if self.transient > 0.0:
             status = self.advance_to(self.transient, False, watch)
         if status == Status.DONE:
             motion.tallies[:] = 0.0
@@ -182,7 +182,6 @@ def prepare(case: Case) -> None:
         LOG_CAPACITY,
         1e-6,
     )
-    stepper.begin(packed.system, motion)
     stepper.advance(packed.system, motion, 0)
 
 
