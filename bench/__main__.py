@@ -107,9 +107,9 @@ def scaling():
         ("rotors of a loaded train", trains.loaded, 0.2, 0.05, 1),
         ("rotors of a rattling train", trains.rattling, 0.0, 0.5, 15),
     ):
-        costs, events = [], []
+        costs, events, steps = [], [], []
         for size in trains.SIZES:
-            times, counts = [], []
+            times, counts, taken = [], [], []
             for seed in range(members):
                 case = make(size, seed)
                 packed = pack(case)
@@ -119,17 +119,22 @@ def scaling():
                 )  # fmt: skip
                 stepper.begin(packed.system, motion)
                 for end in (lead, lead + span):
-                    before = int(motion.counts[run_state.EVENTS])
+                    before = motion.counts.copy()
                     motion.clock[run_state.T_END] = end
                     began = time.perf_counter()
                     while stepper.advance(packed.system, motion, 10**9) == run_state.PAUSED:
                         motion.counts[run_state.LOGGED] = 0
                     seconds = time.perf_counter() - began
                 times.append(seconds)
-                counts.append(int(motion.counts[run_state.EVENTS]) - before)
+                counts.append(int(motion.counts[run_state.EVENTS] - before[run_state.EVENTS]))
+                taken.append(int(motion.counts[run_state.STEPS] - before[run_state.STEPS]))
             costs.append(median(times))
             events.append(median(counts))
+            steps.append(median(taken))
         note = f"{1e3 * costs[0] / span:.0f} to {1e3 * costs[-1] / span:.0f} ms per simulated s"
+        if min(events) == 0:
+            note += f"; steps grow with exponent {exponent(trains.SIZES, steps):.2f}, "
+            note += f"time per step with {exponent(trains.SIZES, np.divide(costs, steps)):.2f}"
         if min(events) > 0:
             note += f"; contact events grow with exponent {exponent(trains.SIZES, events):.2f}, "
             note += f"time per event with {exponent(trains.SIZES, np.divide(costs, events)):.2f}"

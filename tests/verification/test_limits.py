@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gearplay as gp
 from building import (
     Document,
     case_of,
@@ -18,13 +19,14 @@ from building import (
     motion_of,
     pair_document,
     simulate_one,
+    single_rotor_document,
 )
 from gearplay.kernels import run_state, stepper
 from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh import mesh_geometry
 from gearplay.model.pack import pack
 from gearplay.solver import simulate as simulate_module
-from gearplay.solver.simulate import run_members
+from gearplay.solver.simulate import run_batch, run_members
 from gearplay.solver.status import WORDS, Status
 
 # -- where the models agree --------------------------------------------------------------------------------
@@ -221,6 +223,24 @@ def test_ensembles_do_not_depend_on_threads_or_company() -> None:
             np.testing.assert_array_equal(a.final_state, b.final_state)
             np.testing.assert_array_equal(a.log, b.log)
     assert not np.array_equal(alone[1].final_state, alone[2].final_state)
+
+
+def test_lists_of_cases_equal_their_single_runs() -> None:
+    """Cases of different size on one pool, in any order: bit-identical to each alone."""
+    policy = {"run": {"duration": 3e-3, "ensemble": 2}}
+    cases = [case_of(merged(free_pair_case("internal", "coupled", seed), policy)) for seed in (1, 2)]
+    sleeve = {"radial_clearance": 1e-4, "stiffness": 1e10, "exponent": 1.5, "restitution": 0.9}
+    cases += [case_of(merged(single_rotor_document(sleeve), policy))]
+    jobs = [(case, range(case.run.ensemble)) for case in cases]
+    together = run_batch(jobs, threads=3)
+    backwards = run_batch(jobs[::-1], threads=1)[::-1]
+    assert [len(runs) for runs in together] == [2, 2, 2]
+    for case, runs, others in zip(cases, together, backwards, strict=True):
+        for run, other, alone in zip(runs, others, run_members(case, range(2)), strict=True):
+            np.testing.assert_array_equal(run.values, alone.values)
+            np.testing.assert_array_equal(run.values, other.values)
+    assert [result.success for result in gp.simulate(cases)] == [True, True, True]
+    assert run_batch([]) == []
 
 
 @pytest.mark.parametrize("steps", [1, 3, 50])

@@ -30,7 +30,7 @@ def interruptible() -> Iterator[threading.Event]:
 @contextmanager
 def compiling_notice() -> Iterator[None]:
     """Say on standard error what takes so long, if the block is not done within two seconds."""
-    words = "Compiling the kernels: once after an installation, some 25 s."
+    words = "Compiling the kernels: once after an installation, about a minute."
     timer = threading.Timer(2.0, say, args=[words])
     timer.daemon = True
     timer.start()

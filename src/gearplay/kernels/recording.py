@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.flight import SHORT, decay, flight_rates, fly, short_decay
 from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.motion import right_hand_side
@@ -33,13 +33,19 @@ Floats = NDArray[np.float64]
 
 
 @compiled_inline
+def sample_is_due(motion: Motion, t_new: float) -> bool:
+    """Return whether a sample time lies at or before t_new [s]."""
+    clock, counts = motion.clock, motion.counts
+    t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
+    return bool(counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE] and t <= t_new)
+
+
+@compiled
 def record_samples(system: System, motion: Motion, h: float, t_new: float) -> None:
     """Write the samples of all times up to t_new: from the step's interpolant, or from the flights."""
     clock, counts, roster = motion.clock, motion.counts, motion.roster
-    while counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE]:
+    while sample_is_due(motion, t_new):
         t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
-        if t > t_new:
-            break
         if roster.active[0] == 0:
             record_flights(system, motion, t_new)
             continue

@@ -163,7 +163,7 @@ class _Watch:
 
 
 def prepare(case: Case) -> None:
-    """Compile the kernels, or load them from their cache: some 25 s once after an installation, else 0.3 s.
+    """Compile the kernels, or load them from their cache: about a minute once after an installation, else 0.3 s.
 
     `run_members` does it too; calling it before keeps the compilation out of a run's wall time and lets a front door say
     what is going on. Any case will do: all share one compiled signature.

@@ -67,6 +67,34 @@ def test_no_kernel_reads_outside_its_arrays(tmp_path: Path) -> None:
     assert checked["events"] > 0
 
 
+ALLOCATES = """
+import json, sys
+import numpy as np
+from gearplay.kernels.compiled import compiled
+
+@compiled
+def allocates(n):
+    return np.zeros(n).sum()
+
+try:
+    allocates(3)
+    reason = "compiled"
+except Exception as error:
+    reason = str(error)
+json.dump(reason, sys.stdout)
+"""
+
+
+def test_no_kernel_can_allocate(tmp_path: Path) -> None:
+    # so that kernels suit a device, and threads share no reference counts
+    program = tmp_path / "program.py"
+    program.write_text(ALLOCATES, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, str(program)], capture_output=True, text=True, check=True, timeout=300
+    )
+    assert "NRT required but not enabled" in json.loads(done.stdout)
+
+
 BACKLASH = """
 import sys
 from pathlib import Path
