@@ -5,10 +5,20 @@ import time
 import numpy as np
 
 from bench.problem import STATES, derivative
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.runge_kutta import ERROR, ORDER, STAGES, WEIGHTS
 
 NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+
+
+@compiled_inline
+def stage_state(y, h, stages, stage, result):
+    """Fill ``result`` with the state at which a stage is evaluated."""
+    for i in range(y.size):
+        total = 0.0
+        for j in range(stage):
+            total += WEIGHTS[stage, j] * stages[j, i]
+        result[i] = y[i] + h * total
 
 
 @compiled
@@ -19,11 +29,7 @@ def integrate(system, roster, modes, latch, contacts, force, out, y, span, first
     while t < span:
         h = min(h, span - t)
         for stage in range(1, STAGES):
-            for i in range(y.size):
-                total = 0.0
-                for j in range(stage):
-                    total += WEIGHTS[stage, j] * stages[j, i]
-                y_new[i] = y[i] + h * total
+            stage_state(y, h, stages, stage, y_new)
             derivative(
                 system, roster, modes, latch, contacts, force, out, t + NODES[stage] * h, y_new, stages[stage]
             )
@@ -76,11 +82,7 @@ def integrate_fixed(system, roster, modes, latch, contacts, force, out, y, span,
     h = span / steps
     for n in range(steps):
         for stage in range(STAGES - 1):
-            for i in range(y.size):
-                total = 0.0
-                for j in range(stage):
-                    total += WEIGHTS[stage, j] * stages[j, i]
-                y_new[i] = y[i] + h * total
+            stage_state(y, h, stages, stage, y_new)
             derivative(
                 system,
                 roster,

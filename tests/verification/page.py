@@ -30,21 +30,20 @@ def purposes() -> dict[str, str]:
 
 def main(report: Path) -> None:
     """Turn a JUnit report into the page."""
-    rows: dict[tuple[str, str, str, str], list[float]] = defaultdict(list)
+    rows: dict[tuple[str, str, str], list[float]] = defaultdict(list)
     passed = 0
     for case in ElementTree.parse(report).iter("testcase"):
         passed += not list(case.iter("failure")) and not list(case.iter("error"))
         for record in case.iter("property"):
             if record.get("name") == "measured":
                 quantity, value, limit = str(record.get("value")).split("|")
-                module = str(case.get("classname")).replace("tests.", "").replace(".", "/") + ".py"
-                test = str(case.get("name")).split("[")[0]
-                rows[module, test, quantity, limit].append(float(value))
+                module = str(case.get("classname")).split(".")[-1] + ".py"
+                rows[module, quantity, limit].append(float(value))
     lines = [HEAD, f"{passed} tests passed.", "", "| what | measured | limit | test |", "|---|---:|---:|---|"]
-    for (module, test, quantity, limit), values in rows.items():
+    for (module, quantity, limit), values in rows.items():
         least, most = min(values), max(values)
         shown = f"{most:.2g}" if least == most or most < 1e-3 else f"{least:.3g} to {most:.3g}"
-        lines.append(f"| {quantity} | {shown} | {limit} | `{module}::{test}` |")
+        lines.append(f"| {quantity} | {shown} | {limit} | `{module}` |")
     lines += [
         "",
         "## Answers",

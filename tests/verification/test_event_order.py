@@ -109,7 +109,9 @@ def test_order_through_an_impact_with_and_without_location(measured: Measured) -
     without, worse = order(False)
     measured("order through an impact, changes located", with_location, "4.6 to 5.5")
     measured("order through an impact, changes not located", without, "below 2.5")
-    measured("error with the finest steps, located / not located [m]", errors[-1], f"{worse[-1]:.1e}")
+    measured(
+        "error with the finest steps, changes located [m]", errors[-1], f"1/1000 of {worse[-1]:.1e} without"
+    )
     assert 4.6 < with_location < 5.5
     assert without < 2.5
     assert all(a > b for a, b in pairwise(errors))
