@@ -117,11 +117,14 @@ class Problem:
     def ours(self, member, tolerance):
         """Return our final state and the run."""
         motion = self.motion(member, tolerance)
-        stepper.begin(self.packed.system, motion)
+        self.finish(motion)
+        return motion.y.copy(), motion
+
+    def finish(self, motion):
+        """Advance our own run to its end."""
         motion.clock[run_state.T_END] = self.span
         while stepper.advance(self.packed.system, motion, 10**9) == run_state.PAUSED:
             motion.counts[run_state.LOGGED] = 0
-        return motion.y.copy(), motion
 
     @lru_cache  # noqa: B019 - a handful of problems live as long as the program
     def answer(self, member):

@@ -65,7 +65,7 @@ def sleeve_span(
     sleeve_geometry(sleeve, system, t, y, out)
     delta, rate = out[0], out[1]
     c = sleeve.clearance
-    if delta >= 0.0 and (rate > 0.0 or c == 0.0):
+    if delta >= 0.0 and rate > 0.0:
         return TOUCHES, 0.0
     a, _, _ = rotor_bounds(system, sleeve.journal, y)
     arm, b_a, b_alpha, b_spin = 0.0, 0.0, 0.0, 0.0

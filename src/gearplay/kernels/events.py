@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import OPEN, RATE, System, contact_count
 from gearplay.kernels.motion import press_mesh, press_sleeve
-from gearplay.kernels.roster import fly_near
+from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run_state import CALLS, Motion, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate, step
-from gearplay.kernels.switches import switch_value, switch_values
+from gearplay.kernels.switches import contact_of_switch, switch_value, switch_values
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def attempt(system: System, motion: Motion, h: float) -> int:
 def watch(system: System, motion: Motion, t: float, y: Floats, contacts: Floats) -> int:
     """Fill the rows of ``contacts`` of watched elements at t [s]; return 1 where a pair cannot mesh."""
     roster = motion.roster
-    fly_near(system, roster, t, y)
+    fly_listed(system, roster, roster.near, t, y)
     for c in range(1, roster.watched_sleeves[0] + 1):
         k = roster.watched_sleeves[c]
         press_sleeve(system, k, y, t, motion.modes, motion.latch, contacts, motion.out)
@@ -58,10 +58,9 @@ def look(system: System, motion: Motion, h: float, x: float, k: int) -> bool:
     t = motion.clock[T] + x * h
     y, contacts = motion.y_try, motion.contacts_try
     interpolate(motion.roster, x, h, motion.y, motion.y_new, motion.stages, y)
-    fly_near(system, motion.roster, t, y)
+    fly_listed(system, motion.roster, motion.roster.near, t, y)
     motion.counts[CALLS] += 1
-    n_c, n_s, n_m = contact_count(system), system.sleeves.size, system.meshes.size
-    contact = k if k < n_c else k - n_c if k < 2 * n_c else n_s + k - 2 * n_c if k < 2 * n_c + 2 * n_m else -1
+    n_s, contact = system.sleeves.size, contact_of_switch(system, k)
     if 0 <= contact < n_s:
         press_sleeve(system, contact, y, t, motion.modes, motion.latch, contacts, motion.out)
     elif contact >= 0:

@@ -85,7 +85,7 @@ MESH = np.dtype(
         (
             "turned",
             "f8",
-        ),  # rad, how far the reference of phi has followed an orbiting gear (see `follow_orbits`)
+        ),  # rad, how far the reference of phi has followed an orbiting gear (`mesh.follow_orbit`)
         ("turned_cos", "f8"),
         ("turned_sin", "f8"),
         ("sin_alpha0", "f8"),  # of the working pressure angle as placed

@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled, compiled_inline
-from gearplay.kernels.flight import SHORT, decay, flight_rates, fly, short_decay
+from gearplay.kernels.flight import SHORT, decay, flight_rates, short_decay
 from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.observe import observe_mesh, observe_rotor, observe_sleeve
+from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run_state import (
     DEPTH_MAX,
     FORCE_MAX,
@@ -49,10 +50,7 @@ def record_samples(system: System, motion: Motion, h: float, t_new: float) -> No
         if roster.active[0] == 0:
             record_flights(system, motion, t_new)
             continue
-        for c in range(1, motion.wanted_rotors[0] + 1):
-            i = motion.wanted_rotors[c]
-            if roster.roles[i] == FLYING:
-                fly(system, i, t - roster.since[i], roster.origin, motion.y_try)
+        fly_listed(system, roster, motion.wanted_rotors, t, motion.y_try)
         x = min(max((t - clock[T]) / h, 0.0), 1.0)
         interpolate(roster, x, h, motion.y, motion.y_new, motion.stages, motion.y_try)
         if counts[FORCES] == 1:
@@ -103,10 +101,7 @@ def record_flights(system: System, motion: Motion, t_new: float) -> None:
             fill_rotor_column(system, motion, motion.columns[c], motion.rows[c, first : first + count])
     if motion.wanted_sleeves[0] + motion.wanted_meshes[0] > 0:
         for s in range(count):
-            for c in range(1, motion.wanted_rotors[0] + 1):
-                i = motion.wanted_rotors[c]
-                if roster.roles[i] == FLYING:
-                    fly(system, i, times[s] - roster.since[i], roster.origin, motion.y_try)
+            fly_listed(system, roster, motion.wanted_rotors, times[s], motion.y_try)
             observe_elements(system, motion, times[s])
             for c in range(motion.columns.size):
                 if motion.columns[c] >= rotor_columns:

@@ -129,14 +129,6 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
     """Decide at t [s] who is integrated; bring ``y`` up to date for rotors that stop flying."""
     n, elements = system.rotors.size, system.sleeves.size + system.meshes.size
     ramps = modes.size - n
-    for i in range(n):  # a flight whose closed form ends now
-        if roster.roles[i] == FLYING and roster.due[elements + i] <= t:
-            fly(system, i, t - roster.since[i], roster.origin, y)
-            if must_be_integrated(system, i, y, modes[ramps + i]):
-                roster.roles[i] = ACTIVE
-                roster.due[elements + i] = NEVER
-            else:
-                take_off(system, roster, i, t, y)
     touched = roster.near  # as scratch: 1 where a rotor is touched
     for i in range(n):
         touched[i + 1] = 0
@@ -150,11 +142,11 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
                 touched[c + 1] = 1
     for i in range(n):
         if roster.roles[i] == FLYING:
-            if touched[i + 1] == 1:
-                fly(system, i, t - roster.since[i], roster.origin, y)
-                roster.roles[i] = ACTIVE
-                roster.due[elements + i] = NEVER
-        elif is_known(system, i, y, modes[ramps + i]):
+            if touched[i + 1] == 0 and roster.due[elements + i] > t:
+                continue  # flies on
+            fly(system, i, t - roster.since[i], roster.origin, y)
+        roster.due[elements + i] = NEVER
+        if is_known(system, i, y, modes[ramps + i]):
             roster.roles[i] = KNOWN
         elif touched[i + 1] == 1 or must_be_integrated(system, i, y, modes[ramps + i]):
             roster.roles[i] = ACTIVE
@@ -241,8 +233,9 @@ def note_near(roster: Roster, i: int) -> None:
 
 
 @compiled_inline
-def fly_near(system: System, roster: Roster, t: float, y: Floats) -> None:
-    """Fill ``y`` with the states at t [s] of the flying rotors beside watched elements."""
-    for c in range(1, roster.near[0] + 1):
-        i = roster.near[c]
-        fly(system, i, t - roster.since[i], roster.origin, y)
+def fly_listed(system: System, roster: Roster, rotors: Ints, t: float, y: Floats) -> None:
+    """Fill ``y`` with the states at t [s] of those listed rotors that fly."""
+    for c in range(1, rotors[0] + 1):
+        i = rotors[c]
+        if roster.roles[i] == FLYING:
+            fly(system, i, t - roster.since[i], roster.origin, y)

@@ -32,7 +32,7 @@ from gearplay.kernels.run_state import (
     T,
 )
 from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm
-from gearplay.kernels.switches import switch_mode, switch_values
+from gearplay.kernels.switches import contact_of_switch, switch_mode, switch_values
 from gearplay.kernels.touch import next_touch, something_is_due, touch_down
 
 
@@ -66,15 +66,14 @@ def next_stop(motion: Motion) -> float:
 @compiled
 def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
     """Apply switch ``first`` and every other one that is positive at the same state."""
-    n_c, n_s = contact_count(system), system.sleeves.size
-    roster = motion.roster
+    n_s, roster = system.sleeves.size, motion.roster
     for c in range(1, roster.switches[0] + 1):
         k = roster.switches[c]
         if k != first and not (motion.g_1[k] > 0.0 and motion.g_0[k] <= 0.0):
             continue
         motion.counts[EVENTS] += 1
         # A switch changes its own contact, and with printed flanks perhaps its neighbour.
-        contact = k if k < n_c else k - n_c if k < 2 * n_c else -1
+        contact = contact_of_switch(system, k)
         other = n_s + ((contact - n_s) ^ 1) if contact >= n_s else -1
         before = motion.modes[contact] if contact >= 0 else OPEN
         other_before = motion.modes[other] if other >= 0 else OPEN
@@ -97,11 +96,9 @@ def take_flight(system: System, motion: Motion) -> int:
     clock[T] = t
     if status != DONE:
         return status
-    if e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
-        return CANNOT_MESH
     if e == motion.roster.due.size and stop >= clock[T_END]:
         return DONE
-    return restart(system, motion)
+    return land(system, motion, e, t)
 
 
 @compiled_inline

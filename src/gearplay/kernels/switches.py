@@ -63,6 +63,15 @@ def flank_is_idle(system: System, contact: int, modes: Ints) -> bool:
 
 
 @compiled_inline
+def contact_of_switch(system: System, s: int) -> int:
+    """Return the contact whose penetration, force margin or ramp end switch s is; -1 for jumps and servos."""
+    n_c, n_s, n_m = contact_count(system), system.sleeves.size, system.meshes.size
+    if s < 2 * n_c:
+        return s if s < n_c else s - n_c
+    return n_s + s - 2 * n_c if s < 2 * n_c + 2 * n_m else -1
+
+
+@compiled_inline
 def switch_value(system: System, s: int, t: float, y: Floats, modes: Ints, contacts: Floats) -> float:
     """Return switch function s [m, N, 1, rad or N m] from the state and the contact table of its element."""
     n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size

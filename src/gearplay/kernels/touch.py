@@ -79,8 +79,7 @@ def touch_down(system: System, motion: Motion, e: int, t: float) -> int:
         return 1
     before, other_before = modes[first], modes[first + count - 1]
     for k in range(first, first + count):
-        bearing = e < n_s and system.sleeves[e].clearance == 0.0
-        if modes[k] == OPEN and contacts[k, PENETRATION] >= 0.0 and (contacts[k, RATE] > 0.0 or bearing):
+        if modes[k] == OPEN and contacts[k, PENETRATION] >= 0.0 and contacts[k, RATE] > 0.0:
             motion.counts[EVENTS] += 1
             switch_mode(system, k, t, y, modes, contacts, motion.latch)
     tally_change(motion, t, first, before, contacts[first, RATE])

@@ -251,7 +251,7 @@ def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple
         m.error_bend = sum(e.order**2 * e.amplitude for e in mesh.transmission_error)
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
-        m.inv_depth = 1.0 / m.depth if m.depth > 0.0 else math.inf
+        m.inv_depth = 1.0 / m.depth
         m.ramp = layout.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else layout.RAMP_SMOOTH
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table

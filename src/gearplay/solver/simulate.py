@@ -17,7 +17,7 @@ from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Counters, Trajectory, choose_columns, statistics_of
+from gearplay.solver.trajectory import Column, Counters, Trajectory, choose_columns, statistics_of
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # simulated seconds done, of how many
@@ -35,16 +35,15 @@ class _Run:
         case: Case,
         packed: Packed,
         member: int,
-        wanted: list[str] | None,
+        kept: tuple[tuple[Column, ...], NDArray[np.int64]],
         sampling: float,
         duration: float,
         transient: float,
     ) -> None:
         self.place, self.case, self.packed, self.member = place, case, packed, member
-        self.columns, places = choose_columns(packed, wanted)
+        self.columns, self.places = kept
         self.duration, self.transient, self.sampling = duration, transient, sampling
         self.samples = max(1, int(duration * sampling + 0.5))
-        self.places = places
         # Only member 0 can be refused; the others are drawn when their turn comes.
         self.start = initial_state(case, packed, member=0) if member == 0 else None
         self.log: list[Floats] = []
@@ -168,7 +167,10 @@ def prepare(case: Case) -> None:
     `run_members` does it too; calling it before keeps the compilation out of a run's wall time and lets a front door say
     what is going on. Any case will do: all share one compiled signature.
     """
-    packed = pack(case)
+    _compile(pack(case))
+
+
+def _compile(packed: Packed) -> None:
     columns = np.arange(1, dtype=np.int64)
     state = np.zeros(packed.state_size)
     motion = run_state.make_motion(
@@ -213,10 +215,15 @@ def run_members(
 
     Raises `InputError` for an impossible case and `ResourceError` for one that is too large.
     """
-    changes = {"duration": duration, "transient": transient, "sampling": sampling}
-    given = {key: value for key, value in changes.items() if value is not None}
     return run_batch(
-        [(case, list(members))], signals=signals, progress=progress, threads=threads, stop=stop, **given
+        [(case, list(members))],
+        signals=signals,
+        duration=duration,
+        transient=transient,
+        sampling=sampling,
+        progress=progress,
+        threads=threads,
+        stop=stop,
     )[0]
 
 
@@ -242,11 +249,11 @@ def run_batch(
         span = run.duration if duration is None else duration
         lead = run.transient if transient is None else transient
         rate = run.sampling if sampling is None else sampling
-        columns, _ = choose_columns(packed, signals)
+        kept = choose_columns(packed, signals)
         cost = estimate(
             case,
             packed,
-            columns=len(columns),
+            columns=len(kept[0]),
             members=len(members),
             sampling=rate,
             duration=span,
@@ -256,11 +263,9 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
-        runs += [
-            _Run(len(runs) + k, case, packed, m, signals, rate, span, lead) for k, m in enumerate(members)
-        ]
-    if jobs:
-        prepare(jobs[0][0])
+        runs += [_Run(len(runs) + k, case, packed, m, kept, rate, span, lead) for k, m in enumerate(members)]
+    if runs:
+        _compile(runs[0].packed)
     watch = _Watch(total, progress, stop or threading.Event())
     # Even one member runs off the main thread, so that Ctrl-C reaches Python while the kernel works.
     with ThreadPoolExecutor(max(1, min(threads or worker_count(), len(runs)))) as pool:
