@@ -15,7 +15,7 @@ from gearplay.output.files import read_dataset, write_dataset
 from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.spectra import Spectrum, ensemble_spectrum
+from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import RESULT_VARIABLES
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.spectra import Spectrum, ensemble_spectrum
+from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import RESULT_VARIABLES
 

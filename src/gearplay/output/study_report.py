@@ -12,11 +12,11 @@ from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
 from gearplay.output import study_figures
 from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.study.article import LINE_WORDS, conditions
-from gearplay.study.assumptions import Assumption, assumptions
-from gearplay.study.comparison import line_differences, model_amplitudes, table_rows
-from gearplay.study.findings import Finding, findings
-from gearplay.study.han2021 import MODELS, ConditionResult, Settings, base_case
+from gearplay.study.published.article import LINE_WORDS, conditions
+from gearplay.study.published.assumptions import Assumption, assumptions
+from gearplay.study.published.comparison import line_differences, model_amplitudes, table_rows
+from gearplay.study.published.findings import Finding, findings
+from gearplay.study.published.han2021 import MODELS, ConditionResult, Settings, base_case
 
 
 class FolderStore:

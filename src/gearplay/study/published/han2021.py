@@ -15,9 +15,9 @@ from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.article import Condition, conditions, printed
-from gearplay.study.lines import find_hump, find_line
-from gearplay.study.spectra import Spectrum, ensemble_spectrum
+from gearplay.study.published.article import Condition, conditions, printed
+from gearplay.study.signals.lines import find_hump, find_line
+from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import SimulationError
 
 MODELS = ("coupled", "uncoupled")

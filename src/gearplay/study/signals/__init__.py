@@ -1,0 +1,1 @@
+"""Signals, simulated or measured: records, spectra, lines, orders, averages."""
