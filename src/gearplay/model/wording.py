@@ -142,7 +142,10 @@ def _plain_path(location: Sequence[str | int]) -> Path:
     return tuple(
         part
         for before, part in zip(("", *location), location, strict=False)
-        if part != "[key]" and not (isinstance(part, str) and part.startswith(KIND) and before in unions)
+        if part != "[key]"
+        and not (
+            isinstance(part, str) and part.startswith(KIND) and (before in unions or isinstance(before, int))
+        )
     )
 
 

@@ -1,0 +1,94 @@
+"""Trials of a calibration on disk: one optuna study per model in an SQLite file, finished trials only."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from gearplay.study.calibration.observe import Observed
+from gearplay.study.calibration.plan import Plan
+from gearplay.study.calibration.trials import Seen, Trial
+from gearplay.vocabulary.errors import Fault, InputError
+
+FILE = "trials.sqlite"
+
+
+class StudyStore:
+    """One model's trials as an optuna study; each is added whole, in one transaction.
+
+    Raises `InputError` where the file holds trials of another plan, or is damaged.
+    """
+
+    def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        path = folder / FILE
+        self.names = [p.name for p in plan.parameters]
+        try:
+            self.study = optuna.create_study(
+                storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True
+            )
+            known = self.study.user_attrs.get("plan")
+        except Exception as error:  # SQLAlchemy and optuna each have their own for a file that is no database
+            raise InputError(
+                Fault(
+                    "out",
+                    str(path),
+                    f"must hold the trials of this calibration ({type(error).__name__})",
+                    _CURE,
+                )
+            ) from None
+        if known is None:
+            self.study.set_user_attr("plan", digest)
+        elif known != digest:
+            raise InputError(Fault("out", str(path), "must hold trials of the same plan", _CURE))
+
+    def read(self) -> list[Trial]:
+        """Return the finished trials in order."""
+        trials = []
+        for stored in self.study.get_trials(deepcopy=False):
+            held = stored.user_attrs
+            seen = {
+                c: {t: {k: Observed(*v) for k, v in keys.items()} for t, keys in targets.items()}
+                for c, targets in held["seen"].items()
+            }
+            trials.append(Trial(stored.number, tuple(held["unit"]), seen, held["reason"], held["phase"]))
+        return trials
+
+    def add(self, trial: Trial) -> None:
+        """Store one finished trial."""
+        import optuna
+        from optuna.distributions import FloatDistribution
+
+        self.study.add_trial(
+            optuna.trial.create_trial(
+                state=optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL,
+                value=0.0 if trial.good else None,
+                params=dict(zip(self.names, trial.unit, strict=True)),
+                distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
+                user_attrs={
+                    "unit": list(trial.unit),
+                    "seen": _plain(trial.seen),
+                    "reason": trial.reason,
+                    "phase": trial.phase,
+                },
+            )
+        )
+
+
+_CURE = "Choose another folder with --out, or say --overwrite to begin anew."
+
+
+def _plain(seen: Seen) -> dict[str, Any]:
+    return {
+        c: {t: {k: [o.value, o.error] for k, o in keys.items()} for t, keys in targets.items()}
+        for c, targets in seen.items()
+    }
+
+
+def digest_of(plan: Plan) -> str:
+    """Return the digest of all that decides a plan's trials."""
+    import hashlib
+
+    document = plan.model_dump(mode="json", exclude={"title"})
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,115 @@
+"""An emulator of what the sensor shows: polynomials of the parameters, fitted to trials, with their own error.
+
+Each log10 of a datum is a sum of products of Legendre polynomials of total degree at most d (a polynomial chaos
+surrogate: Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964). The degree is the one with the least leave-one-out error, which
+for least squares has a closed form: r_i / (1 - h_i) with the leverage h (Allen's PRESS, Technometrics 16 (1974) 125).
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.calibration.objective import Comparison
+
+Floats = NDArray[np.float64]
+DEGREES = (1, 2, 3, 4, 5)
+POINTS_PER_TERM = 2.0  # trials that a term of the polynomial needs at least
+
+
+@lru_cache(maxsize=64)
+def terms(parameters: int, degree: int) -> tuple[tuple[int, ...], ...]:
+    """Return the exponents of every term of total degree at most ``degree``.
+
+    >>> terms(2, 1)
+    ((0, 0), (1, 0), (0, 1))
+    """
+    found = []
+    for total in range(degree + 1):
+        for chosen in combinations_with_replacement(range(parameters), total):
+            found.append(tuple(chosen.count(p) for p in range(parameters)))
+    return tuple(found)
+
+
+def design(units: Floats, degree: int) -> Floats:
+    """Return the polynomials at points of the unit cube, shape [point, term]."""
+    one_way = np.polynomial.legendre.legvander(2.0 * units - 1.0, degree)  # [point, parameter, degree]
+    table = np.ones((len(units), len(terms(units.shape[1], degree))))
+    exponents = np.array(terms(units.shape[1], degree))
+    for p in range(units.shape[1]):
+        table *= one_way[:, p, exponents[:, p]]
+    return table
+
+
+@dataclass(frozen=True)
+class Emulator:
+    """Polynomials fitted to trials.
+
+    ``coefficients`` has shape [term, datum], ``scatter`` [datum] the leave-one-out error of one trial [decades], its own
+    ensemble error included.
+    """
+
+    degree: int
+    coefficients: Floats
+    scatter: Floats
+
+    def __call__(self, units: Floats) -> Floats:
+        """Return log10 of every datum at points of the unit cube, shape [point, datum]."""
+        return design(units, self.degree) @ self.coefficients
+
+    @classmethod
+    def fit(cls, units: Floats, logs: Floats, weights: Floats | None = None) -> "Emulator":
+        """Fit to trials at ``units`` [trial, parameter] with ``logs`` [trial, datum]; weights favour the trials that matter.
+
+        The degree with the least leave-one-out error wins, among those with enough trials for their terms.
+        """
+        w = np.ones(len(units)) if weights is None else weights / np.mean(weights)
+        root = np.sqrt(w)[:, None]
+        best: Emulator | None = None
+        for degree in DEGREES:
+            table = design(units, degree)
+            if best is not None and POINTS_PER_TERM * table.shape[1] > len(units):
+                break
+            q, r = np.linalg.qr(table * root)
+            coefficients = np.linalg.lstsq(r, q.T @ (logs * root), rcond=1e-10)[0]
+            leverage = np.minimum(np.sum(q**2, axis=1), 0.99)[:, None]
+            left_out = (logs - table @ coefficients) / (1.0 - leverage)
+            scatter = np.sqrt(np.average(left_out**2, axis=0, weights=w))
+            if best is None or np.mean(np.log(scatter + 1e-12)) < np.mean(np.log(best.scatter + 1e-12)):
+                best = cls(degree, coefficients, scatter)
+        assert best is not None
+        return best
+
+    @classmethod
+    def near(cls, units: Floats, logs: Floats, values: Floats, *, best: int) -> "Emulator":
+        """Fit to the trials that matter near the best: weights fall with the objective ``values`` [trial] above its least.
+
+        A trial whose objective is above the least by the median excess of the best fifth counts half.
+        """
+        excess = values - values[best]
+        reference = max(float(np.median(np.sort(excess)[: max(2, len(excess) // 5)])), 1e-12)
+        return cls.fit(units, logs, 1.0 / (1.0 + excess / reference) ** 2)
+
+
+def refine(
+    emulator: Emulator,
+    comparison: Comparison,
+    centre: Floats,
+    generator: np.random.Generator,
+    *,
+    candidates: int = 4000,
+) -> tuple[float, ...]:
+    """Return the point near ``centre`` where the emulator's objective is least, in a region of random size.
+
+    Random points in a shrinking neighbourhood: the objective of an emulator has many shallow minima.
+    """
+    at, radius = centre, float(generator.choice([0.03, 0.08, 0.2]))
+    for _ in range(4):
+        points = np.clip(at + radius * generator.normal(size=(candidates, centre.size)), 0.0, 1.0)
+        points[0] = at
+        logs = emulator(points)
+        at = points[int(np.argmin(comparison.objective(logs, np.zeros_like(logs))))]
+        radius *= 0.4
+    return tuple(float(u) for u in at)

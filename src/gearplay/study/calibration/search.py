@@ -1,0 +1,160 @@
+"""The search: evenly spread trials, a guided global search (optuna's TPE), then refinement on an emulator.
+
+The point of trial n is a function of the plan's seed, n and the trials before it, and only finished trials are
+stored: a search that was killed goes on to the same list of trials.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.calibration.emulator import Emulator, refine
+from gearplay.study.calibration.objective import Comparison
+from gearplay.study.calibration.trials import Problem, Trial, TrialStore
+
+if TYPE_CHECKING:
+    import optuna
+
+Floats = NDArray[np.float64]
+Report = Callable[[float, float], None]  # trials done, of how many
+CANDIDATES = 64  # that TPE weighs for one trial
+STARTUP, SEARCH, POLISH = "startup", "search", "polish"
+
+
+class Search:
+    """One model's search through its plan; the readings of the ordinate take turns in guiding it."""
+
+    def __init__(self, problem: Problem, comparisons: Sequence[Comparison], trials: Sequence[Trial]) -> None:
+        self.problem, self.comparisons = problem, tuple(comparisons)
+        self.effort = problem.plan.effort
+        self.names = [p.name for p in problem.plan.parameters]
+        self.trials: list[Trial] = []
+        self._studies = [self._new_study() for _ in self.comparisons]
+        self._asked: tuple[optuna.Study, optuna.Trial] | None = None
+        for trial in trials:
+            self.tell(trial)
+
+    def _new_study(self) -> "optuna.Study":
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        return optuna.create_study(direction="minimize")
+
+    def tell(self, trial: Trial) -> None:
+        """Take in a finished trial."""
+        import optuna
+
+        asked, self._asked = self._asked, None
+        for study, comparison in zip(self._studies, self.comparisons, strict=True):
+            known = asked[1] if asked is not None and asked[0] is study else None
+            value = None
+            if trial.good:
+                value = float(comparison.objective(*comparison.logs_of([trial]))[0])
+            state = optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL
+            if known is not None:
+                study.tell(known, value, state=state)
+            else:
+                params = dict(zip(self.names, trial.unit, strict=True)) if trial.good else {}
+                space = self._space() if trial.good else {}
+                study.add_trial(
+                    optuna.trial.create_trial(state=state, params=params, distributions=space, value=value)
+                )
+        self.trials.append(trial)
+
+    def _space(self) -> dict[str, Any]:
+        from optuna.distributions import FloatDistribution
+
+        return {name: FloatDistribution(0.0, 1.0) for name in self.names}
+
+    def phase(self, number: int) -> str:
+        """Return what trial ``number`` is for."""
+        if number < self.effort.startup:
+            return STARTUP
+        return POLISH if number >= self.effort.evaluations - self.effort.polish else SEARCH
+
+    def ask(self) -> tuple[float, ...]:
+        """Return the point of the next trial."""
+        number = len(self.trials)
+        turn = number % len(self.comparisons)
+        phase = self.phase(number)
+        if phase == STARTUP:
+            return self._even(number)
+        if phase == POLISH:
+            point = self._refined(number, turn)
+            if point is not None:
+                return point
+        return self._guided(number, turn)
+
+    def _even(self, number: int) -> tuple[float, ...]:
+        from scipy.stats import qmc
+
+        sobol = qmc.Sobol(len(self.names), seed=self.effort.seed)
+        if number:
+            sobol.fast_forward(number)
+        return tuple(float(u) for u in sobol.random(1)[0])
+
+    def _guided(self, number: int, turn: int) -> tuple[float, ...]:
+        import warnings
+
+        import optuna
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            sampler = optuna.samplers.TPESampler(
+                seed=_seed(self.effort.seed, number),
+                multivariate=True,
+                n_startup_trials=1,
+                n_ei_candidates=CANDIDATES,
+            )
+        study = self._studies[turn]
+        study.sampler = sampler
+        asked = study.ask(self._space())
+        self._asked = study, asked
+        return tuple(float(asked.params[name]) for name in self.names)
+
+    def _refined(self, number: int, turn: int) -> tuple[float, ...] | None:
+        """Return the best point of an emulator fitted to the trials near the best, or None where it cannot be fitted."""
+        comparison = self.comparisons[turn]
+        good = [trial for trial in self.trials if trial.good]
+        if len(good) < 4 * len(self.names):
+            return None
+        logs, errors = comparison.logs_of(good)
+        units = np.array([trial.unit for trial in good])
+        values = comparison.objective(logs, errors)
+        best = int(np.argmin(values))
+        generator = np.random.default_rng(_seed(self.effort.seed, number))
+        return refine(Emulator.near(units, logs, values, best=best), comparison, units[best], generator)
+
+
+def _seed(seed: int, number: int) -> int:
+    return int(np.random.SeedSequence([seed, number]).generate_state(1)[0])
+
+
+def run_search(
+    problem: Problem,
+    comparisons: Sequence[Comparison],
+    store: TrialStore,
+    *,
+    report: Report | None = None,
+    stop: threading.Event | None = None,
+) -> list[Trial]:
+    """Run or go on with one model's search to the plan's number of evaluations; return all trials.
+
+    Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
+    """
+    search = Search(problem, comparisons, store.read())
+    total = problem.plan.effort.evaluations
+    while (number := len(search.trials)) < total:
+        if stop is not None and stop.is_set():
+            raise KeyboardInterrupt
+        phase, effort = search.phase(number), problem.plan.effort
+        members = effort.polish_members if phase == POLISH else None
+        trial = problem.run(number, search.ask(), phase=phase, members=members, stop=stop)
+        store.add(trial)
+        search.tell(trial)
+        if report is not None:
+            report(number + 1.0, float(total))
+    return search.trials

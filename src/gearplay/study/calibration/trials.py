@@ -1,0 +1,228 @@
+"""Trials: one point of the free parameters, simulated under every condition, and what the sensor showed."""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry
+from gearplay.model.case import Case
+from gearplay.model.reading import load_case, replace
+from gearplay.solver.simulate import Progress, run_batch
+from gearplay.solver.trajectory import Trajectory
+from gearplay.study.calibration.observe import Ensemble, Observed, observe
+from gearplay.study.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+
+Floats = NDArray[np.float64]
+Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One finished trial: place in the unit cube, shape [parameter], and what was seen; empty with a reason if it failed."""
+
+    number: int
+    unit: tuple[float, ...]
+    seen: Seen
+    reason: str = ""
+    phase: str = "search"
+
+    @property
+    def good(self) -> bool:
+        """Whether every condition gave its numbers."""
+        return not self.reason
+
+
+class TrialStore(Protocol):
+    """Keeps finished trials, so that a stopped calibration goes on where it was."""
+
+    def read(self) -> list[Trial]:
+        """Return the finished trials in order."""
+
+    def add(self, trial: Trial) -> None:
+        """Store one finished trial."""
+
+
+class Problem:
+    """A plan made ready for one model: cases by condition, bounds in SI, and the way from a point to what is seen.
+
+    Raises `InputError` for a case, path or bound that does not fit.
+    """
+
+    def __init__(self, plan: Plan, model: Model) -> None:
+        self.plan, self.model = plan, model
+        base = replace(load_case(plan.case), {**plan.set, **model.set})
+        self.cases = [_changed(base, c.set, f"conditions.{at}") for at, c in enumerate(plan.conditions)]
+        self.bounds = [_bounds(p, at, self.cases[0]) for at, p in enumerate(plan.parameters)]
+        if plan.sensor.rotor not in base.rotors:
+            known = ", ".join(base.rotors)
+            raise InputError(
+                Fault("sensor.rotor", plan.sensor.rotor, "must be a rotor of the case", f"Rotors: {known}")
+            )
+
+    def values(self, unit: Sequence[float]) -> dict[str, float]:
+        """Return the parameters in SI (or as factors) at a point of the unit cube."""
+        return {
+            p.name: to_value(u, *bounds, p.scale)
+            for p, u, bounds in zip(self.plan.parameters, unit, self.bounds, strict=True)
+        }
+
+    def cases_at(self, values: Mapping[str, float], *, seed: int | None = None) -> list[Case]:
+        """Return the case of each condition at these parameters."""
+        return [replace(case, self._changes(case, values, seed)) for case in self.cases]
+
+    def _changes(self, case: Case, values: Mapping[str, float], seed: int | None) -> dict[str, Any]:
+        changes: dict[str, Any] = {"run.seed": self.plan.effort.seed if seed is None else seed}
+        document = case.resolved()
+        for parameter in self.plan.parameters:
+            for path in (parameter.path, *parameter.also):
+                value = values[parameter.name]
+                changes[path] = (
+                    value * float(value_at(document, path)) if parameter.mode == "scale" else value
+                )
+        return changes
+
+    def see(
+        self,
+        unit: Sequence[float],
+        *,
+        seed: int | None = None,
+        members: int | None = None,
+        progress: Progress | None = None,
+        stop: threading.Event | None = None,
+    ) -> Seen:
+        """Simulate every condition at a point and return what the sensor shows.
+
+        Every trial has the same seed, so the same initial states: common random numbers. ``seed`` replaces it.
+
+        Raises `GearplayError` where a condition has fewer than half of its members, `KeyboardInterrupt` once stopped.
+        """
+        simulation = self.plan.simulation
+        count = members or simulation.members
+        cases = self.cases_at(self.values(unit), seed=seed)
+        stop = stop or threading.Event()
+        runs = run_batch(
+            [(case, range(1, count + 1)) for case in cases],
+            signals=[f"{self.plan.sensor.rotor}.vx", f"{self.plan.sensor.rotor}.vy"],
+            duration=simulation.duration,
+            transient=simulation.transient,
+            sampling=simulation.sampling,
+            progress=progress,
+            stop=stop,
+        )
+        if stop.is_set():
+            raise KeyboardInterrupt
+        return {
+            condition.name: observe(self.plan.targets, self._ensemble(case, members_run, simulation))
+            for condition, case, members_run in zip(self.plan.conditions, cases, runs, strict=True)
+        }
+
+    def _ensemble(self, case: Case, runs: Sequence[Trajectory], simulation: Simulation) -> Ensemble:
+        good = [run for run in runs if run.success]
+        if 2 * len(good) < len(runs):
+            bad = next(run for run in runs if not run.success)
+            raise TrialError(f"{len(runs) - len(good)} of {len(runs)} members failed: {bad.message}")
+        sensor = self.plan.sensor
+        cos, sin = math.cos(sensor.direction), math.sin(sensor.direction)
+        velocity = np.array(
+            [cos * r.signal("vx", sensor.rotor) + sin * r.signal("vy", sensor.rotor) for r in good]
+        )
+        return Ensemble(
+            np.diff(velocity, axis=1) * simulation.sampling,
+            simulation.sampling,
+            mesh_frequency(case),
+            simulation.window,
+            [run.statistics for run in good],
+        )
+
+    def run(
+        self,
+        number: int,
+        unit: Sequence[float],
+        *,
+        phase: str = "search",
+        members: int | None = None,
+        stop: threading.Event | None = None,
+    ) -> Trial:
+        """Return the finished trial at a point; a simulation that fails is a trial with its reason."""
+        place = tuple(float(u) for u in unit)
+        try:
+            return Trial(number, place, self.see(place, members=members, stop=stop), phase=phase)
+        except GearplayError as error:
+            return Trial(number, place, {}, str(error).splitlines()[0], phase)
+
+
+class TrialError(GearplayError):
+    """A point at which too few members finish."""
+
+    exit_code = 3
+
+
+def mesh_frequency(case: Case) -> float:
+    """Return the nominal mesh frequency [Hz] of the case's first mesh: teeth x speed of the driver."""
+    driver = case.meshes[0].driver
+    omega = float(geometry.nominal_speeds(case)[list(case.rotors).index(driver)])
+    return abs(omega) * float(case.rotors[driver].teeth or 0) / (2.0 * math.pi)
+
+
+def _changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
+    try:
+        return replace(base, changes)
+    except InputError as error:
+        raise InputError(
+            [Fault(f"{where}.set: {f.path}", f.value, f.rule, f.cure) for f in error.faults]
+        ) from None
+
+
+def _bounds(parameter: Parameter, at: int, case: Case) -> tuple[float, float]:
+    """Return a parameter's bounds in SI, after trying each in the case."""
+    bounds = []
+    for name in ("low", "high"):
+        raw, where = getattr(parameter, name), f"parameters.{at}.{name}"
+        if parameter.mode == "scale":
+            if not isinstance(raw, (int, float)):
+                raise InputError(
+                    Fault(where, raw, "must be a plain number, as a factor", "Write it without quotes")
+                )
+            bounds.append(float(raw))
+            continue
+        changed = _changed(case, dict.fromkeys((parameter.path, *parameter.also), raw), where)
+        value = value_at(changed.resolved(), parameter.path)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(
+                Fault(
+                    f"parameters.{at}.path", parameter.path, "must lead to a number", "Add the field's name"
+                )
+            )
+        bounds.append(float(value))
+    low, high = bounds
+    if not low < high:
+        raise InputError(Fault(f"parameters.{at}.high", parameter.high, "must be above low", "Swap them"))
+    if parameter.scale == "log" and low <= 0.0:
+        raise InputError(
+            Fault(
+                f"parameters.{at}.low",
+                parameter.low,
+                "must be above 0 on a log scale",
+                "Raise it, or use linear",
+            )
+        )
+    return low, high
+
+
+def value_at(document: Any, path: str) -> Any:
+    """Return the value at a dotted path of a resolved case; `InputError` where there is none."""
+    value = document
+    for part in path.split("."):
+        try:
+            value = value[int(part)] if isinstance(value, list) else value[part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise InputError(
+                Fault("path", path, "must lead to a field of the case", "See gearplay schema")
+            ) from None
+    return value
