@@ -31,6 +31,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
     q.ACCELERATION.name: 1e6, q.FORCE.name: 1e12, q.TORQUE.name: 1e12, q.STIFFNESS.name: 1e16,
     q.DAMPING.name: 1e12, q.ROTATIONAL_DRAG.name: 1e12, q.ROTATIONAL_STIFFNESS.name: 1e15,
     q.PRESSURE.name: 1e14, q.RATIO.name: 1e6, q.HERTZ_STIFFNESS.name: 1e24,
+    q.VOLTAGE.name: 1e4, q.SENSITIVITY.name: 1e3, q.ACCELERATION_DENSITY.name: 1e3,
 })  # fmt: skip
 """Largest magnitude of each dimension [SI]: far above any machine, far below where arithmetic breaks."""
 

@@ -63,6 +63,8 @@ FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
     "N m/rad": {"N m/rad": Fraction(1), "N m": Fraction(1)},
     "Pa": {"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "GPa": Fraction(10**9)},
     "1": {"%": Fraction(1, 100)},
+    "V": {"V": Fraction(1), "mV": Fraction(1, 1000), "uV": Fraction(1, 10**6), "µV": Fraction(1, 10**6)},
+    "V/(m/s^2)": {"V/(m/s^2)": Fraction(1), "mV/(m/s^2)": Fraction(1, 1000)},
 })  # fmt: skip
 """Exact factors of common units, so that an everyday case never waits for pint."""
 

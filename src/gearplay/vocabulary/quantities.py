@@ -88,6 +88,13 @@ ROTATIONAL_STIFFNESS: Final = Quantity(
 )
 PRESSURE: Final = Quantity("pressure", "E", "Pa", "GPa", 1e-9, "pressure, elastic modulus")
 RATIO: Final = Quantity("ratio", "r", "1", "1", 1.0, "ratio")
+VOLTAGE: Final = Quantity("voltage", "U", "V", "V", 1.0, "voltage")
+SENSITIVITY: Final = Quantity(
+    "sensitivity", "S", "V/(m/s^2)", "mV/(m/s^2)", 1e3, "sensitivity of an accelerometer"
+)
+ACCELERATION_DENSITY: Final = Quantity(
+    "acceleration_density", "n", "m/s^2/Hz^0.5", "m/s^2/Hz^0.5", 1.0, "amplitude density of acceleration"
+)
 HERTZ_STIFFNESS: Final = hertz_stiffness(1.5)
 
 DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
@@ -95,6 +102,7 @@ DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
     for quantity in (
         LENGTH, MASS, INERTIA, ANGLE, ANGULAR_SPEED, TIME, FREQUENCY, SPEED, ACCELERATION, FORCE, TORQUE,
         STIFFNESS, DAMPING, ROTATIONAL_DRAG, ROTATIONAL_STIFFNESS, PRESSURE, RATIO, HERTZ_STIFFNESS,
+        VOLTAGE, SENSITIVITY, ACCELERATION_DENSITY,
     )
 })  # fmt: skip
 """Dimensions of inputs, by name."""

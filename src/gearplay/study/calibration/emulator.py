@@ -20,27 +20,28 @@ POINTS_PER_TERM = 2.0  # trials that a term of the polynomial needs at least
 
 
 @lru_cache(maxsize=64)
-def terms(parameters: int, degree: int) -> tuple[tuple[int, ...], ...]:
-    """Return the exponents of every term of total degree at most ``degree``.
+def terms(parameters: int, degree: int) -> NDArray[np.int64]:
+    """Return the exponents of every term of total degree at most ``degree``, shape [term, parameter].
 
-    >>> terms(2, 1)
-    ((0, 0), (1, 0), (0, 1))
+    >>> terms(2, 1).tolist()
+    [[0, 0], [1, 0], [0, 1]]
     """
     found = []
     for total in range(degree + 1):
         for chosen in combinations_with_replacement(range(parameters), total):
-            found.append(tuple(chosen.count(p) for p in range(parameters)))
-    return tuple(found)
+            found.append([chosen.count(p) for p in range(parameters)])
+    return np.array(found, dtype=np.int64)
 
 
 def design(units: Floats, degree: int) -> Floats:
-    """Return the polynomials at points of the unit cube, shape [point, term]."""
+    """Return the polynomials at points of the unit cube, shape [point, term].
+
+    >>> design(np.array([[1.0, 0.5]]), 1).tolist()
+    [[1.0, 1.0, 0.0]]
+    """
+    exponents = terms(units.shape[1], degree)
     one_way = np.polynomial.legendre.legvander(2.0 * units - 1.0, degree)  # [point, parameter, degree]
-    table = np.ones((len(units), len(terms(units.shape[1], degree))))
-    exponents = np.array(terms(units.shape[1], degree))
-    for p in range(units.shape[1]):
-        table *= one_way[:, p, exponents[:, p]]
-    return table
+    return np.asarray(np.prod(one_way[:, np.arange(units.shape[1]), exponents], axis=2))
 
 
 @dataclass(frozen=True)
@@ -83,14 +84,22 @@ class Emulator:
         return best
 
     @classmethod
-    def near(cls, units: Floats, logs: Floats, values: Floats, *, best: int) -> "Emulator":
-        """Fit to the trials that matter near the best: weights fall with the objective ``values`` [trial] above its least.
+    def near(cls, units: Floats, logs: Floats, values: Floats) -> "Emulator":
+        """Fit to trials with weights that fall with their objective ``values`` [trial] above the least: see `nearness`."""
+        return cls.fit(units, logs, nearness(values))
 
-        A trial whose objective is above the least by the median excess of the best fifth counts half.
-        """
-        excess = values - values[best]
-        reference = max(float(np.median(np.sort(excess)[: max(2, len(excess) // 5)])), 1e-12)
-        return cls.fit(units, logs, 1.0 / (1.0 + excess / reference) ** 2)
+
+def nearness(values: Floats) -> Floats:
+    """Return weights of trials by their objective, shape [trial]: 1 for the best, a quarter where the excess is the reference.
+
+    The reference is the median excess of the best fifth.
+
+    >>> nearness(np.array([3.0, 5.0])).tolist()
+    [1.0, 0.1111111111111111]
+    """
+    excess = values - np.min(values)
+    reference = max(float(np.median(np.sort(excess)[: max(2, len(excess) // 5)])), 1e-12)
+    return np.asarray(1.0 / (1.0 + excess / reference) ** 2)
 
 
 def refine(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,22 +83,22 @@ class Comparison:
         seen = trial.seen[datum.condition][datum.target][DISPLACEMENT if as_displacement else datum.key]
         return (1e6 * seen.value if as_displacement else seen.value), seen.error
 
-    @property
+    @cached_property
     def measured(self) -> Floats:
         """log10 of the measured numbers, shape [datum]."""
         return np.log10([d.value for d in self.data])
 
-    @property
+    @cached_property
     def uncertainty(self) -> Floats:
         """Standard uncertainty of the measured numbers [decades], shape [datum]."""
         return np.array([d.uncertainty for d in self.data])
 
-    @property
+    @cached_property
     def amplitudes(self) -> NDArray[np.bool_]:
         """Which data are amplitudes, shape [datum]."""
         return np.array([d.key == AMPLITUDE for d in self.data])
 
-    @property
+    @cached_property
     def frequencies(self) -> NDArray[np.bool_]:
         """Which data are frequencies, shape [datum]."""
         return np.array([d.key == FREQUENCY for d in self.data])

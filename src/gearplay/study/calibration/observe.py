@@ -121,7 +121,7 @@ def _statistic(target: StatisticTarget, ensemble: Ensemble) -> float:
     a = ensemble.accelerations - ensemble.accelerations.mean(axis=1, keepdims=True)
     mean_square = float(np.mean(a**2))
     if target.statistic == "rms":
-        return mean_square**0.5
+        return float(np.sqrt(mean_square))
     if target.statistic == "kurtosis":
         return float(np.mean(a**4)) / mean_square**2
     if target.statistic == "crest_factor":

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.rig import Accelerometer
 from gearplay.vocabulary import quantities as q
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]
@@ -156,6 +157,9 @@ class Sensor(Part):
 
     rotor: Name
     direction: Annotated[float, Measure(q.ANGLE, "direction, from the x axis")] = 0.0
+    accelerometer: Accelerometer | None = (
+        None  # its response shapes the simulated acceleration; ideal if not given
+    )
 
 
 class Simulation(Part):
@@ -245,7 +249,7 @@ def _measured_problems(
 def to_value(unit: float, low: float, high: float, scale: str) -> float:
     """Return the parameter at ``unit``, 0 at ``low`` and 1 at ``high``, on its scale.
 
-    >>> to_value(0.5, 1.0, 100.0, "log"), to_value(0.5, 1.0, 3.0, "linear")
+    >>> round(to_value(0.5, 1.0, 100.0, "log"), 12), to_value(0.5, 1.0, 3.0, "linear")
     (10.0, 2.0)
     """
     if scale == "log":

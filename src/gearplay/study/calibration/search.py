@@ -126,7 +126,7 @@ class Search:
         values = comparison.objective(logs, errors)
         best = int(np.argmin(values))
         generator = np.random.default_rng(_seed(self.effort.seed, number))
-        return refine(Emulator.near(units, logs, values, best=best), comparison, units[best], generator)
+        return refine(Emulator.near(units, logs, values), comparison, units[best], generator)
 
 
 def _seed(seed: int, number: int) -> int:

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
+from gearplay.model.rig import Accelerometer
 from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.calibration.observe import Ensemble, Observed, observe
 from gearplay.study.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.study.rig.sensor import sensor_response
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 Floats = NDArray[np.float64]
@@ -133,7 +135,9 @@ class Problem:
             [cos * r.signal("vx", sensor.rotor) + sin * r.signal("vy", sensor.rotor) for r in good]
         )
         return Ensemble(
-            np.diff(velocity, axis=1) * simulation.sampling,
+            as_sensed(
+                np.diff(velocity, axis=1) * simulation.sampling, simulation.sampling, sensor.accelerometer
+            ),
             simulation.sampling,
             mesh_frequency(case),
             simulation.window,
@@ -161,6 +165,18 @@ class TrialError(GearplayError):
     """A point at which too few members finish."""
 
     exit_code = 3
+
+
+def as_sensed(accelerations: Floats, sampling: float, sensor: Accelerometer | None) -> Floats:
+    """Return accelerations, shape [member, time], as a sensor of this analytic response shows them; None is ideal.
+
+    Applied to the discrete Fourier transform, so each record counts as periodic.
+    """
+    if sensor is None:
+        return accelerations
+    length = accelerations.shape[1]
+    response = sensor_response(sensor, np.asarray(np.fft.rfftfreq(length, 1.0 / sampling), dtype=np.float64))
+    return np.asarray(np.fft.irfft(np.fft.rfft(accelerations, axis=1) * response, length, axis=1))
 
 
 def mesh_frequency(case: Case) -> float:

@@ -1,0 +1,89 @@
+"""`gearplay calibrate PLAN`: which parameters explain a measurement, and which model does it better."""
+
+import shutil
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text, say
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+
+INTERRUPTED = 130
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(calibrate)
+
+
+def calibrate(
+    plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021.")],
+    out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/calibrate-PLAN].")] = None,
+    evaluations: Annotated[
+        int | None, typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget trials that are there.")] = False,
+    json: Json = False,
+) -> None:
+    """Fit the free parameters of every model of a plan, and say which model explains the data.
+
+    The same command goes on where it was stopped.
+    """
+    from gearplay.api.calibration import calibrate as run
+    from gearplay.output.folder_lock import locked
+    from gearplay.solver.simulate import prepare
+    from gearplay.study.calibration.reading import load_plan
+    from gearplay.study.calibration.trials import Problem
+
+    loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
+    folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
+    problem = Problem(loaded, loaded.models[0])
+    with compiling_notice():
+        prepare(problem.cases[0])
+    with locked(folder):
+        if overwrite:
+            _forget(folder)
+        try:
+            with interruptible() as stop, progress_bar(quiet=json) as report:
+                document = run(loaded, folder, records=_home(plan), progress=report, stop=stop)
+        except KeyboardInterrupt:
+            say(f"Interrupted. Finished trials are kept in {folder}: the same command goes on there.")
+            raise typer.Exit(INTERRUPTED) from None
+    if json:
+        print_json(document)
+    else:
+        print_text(_words(document, folder))
+
+
+def _home(plan: str) -> Path:
+    """Return where a plan's records are looked for: beside the plan."""
+    path = Path(plan)
+    return path.parent if path.exists() else Path()
+
+
+def _shortened(plan: str, evaluations: int) -> Any:
+    """Return the plan with another number of trials, its phases in proportion."""
+    from gearplay.study.calibration.reading import load_plan
+
+    loaded = load_plan(plan)
+    share = evaluations / loaded.effort.evaluations
+    document = loaded.model_dump(mode="json", exclude_none=True)
+    effort = document["effort"]
+    effort["evaluations"] = evaluations
+    effort["startup"] = max(4, int(effort["startup"] * share))
+    effort["polish"] = max(0, min(int(effort["polish"] * share), evaluations - effort["startup"]))
+    return load_plan(document)
+
+
+def _forget(folder: Path) -> None:
+    from gearplay.output.trial_store import FILE
+
+    (folder / FILE).unlink(missing_ok=True)
+    shutil.rmtree(folder / "parts", ignore_errors=True)
+
+
+def _words(document: dict[str, Any], folder: Path) -> str:
+    lines = [document["title"] or "Calibration", *document["statement"]["words"]]
+    lines.append(f"Report: {folder / 'report.html'}")
+    return "\n".join(lines)

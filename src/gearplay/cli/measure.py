@@ -1,0 +1,117 @@
+"""`gearplay measure CASE`: simulate a case and save what sensor and collector would have recorded."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(measure)
+
+
+def measure(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    out: Annotated[Path, typer.Option("--out", help="Write the record here; the ending names the format.")],
+    rig: Annotated[
+        Path | None, typer.Option("--rig", help="A rig file; the article's rig if not given.")
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change a value: --set meshes.0.backlash=200um. May be repeated."),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--duration", help="Length of the record [s]; the rig's or the case's.")
+    ] = None,
+    member: Annotated[int, typer.Option("--member", help="Member of the case's ensemble.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise.")] = 0,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing record.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a case and record it as a test rig would."""
+    from gearplay.model.reading import load_case
+    from gearplay.model.rig import load_rig
+    from gearplay.output.files import check_new
+    from gearplay.output.measurements import write_record
+    from gearplay.solver.simulate import prepare
+    from gearplay.study.rig import measure as record_of
+
+    chosen, built = load_case(case, changes or ()), load_rig(rig)
+    check_new(out, overwrite=overwrite)
+    with compiling_notice():
+        prepare(chosen)
+    with interruptible() as stop, progress_bar(quiet=json) as report:
+        watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
+        record = record_of(
+            chosen, built, member=member, duration=duration, seed=seed, progress=watch, stop=stop
+        )
+    write_record(record, out, overwrite=overwrite)
+    document = _summary(record, out)
+    if json:
+        print_json(document)
+    else:
+        print_text(_words(document))
+
+
+def _summary(record: Any, out: Path) -> dict[str, Any]:
+    first = record.channels[0]
+    about = record.attributes
+    return {
+        "title": record.source,
+        "case_sha256": about["case_sha256"],
+        "rig_sha256": about["rig_sha256"],
+        "member": int(about["member"]),
+        "seed": about["seed"],
+        "samples": int(first.values.size),
+        "sampling": first.sampling,
+        "duration": first.duration,
+        "sensors": {
+            name: _sensor(record, name)
+            for name in (c.name.rpartition(".")[0] for c in record.channels if c.name.endswith(".counts"))
+        },
+        "out": str(out),
+    }
+
+
+def _sensor(record: Any, name: str) -> dict[str, Any]:
+    """Return what is remarkable of one sensor's channels: rms and peak [m/s^2], what was cut off."""
+    ideal, recorded = (record.channel(f"{name}.{which}") for which in ("acceleration", "recorded"))
+    return {
+        "place": record.attributes[f"{name}_place"],
+        "sensor": recorded.attributes["sensor"],
+        "rms": float((ideal.values**2).mean() ** 0.5),
+        "peak": float(abs(ideal.values).max()),
+        "recorded_rms": float((recorded.values**2).mean() ** 0.5),
+        "recorded_peak": float(abs(recorded.values).max()),
+        **{
+            key: recorded.attributes[key]
+            for key in recorded.attributes
+            if key.startswith(("sensor_saturated", "converter_clipped"))
+        },
+    }
+
+
+def _words(d: dict[str, Any]) -> str:
+    lines = [
+        f"{d['title'] or 'untitled'}: {d['samples']} samples at {d['sampling']:g} Hz, {d['duration']:g} s",
+        f"{'sensor':<20}{'rms':>16}{'peak':>16}{'recorded rms':>16}{'recorded peak':>16}  [m/s^2]",
+    ]
+    for name, s in d["sensors"].items():
+        lines.append(
+            f"{name:<20}{s['rms']:>16.4g}{s['peak']:>16.4g}{s['recorded_rms']:>16.4g}{s['recorded_peak']:>16.4g}"
+        )
+        for what, words in (
+            ("sensor_saturated", "the sensor saturated"),
+            ("converter_clipped", "the converter clipped"),
+        ):
+            if s[what] == "yes":
+                share = 100.0 * float(s[f"{what}_share"])
+                lines.append(
+                    f"{name}: {words} in {share:.3g} % of the samples, first at {s[f'{what}_first']}"
+                )
+    lines.append(f"Saved to {d['out']}")
+    return "\n".join(lines)

@@ -1,0 +1,122 @@
+"""Sentences for files that do not hold what they declare, limits, and the fence around foreign parsers."""
+
+import io
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Final
+
+import numpy as np
+
+from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError, MeasurementError, shorten
+
+LARGEST_FILE: Final = 4 * 2**30
+"""Largest file that is read [bytes]."""
+
+LARGEST_TEXT: Final = 512 * 2**20
+"""Largest text file that is read [bytes]: its numbers need several times its size in memory."""
+
+MOST_SAMPLES: Final = 2**29
+"""Most samples of all chosen channels together: 4 GiB as they are kept in memory."""
+
+MOST_NODES: Final = 200_000
+"""Most blocks, segments or elements that a file may consist of."""
+
+DENSEST: Final = 1100
+"""Most bytes that one stored byte can unpack to; deflate reaches 1032."""
+
+AGAIN: Final = "The file is cut or damaged: copy or export it again"
+"""The cure where a file holds less than it declares."""
+
+
+def damaged(path: Path, rule: str, cure: str = AGAIN) -> MeasurementError:
+    """Return the error that names a file, what is wrong with it and what to do.
+
+    >>> print(damaged(Path("data/run.wav"), "declares 8 samples and holds 5"))
+    run.wav: declares 8 samples and holds 5. The file is cut or damaged: copy or export it again.
+    """
+    return MeasurementError(str(Fault(shorten(path.name), NO_VALUE, rule, cure)))
+
+
+def quoted(text: str) -> str:
+    r"""Return a text of the file as messages show it: quoted, escaped, at most 40 characters.
+
+    >>> print(quoted("acc"), quoted("1\xa02"), quoted("a\n"))
+    'acc' '1 2' 'a\n'
+    """
+    shown = shorten(text, 40)
+    return f"'{shown if shown.isprintable() else ' '.join(shown.split())}'"  # other kinds of blanks than ours
+
+
+def check_samples(path: Path, count: int) -> None:
+    """Raise `MeasurementError` where more samples are declared than are kept in memory."""
+    if count > MOST_SAMPLES:
+        raise damaged(
+            path,
+            f"declares {count} samples; at most {MOST_SAMPLES} are read at once",
+            "Choose fewer channels, or split the file",
+        )
+
+
+def need(module: str, package: str, path: Path) -> ModuleType:
+    """Import an optional package.
+
+    Raises `InputError` with the command that installs it where it is missing.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return import_module(module)
+    except ImportError:
+        fault = Fault(
+            "file",
+            shorten(path.name),
+            f"needs the package {package}, which is not installed",
+            "Run: pip install 'gearplay[measurements]'",
+        )
+        raise InputError([fault]) from None
+
+
+@contextmanager
+def _muted(package: str) -> Iterator[None]:
+    """Silence the loggers of a package, which would print on the standard error."""
+    known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == package]
+    loud = [logging.getLogger(name) for name in known if not logging.getLogger(name).disabled]
+    for logger in loud:
+        logger.disabled = True
+    try:
+        yield
+    finally:
+        for logger in loud:
+            logger.disabled = False
+
+
+@contextmanager
+def fenced(path: Path, kind: str, package: str = "") -> Iterator[None]:
+    """Run a foreign parser quietly and turn whatever it raises into a `MeasurementError`.
+
+    Parameters
+    ----------
+    path
+        The file, for the sentence.
+    kind
+        The kind of file, as the sentence names it.
+    package
+        The parser's package, whose loggers are silenced.
+
+    """
+    printed = redirect_stdout(io.StringIO())
+    with warnings.catch_warnings(), np.errstate(all="ignore"), _muted(package), printed:
+        warnings.simplefilter("ignore")
+        try:
+            yield
+        except (GearplayError, MemoryError):
+            raise
+        except Exception as error:  # a foreign parser fed with damaged bytes can raise anything
+            words = (str(error).splitlines() or [""])[0]
+            said = shorten(f"{type(error).__name__}: {words}" if words else type(error).__name__, 120)
+            raise damaged(path, f"must be a readable {kind} file ({said})") from None

@@ -1,0 +1,267 @@
+"""Pictures of signals, simulated or measured; each draws on a given ``ax``, with units and the settings it was made with."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.output.plots import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes, plain
+from gearplay.study.signals.angle import ShaftAngle
+from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
+from gearplay.study.signals.checks import TWO_PI, check_channel, refuse
+from gearplay.study.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
+from gearplay.study.signals.line_table import LineTable, line_table
+from gearplay.study.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
+from gearplay.study.signals.record import Channel
+from gearplay.study.signals.spectrogram import Spectrogram, spectrogram
+from gearplay.study.signals.statistics import signal_statistics
+from gearplay.study.signals.synchronous import SynchronousAverage, synchronous_average
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
+MOST_CELLS = 1200  # rows or columns of a map; a picture has no more dots
+
+
+def shown_unit(unit: str) -> str:
+    """Return a unit as a picture shows it.
+
+    >>> shown_unit("(m/s^2)^2/Hz"), shown_unit(""), shown_unit("um")
+    ('(m/s²)²/Hz', '1', 'µm')
+    """
+    text = unit.replace("^2", "²").replace("^3", "³") or "1"
+    return plain("µm" if text == "um" else text)
+
+
+def _finish(ax: "Axes", horizontal: str, vertical: str, caption: str, name: str) -> "Axes":
+    """Label the axes, name the channel above and print the settings below."""
+    ax.set_xlabel(horizontal, fontsize=8)
+    ax.set_ylabel(vertical, fontsize=8)
+    if name:
+        ax.set_title(plain(_folded(name, 80)), fontsize=9, loc="left")
+    width = 17.0 * float(ax.figure.bbox.width / ax.figure.dpi)  # letters on one line
+    ax.text(
+        0.0, -0.17, plain(_folded(caption, int(width))), transform=ax.transAxes, fontsize=6.5, color=CLEARANCE, va="top",
+    )  # fmt: skip
+    return ax
+
+
+def _folded(text: str, width: int) -> str:
+    import textwrap
+
+    return "\n".join("\n".join(textwrap.wrap(line, width)) for line in text.splitlines())
+
+
+def _extremes(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return at most `MOST_POINTS` points that keep the lowest and highest of every stretch: thinning loses shocks and lines."""
+    stretch = -(-2 * x.size // MOST_POINTS)
+    if stretch <= 2:
+        return x, y
+    whole = x.size // stretch
+    table = y[: whole * stretch].reshape(whole, stretch)
+    low, high = np.argmin(table, axis=1), np.argmax(table, axis=1)
+    places = np.sort(np.stack([low, high], axis=1), axis=1) + stretch * np.arange(whole)[:, None]
+    return x[places.ravel()], y[places.ravel()]
+
+
+def _decades(ax: "Axes", x: Floats, y: Floats, color: str, label: str | None) -> None:
+    """Draw on a logarithmic ordinate, at most so many decades; a signal at rest has none."""
+    x, y = _extremes(x, y)
+    top = float(np.max(y, initial=0.0))
+    if top > 0.0:
+        low = max(top * 10.0**-DECADES, 0.5 * float(np.min(y[y > 0.0])))
+        ax.semilogy(x, np.maximum(y, low), color=color, linewidth=0.7, label=label)
+        ax.set_ylim(0.7 * low, 2.0 * top)
+    else:
+        ax.plot(x, y, color=color, linewidth=0.7, label=label)
+    ax.set_xlim(0.0, float(x[-1]))
+
+
+def plot_channel(ax: "Axes", channel: Channel, *, color: str = COUPLED) -> "Axes":
+    """Draw a channel over time [s], with its statistics in the caption."""
+    values = check_channel(channel)
+    ax.plot(*_extremes(channel.time, values), color=color, linewidth=0.5)
+    s = signal_statistics(channel)
+    unit = channel.unit or "1"
+    caption = (
+        f"{s.samples} samples at {channel.sampling:g} Hz; rms {s.rms:.4g} {unit}, peak {s.peak:.4g} {unit}, "
+        f"crest factor {s.crest_factor:.3g}, kurtosis {s.kurtosis:.3g} (normal 3), skewness {s.skewness:.2g}"
+    )
+    ax.set_xlim(float(channel.time[0]), float(channel.time[-1]))
+    return _finish(ax, "time [s]", f"signal [{shown_unit(channel.unit)}]", caption, channel.name)
+
+
+def plot_averaged_spectrum(
+    ax: "Axes",
+    spectrum: AveragedSpectrum,
+    *,
+    lines: LineTable | None = None,
+    color: str = COUPLED,
+    label: str | None = None,
+) -> "Axes":
+    """Draw an amplitude spectrum or density on a logarithmic ordinate; ``lines`` marks those of a table (amplitude only)."""
+    # The mean is off: what remains at zero is rounding.
+    _decades(ax, spectrum.frequency[1:], spectrum.values[1:], color, plain(label) if label else None)
+    if lines is not None:
+        _mark(ax, lines)
+    word = "amplitude" if spectrum.kind == "amplitude" else "power spectral density"
+    return _finish(
+        ax, "frequency [Hz]", f"{word} [{shown_unit(spectrum.unit)}]", spectrum.caption, spectrum.name
+    )
+
+
+def _mark(ax: "Axes", table: LineTable) -> None:
+    """Mark the lines found with their frequency, and the places of those that are not there."""
+    found = [row for row in table.rows if row.found]
+    ax.plot([r.frequency for r in found], [r.amplitude for r in found], "o", markersize=4.5, markerfacecolor="none",
+            color=UNCOUPLED, label="line fitted" if found else None)  # fmt: skip
+    for row in found if len(found) <= 12 else ():
+        ax.annotate(f"{row.frequency:.5g}", (row.frequency, row.amplitude), textcoords="offset points", xytext=(3, 5),
+                    fontsize=6.5, color=TEST)  # fmt: skip
+    absent = [row for row in table.rows if not row.found]
+    floor = ax.get_ylim()[0]
+    ax.plot([r.expected for r in absent], [floor * 1.6] * len(absent), "x", markersize=5, color=CLEARANCE,
+            label="no line here" if absent else None)  # fmt: skip
+    ax.legend(fontsize=7, framealpha=0.9, loc="upper right")
+
+
+def plot_envelope_spectrum(
+    ax: "Axes", result: EnvelopeSpectrum, *, highest: float | None = None, color: str = COUPLED
+) -> "Axes":
+    """Draw an envelope spectrum up to ``highest`` [Hz]."""
+    s = result.spectrum
+    kept = s.frequency <= (highest if highest is not None else math.inf)
+    ax.plot(*_extremes(s.frequency[kept][1:], s.values[kept][1:]), color=color, linewidth=0.7)
+    ax.set_ylim(bottom=0.0)
+    ax.set_xlim(0.0, float(s.frequency[kept][-1]))
+    return _finish(ax, "frequency [Hz]", f"envelope amplitude [{shown_unit(s.unit)}]", result.caption, s.name)
+
+
+def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
+    """Draw a map in four decades of colour below its highest value, the colour bar in the unit."""
+    from matplotlib.colors import LogNorm
+
+    step = [max(1, -(-n // MOST_CELLS)) for n in values.shape]
+    rows, columns = (n - n % s for n, s in zip(values.shape, step, strict=True))
+    # The highest of each stretch, so that a line narrower than a dot is seen.
+    table = (
+        values[:rows, :columns]
+        .reshape(rows // step[0], step[0], columns // step[1], step[1])
+        .max(axis=(1, 3))
+    )
+    x, y = x[: columns : step[1]], y[: rows : step[0]]
+    top = float(table.max())
+    norm = LogNorm(top * 1e-4, top) if top > 0.0 else None
+    picture = ax.pcolormesh(x, y, np.maximum(table, top * 1e-4), norm=norm, cmap="viridis", shading="nearest",
+                            rasterized=True)  # fmt: skip
+    ax.grid(False)
+    bar: Any = ax.figure.colorbar(picture, ax=ax, pad=0.02)
+    bar.set_label(label, fontsize=8)
+    bar.ax.tick_params(labelsize=7)
+
+
+def plot_spectrogram(ax: "Axes", result: Spectrogram) -> "Axes":
+    """Draw a spectrogram over time and frequency, four decades of colour."""
+    word = "amplitude" if result.kind == "amplitude" else "density"
+    _mesh(ax, result.time, result.frequency, result.values, f"{word} [{shown_unit(result.unit)}]")
+    return _finish(ax, "time [s]", "frequency [Hz]", result.caption, result.name)
+
+
+def plot_order_map(ax: "Axes", result: OrderMap) -> "Axes":
+    """Draw an order map over order and revolution, four decades of colour."""
+    _mesh(ax, result.revolution, result.order, result.amplitude, f"amplitude [{shown_unit(result.unit)}]")
+    speeds = 60.0 / TWO_PI * result.speed
+    caption = f"{speeds.min():.4g} to {speeds.max():.4g} rpm; {result.caption}"
+    return _finish(ax, "revolution of the shaft [1]", "order [1]", caption, result.name)
+
+
+def plot_order_spectrum(ax: "Axes", result: OrderSpectrum, *, color: str = COUPLED) -> "Axes":
+    """Draw an order spectrum on a logarithmic ordinate."""
+    _decades(ax, result.order[1:], result.amplitude[1:], color, None)
+    return _finish(ax, "order [1]", f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
+
+
+def plot_order_tracks(ax: "Axes", result: OrderTracks) -> "Axes":
+    """Draw the amplitude of each order over the shaft's speed [rpm], or over time where the speed is constant."""
+    speed = 60.0 / TWO_PI * result.speed
+    steady = float(np.ptp(speed)) < 0.01 * float(speed.max())
+    for order, amplitude in zip(result.orders, result.amplitude, strict=True):
+        ax.plot(
+            result.time if steady else speed, amplitude, linewidth=1.0, marker=".", label=f"order {order:g}"
+        )
+    ax.set_ylim(bottom=0.0)
+    ax.legend(fontsize=7)
+    horizontal = "time [s]" if steady else "speed of the shaft [rpm]"
+    return _finish(ax, horizontal, f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
+
+
+def plot_synchronous_average(ax: "Axes", result: SynchronousAverage, *, color: str = COUPLED) -> "Axes":
+    """Draw a synchronous average over the shaft's angle [deg] with twice its standard error."""
+    angle = np.degrees(result.angle)
+    low, high = result.average - 2.0 * result.error, result.average + 2.0 * result.error
+    ax.fill_between(angle, low, high, color=color, alpha=0.2, linewidth=0, label="± 2 standard errors")
+    ax.plot(angle, result.average, color=color, linewidth=0.7, label="average")
+    ax.set_xlim(0.0, 360.0 * result.period)
+    ax.set_xticks(np.linspace(0.0, 360.0 * result.period, 9))
+    ax.legend(fontsize=7, loc="upper right", framealpha=0.9)
+    vertical = f"synchronous average [{shown_unit(result.unit)}]"
+    return _finish(ax, "angle of the shaft [deg]", vertical, result.caption, result.name)
+
+
+def _write(ax: "Axes", path: Path) -> Path:
+    figure: Any = ax.figure
+    figure.savefig(path, format="png", dpi=130, metadata={"Software": "gearplay"})
+    return path
+
+
+def draw_record(
+    channel: Channel,
+    folder: Path | str,
+    *,
+    speed: float | Channel | ShaftAngle | None = None,
+    expected: Sequence[float] = (),
+    band: tuple[float, float] | None = None,
+    highest: float | None = None,
+) -> list[Path]:
+    """Write a page of PNGs of one signal into ``folder`` and return their paths.
+
+    History, amplitude spectrum with the lines near ``expected`` [Hz] marked, density, spectrogram, envelope spectrum of
+    ``band`` [Hz] (the most impulsive one unless given); with a shaft's ``speed`` (see `shaft_angle`) order spectrum, order map
+    and synchronous average up to the order ``highest``. Nothing is written where an analysis is refused.
+
+    Raises `InputError` as the analyses do, and where the folder cannot be made.
+    """
+    values = check_channel(channel, 256)
+    low, high = band if band is not None else most_impulsive_band(channel)
+    whole = averaged_spectrum(channel, segment=values.size)
+    table = line_table(channel, expected) if len(expected) else None
+    envelope = envelope_spectrum(channel, low, high)
+    pages = {
+        "history": plot_channel(new_axes(), channel),
+        "spectrum": plot_averaged_spectrum(new_axes(), whole, lines=table),
+        "density": plot_averaged_spectrum(new_axes(), power_density(channel)),
+        "spectrogram": plot_spectrogram(new_axes(), spectrogram(channel)),
+        "envelope_spectrum": plot_envelope_spectrum(new_axes(), envelope, highest=0.5 * (high - low)),
+    }
+    if speed is not None:
+        spectrum = order_spectrum(channel, speed, highest=highest)
+        pages["order_spectrum"] = plot_order_spectrum(new_axes(), spectrum)
+        pages["order_map"] = plot_order_map(new_axes(), order_map(channel, speed, highest=highest))
+        average = synchronous_average(channel, speed, highest=highest)
+        pages["synchronous_average"] = plot_synchronous_average(new_axes(), average)
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return [_write(ax, Path(folder) / f"{name}.png") for name, ax in pages.items()]
+    except OSError as error:
+        refuse(
+            "folder",
+            str(folder),
+            f"must be a folder that can be written ({error.strerror})",
+            "Choose another folder",
+        )

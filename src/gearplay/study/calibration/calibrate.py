@@ -1,0 +1,283 @@
+"""`run_calibration`: search, check on fresh members, posterior, hold-out and verdict, for every model and reading."""
+
+import hashlib
+import json
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.calibration.emulator import refine
+from gearplay.study.calibration.objective import Comparison, Measurements, data_of
+from gearplay.study.calibration.plan import Model, Plan
+from gearplay.study.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
+from gearplay.study.calibration.search import run_search
+from gearplay.study.calibration.trials import Problem, Trial, TrialStore
+from gearplay.study.calibration.verdict import (
+    LeftOut,
+    Standing,
+    information_criterion,
+    leave_one_out,
+)
+from gearplay.vocabulary.errors import SimulationError
+
+Floats = NDArray[np.float64]
+Report = Callable[[str, float, float], None]  # what is running, work done, of how much
+CANDIDATES = 3
+CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's: members the search has not seen
+PICTURE = 400  # posterior points kept for pictures
+
+
+class PartStore(Protocol):
+    """Keeps finished parts, so that a stopped calibration goes on where it was."""
+
+    def get(self, key: str) -> dict[str, Any] | None:
+        """Return the part stored under a key, or None."""
+
+    def put(self, key: str, part: dict[str, Any]) -> None:
+        """Store a part under a key."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One datum of the residual table: measured and simulated in the ordinate's unit, log10 of their ratio [decades]."""
+
+    condition: str
+    target: str
+    key: str
+    measured: float
+    simulated: float
+    residual: float
+    ensemble_error: float  # decades
+
+    @property
+    def error(self) -> float:
+        """Error of the simulated value [%]."""
+        return 100.0 * abs(self.simulated / self.measured - 1.0)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One model in one reading of the ordinate, calibrated.
+
+    ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
+    fresh ones; ``found_errors`` are the mean errors [%] that the search itself saw at its best trial, which are too good.
+    """
+
+    model: str
+    reading: str
+    trials: int
+    failed: int
+    best: dict[str, float]
+    unit: tuple[float, ...]
+    factor: float
+    amplitude_error: float
+    frequency_error: float
+    found_errors: tuple[float, float]
+    rows: tuple[Row, ...]
+    intervals: tuple[Interval, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    sample: tuple[tuple[float, ...], ...]  # [sample, parameter], in the unit cube, equally weighted
+    scatter: tuple[float, float, float]  # decades: 5, 50, 95 % points of the model's own scatter
+    emulator_degree: int
+    emulator_error: tuple[float, ...]  # decades, by datum
+    left_out: tuple[LeftOut, ...]
+    standing: Standing
+    history: tuple[float, ...]  # least objective after each trial
+
+
+def fit_from(part: Mapping[str, Any]) -> Fit:
+    """Return a fit from its JSON-able form."""
+    values = {f.name: part[f.name] for f in fields(Fit)}
+    values["rows"] = tuple(Row(**row) for row in part["rows"])
+    values["intervals"] = tuple(Interval(**each) for each in part["intervals"])
+    values["left_out"] = tuple(
+        LeftOut(**{**each, "residuals": tuple(each["residuals"]), "labels": tuple(each["labels"])})
+        for each in part["left_out"]
+    )
+    values["standing"] = Standing(**part["standing"])
+    for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
+        values[name] = tuple(part[name])
+    for name in ("correlation", "sample"):
+        values[name] = tuple(tuple(row) for row in part[name])
+    return Fit(**values)
+
+
+def run_calibration(
+    plan: Plan,
+    measurements: Measurements,
+    *,
+    trials: Callable[[str], TrialStore],
+    parts: PartStore | None = None,
+    report: Report | None = None,
+    stop: threading.Event | None = None,
+) -> list[Fit]:
+    """Calibrate every model of a plan in every reading; finished work comes from the stores.
+
+    ``trials`` returns the store of a model's trials by its name.
+
+    Raises `InputError` for a plan that does not fit its case, `SimulationError` where no trial of a model finishes,
+    `KeyboardInterrupt` soon after ``stop`` is set.
+    """
+    stop = stop or threading.Event()
+    data = data_of(plan, measurements)
+    problems = [(model, Problem(plan, model)) for model in plan.models]  # all are checked before any runs
+    total = float(len(plan.models) * plan.effort.evaluations)
+    fits = []
+    for at, (model, problem) in enumerate(problems):
+        comparisons = [Comparison(data, reading) for reading in plan.readings]
+
+        def searched(done: float, _: float, at: int = at, model: Model = model) -> None:
+            if report is not None:
+                report(f"{model.name}: trials", at * plan.effort.evaluations + done, total)
+
+        found = run_search(problem, comparisons, trials(model.name), report=searched, stop=stop)
+        for comparison in comparisons:
+            if report is not None:
+                report(
+                    f"{model.name}, {comparison.reading}: posterior and hold-out",
+                    (at + 1) * total / len(problems),
+                    total,
+                )
+            fits.append(_stored(problem, comparison, found, parts, stop))
+    return fits
+
+
+def _stored(
+    problem: Problem,
+    comparison: Comparison,
+    trials: Sequence[Trial],
+    parts: PartStore | None,
+    stop: threading.Event,
+) -> Fit:
+    identity = [
+        problem.plan.model_dump(mode="json"),
+        problem.model.name,
+        comparison.reading,
+        [asdict(d) for d in comparison.data],
+    ]
+    key = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:24]
+    part = parts.get(key) if parts is not None else None
+    if part is None:
+        part = json.loads(json.dumps(asdict(fit_model(problem, comparison, trials, stop=stop))))
+        if parts is not None:
+            parts.put(key, part)
+    return fit_from(part)
+
+
+def fit_model(
+    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event | None = None
+) -> Fit:
+    """Return what finished trials say of one model in one reading: best point, posterior, hold-out.
+
+    Raises `SimulationError` where too few trials finished.
+    """
+    plan, number = problem.plan, len(problem.plan.parameters)
+    good = [trial for trial in trials if trial.good]
+    if len(good) < 2 * number + 2:
+        reason = next((t.reason for t in trials if not t.good), "no trial was run")
+        raise SimulationError(
+            f"{problem.model.name}: only {len(good)} of {len(trials)} trials finished: {reason}"
+        )
+    logs, errors = comparison.logs_of(good)
+    values = comparison.objective(logs, errors)
+    surrogate = Surrogate.of(comparison, trials)
+    unit = _best_point(problem, surrogate, good, values, stop)
+    checked = Trial(
+        -1,
+        unit,
+        problem.see(unit, seed=plan.effort.seed + CHECK_SEED, members=plan.effort.check_members, stop=stop),
+    )
+    checked_logs, checked_errors = comparison.logs_of([checked])
+    posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
+    left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    found_amplitude, found_frequency = comparison.mean_errors(logs, errors)
+    amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
+    best = int(np.argmin(values))
+    _, variance = comparison.residuals(checked_logs, checked_errors)
+    return Fit(
+        model=problem.model.name,
+        reading=comparison.reading,
+        trials=len(trials),
+        failed=len(trials) - len(good),
+        best=problem.values(unit),
+        unit=unit,
+        factor=float(10.0 ** comparison.log_factor(checked_logs, variance)[0]),
+        amplitude_error=float(amplitude[0]),
+        frequency_error=float(frequency[0]),
+        found_errors=(float(found_amplitude[best]), float(found_frequency[best])),
+        rows=_rows(comparison, checked_logs, checked_errors),
+        intervals=_intervals(problem, posterior),
+        correlation=_tuples(posterior.correlation()),
+        sample=_tuples(_equal_sample(posterior, plan.effort.seed)),
+        scatter=_three(posterior.quantiles(posterior.scatter)),
+        emulator_degree=surrogate.emulator.degree,
+        emulator_error=tuple(float(v) for v in surrogate.error),
+        left_out=tuple(left_out),
+        standing=Standing(
+            problem.model.name,
+            information_criterion(surrogate, posterior, free),
+            posterior.log_evidence,
+            posterior.log_evidence_error,
+            {each.condition: each.log_density for each in left_out},
+        ),
+        history=tuple(float(v) for v in np.minimum.accumulate(values)),
+    )
+
+
+def _best_point(
+    problem: Problem,
+    surrogate: Surrogate,
+    good: Sequence[Trial],
+    values: Floats,
+    stop: threading.Event | None,
+) -> tuple[float, ...]:
+    """Return the best of a few candidates, simulated with fresh members: best trials, and the emulator's best point.
+
+    The trial with the least objective is partly a lucky one, so it is not taken at its word.
+    """
+    effort, order = problem.plan.effort, np.argsort(values)
+    candidates: list[tuple[float, ...]] = [good[i].unit for i in order[: CANDIDATES - 1]]
+    generator = np.random.default_rng(effort.seed)
+    candidates.append(refine(surrogate.emulator, surrogate.comparison, np.array(candidates[0]), generator))
+    seen = [
+        Trial(
+            -1,
+            unit,
+            problem.see(unit, seed=effort.seed + CHOOSE_SEED, members=effort.check_members, stop=stop),
+        )
+        for unit in candidates
+    ]
+    objective = surrogate.comparison.objective(*surrogate.comparison.logs_of(seen))
+    return candidates[int(np.argmin(objective))]
+
+
+def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ...]:
+    residuals, _ = comparison.residuals(logs, errors)
+    return tuple(
+        Row(d.condition, d.target, d.key, d.value, float(d.value * 10.0**r), float(r), float(e))
+        for d, r, e in zip(comparison.data, residuals[0], errors[0], strict=True)
+    )
+
+
+def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
+    table = [problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.units.T])]
+    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.plan.parameters)
+
+
+def _equal_sample(posterior: Posterior, seed: int) -> Floats:
+    generator = np.random.default_rng(seed)
+    chosen = generator.choice(len(posterior.units), PICTURE, p=posterior.weights)
+    return np.asarray(posterior.units[chosen])
+
+
+def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(float(f"{v:.6g}") for v in row) for row in table)
+
+
+def _three(values: Floats) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])

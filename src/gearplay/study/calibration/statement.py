@@ -1,0 +1,85 @@
+"""What may be said of the models after a calibration: per reading of the ordinate, and over all readings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gearplay.study.calibration.verdict import OPEN, Duel, Standing, duels
+
+
+@dataclass(frozen=True)
+class ReadingStatement:
+    """What one reading of the ordinate says: the model that beats every other there, or that it cannot be told."""
+
+    reading: str
+    models: tuple[str, ...]
+    duels: tuple[Duel, ...]
+
+    @property
+    def winner(self) -> str:
+        """The model that wins all its duels, or that it cannot be told; a model alone has beaten nobody."""
+        for model in self.models:
+            own = [duel for duel in self.duels if model in (duel.first, duel.second)]
+            if own and all(duel.winner == model for duel in own):
+                return model
+        return OPEN
+
+    @property
+    def words(self) -> str:
+        """The statement in one sentence."""
+        if len(self.models) < 2:
+            return f"{OPEN}: {self.models[0]} is the only model, so there is nothing to compare."
+        if self.winner == OPEN:
+            return f"{OPEN}: no model beats every other."
+        return f"{self.winner} explains the data better than {_others(len(self.models))}."
+
+
+@dataclass(frozen=True)
+class Statement:
+    """The statement of every reading, and over all of them.
+
+    ``overall`` is a model's name only where it beats every other model in every reading, else that it cannot be told.
+    """
+
+    readings: tuple[ReadingStatement, ...]
+    overall: str
+    words: str
+
+
+def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
+    """Return what the standings of the models say, by reading.
+
+    >>> from gearplay.study.calibration.verdict import Standing
+    >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))
+    >>> statement_of({"absolute": [good, bad]}).overall
+    'good'
+    >>> statement_of({"absolute": [good, bad], "displacement": [good, good]}).overall
+    'cannot be told'
+    """
+    readings = tuple(
+        ReadingStatement(reading, tuple(s.model for s in found), tuple(duels(found)))
+        for reading, found in standings.items()
+    )
+    winners = {each.winner for each in readings}
+    same = len({frozenset(each.models) for each in readings}) == 1  # else some model was not compared everywhere
+    overall = next(iter(winners)) if len(winners) == 1 and same else OPEN
+    return Statement(readings, overall, _words(readings, overall))
+
+
+def _words(readings: Sequence[ReadingStatement], overall: str) -> str:
+    if not readings:
+        return f"{OPEN}: nothing was calibrated."
+    if overall != OPEN:
+        where = "" if len(readings) == 1 else f", in every reading ({', '.join(r.reading for r in readings)})"
+        return f"{overall} explains the data better than {_others(len(readings[0].models))}{where}."
+    if len(readings) == 1:
+        return readings[0].words
+    if all(len(each.models) < 2 for each in readings):
+        return readings[0].words
+    each_says = "; ".join(f"{each.reading}: {each.winner}" for each in readings)
+    won = {each.winner for each in readings} - {OPEN}
+    reason = "the readings disagree" if len(won) > 1 else "not every reading shows one model ahead of all"
+    return f"{OPEN}: {reason} ({each_says})."
+
+
+def _others(models: int) -> str:
+    return "the other model" if models == 2 else "every other model"

@@ -1,0 +1,178 @@
+"""Which model explains the data: leave-one-condition-out prediction, information criterion, evidence, and a statement."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.calibration.objective import Comparison
+from gearplay.study.calibration.posterior import Posterior, Surrogate, sample_posterior
+
+Floats = NDArray[np.float64]
+STRONG = 3.0  # ln of odds 20 : 1, "strong" after Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773
+CLEAR = 2.0  # standard errors
+OPEN = "cannot be told"
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One condition predicted from the others.
+
+    ``log_density`` is the log predictive density of its data; ``residuals`` [decades] of the predicted medians, in the order of
+    ``labels``; the errors [%] are means over its amplitudes (or values) and over its frequencies.
+    """
+
+    condition: str
+    log_density: float
+    amplitude_error: float
+    frequency_error: float
+    residuals: tuple[float, ...]
+    labels: tuple[str, ...]
+
+
+def leave_one_out(
+    surrogate: Surrogate,
+    parameters: int,
+    *,
+    discrepancy: bool,
+    points: int = 150,
+    seed: int = 0,
+    report: Callable[[str], None] | None = None,
+) -> list[LeftOut]:
+    """Predict each condition from the posterior of all the others; the emulator holds simulations only, no data."""
+    data = surrogate.comparison.data
+    found = []
+    for condition in dict.fromkeys(d.condition for d in data):
+        if report is not None:
+            report(condition)
+        inside = np.array([d.condition != condition for d in data])
+        posterior = sample_posterior(
+            surrogate, parameters, discrepancy=discrepancy, chosen=inside, points=points, seed=seed
+        )
+        found.append(_predict(surrogate, posterior, inside, condition))
+    return found
+
+
+def _predict(
+    surrogate: Surrogate, posterior: Posterior, inside: NDArray[np.bool_], condition: str
+) -> LeftOut:
+    c, everything = surrogate.comparison, np.ones(inside.size, dtype=bool)
+    gain = surrogate.log_densities(posterior.units, posterior.scatter, everything)
+    gain = gain - surrogate.log_densities(posterior.units, posterior.scatter, inside)
+    top = float(np.max(gain))
+    density = top + math.log(float(np.sum(posterior.weights * np.exp(gain - top))))
+    logs = surrogate.emulator(posterior.units)
+    variance = np.broadcast_to(c.uncertainty**2 + surrogate.error**2, logs.shape)
+    factor = _factor_from(c, logs, variance, inside)
+    median = np.array(
+        [posterior.quantiles(column)[1] for column in (logs + factor[:, None] * c.amplitudes).T]
+    )
+    residuals = (median - c.measured)[~inside]
+    per_cent = 100.0 * np.abs(10.0**residuals - 1.0)
+    frequencies = c.frequencies[~inside]
+    return LeftOut(
+        condition,
+        density,
+        _mean(per_cent[~frequencies]),
+        _mean(per_cent[frequencies]),
+        tuple(float(r) for r in residuals),
+        tuple(d.label for d, kept in zip(c.data, inside, strict=True) if not kept),
+    )
+
+
+def _factor_from(c: Comparison, logs: Floats, variance: Floats, inside: NDArray[np.bool_]) -> Floats:
+    """Return log10 of the common factor from the data inside alone, shape [sample]."""
+    if c.reading != "unnormalised":
+        return np.zeros(len(logs))
+    weights = (c.amplitudes & inside) / variance
+    return np.asarray(np.sum((c.measured - logs) * weights, axis=1) / np.sum(weights, axis=1))
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if values.size else math.nan
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How one model stands in one reading of the ordinate.
+
+    ``bic`` = k ln n - 2 ln L at the best point (Schwarz, Ann. Stat. 6 (1978) 461), ``log_evidence`` ln of the mean
+    likelihood over the prior, ``log_densities`` the log predictive density of each condition left out.
+    """
+
+    model: str
+    bic: float
+    log_evidence: float
+    log_evidence_error: float
+    log_densities: Mapping[str, float]
+
+    @property
+    def predictive(self) -> float:
+        """Sum of the log predictive densities of the conditions left out."""
+        return sum(self.log_densities.values())
+
+
+def information_criterion(surrogate: Surrogate, posterior: Posterior, parameters: int) -> float:
+    """Return Schwarz's criterion k ln n - 2 ln L at the most likely sample; lower is better."""
+    best = float(np.max(surrogate.log_likelihood(posterior.units, posterior.scatter)))
+    return parameters * math.log(len(surrogate.comparison.data)) - 2.0 * best
+
+
+@dataclass(frozen=True)
+class Duel:
+    """Two models against each other in one reading: how far the first is ahead, and who wins.
+
+    ``log_odds`` is the difference of log evidence, ``predictive`` that of the log predictive densities with its standard
+    error over the conditions, ``bic`` that of the criterion (negative favours the first).
+    """
+
+    first: str
+    second: str
+    log_odds: float
+    log_odds_error: float
+    predictive: float
+    predictive_error: float
+    bic: float
+
+    @property
+    def winner(self) -> str:
+        """The better model, or that it cannot be told: odds beyond 20 : 1, and predictions ahead by two standard errors."""
+        for name, sign in ((self.first, 1.0), (self.second, -1.0)):
+            odds = sign * self.log_odds - CLEAR * self.log_odds_error > STRONG
+            ahead = sign * self.predictive > CLEAR * self.predictive_error
+            if odds and ahead:
+                return name
+        return OPEN
+
+    @property
+    def words(self) -> str:
+        """The duel in one sentence."""
+        outcome = f"{self.winner} explains the data better" if self.winner != OPEN else OPEN
+        return (
+            f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {self.log_odds_error:.1f}"
+            f" (told from ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f} ± {self.predictive_error:.1f}"
+            f" (told from {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
+        )
+
+
+def duels(standings: Sequence[Standing]) -> list[Duel]:
+    """Compare every pair of models in one reading."""
+    found = []
+    for a, b in combinations(standings, 2):
+        ahead = np.array([a.log_densities[c] - b.log_densities[c] for c in a.log_densities])
+        error = math.sqrt(ahead.size) * float(np.std(ahead, ddof=1)) if ahead.size > 1 else math.inf
+        found.append(
+            Duel(
+                a.model,
+                b.model,
+                a.log_evidence - b.log_evidence,
+                math.hypot(a.log_evidence_error, b.log_evidence_error),
+                float(ahead.sum()),
+                error,
+                a.bic - b.bic,
+            )
+        )
+    return found

@@ -1,0 +1,259 @@
+"""The measurement chain: acceleration -> sensor -> anti-alias filter -> counts, channel by channel."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.rig import Accelerometer, Collector, Rig, load_rig
+from gearplay.study.rig.collector import convert, filter_response, keep_back_aliases, thin_out
+from gearplay.study.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
+from gearplay.study.signals.record import Channel, Record
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LEAST_FACTOR: Final = 4
+"""Fewest internal samples per sample of the collector: the ideal acceleration is thinned out from them."""
+
+PER_BAND_EDGE: Final = 32
+"""Least internal samples per period at a sensor's upper edge, where two reconstructions cost 16/45 (pi/32)^4 = 3e-5."""
+
+PER_RESONANCE: Final = 16
+"""Least internal samples per period of a sensor's resonance, where they cost 5e-4 of the response."""
+
+
+def chain_response(sensor: Accelerometer, collector: Collector, frequency: Floats) -> Complex:
+    """Return the analytic response of sensor and filter, recorded over true acceleration, at each frequency [Hz].
+
+    >>> sensor = Accelerometer.model_validate({"kind": "356A02"})
+    >>> round(float(abs(chain_response(sensor, Collector(), np.array([40e3]))[0])), 3)
+    0.453
+
+    Past the resonance at 25 kHz, 1 / (1.6^2 - 1) = 0.641 without damping, and 3 dB down at the filter's corner.
+    """
+    response: Complex = sensor_response(sensor, frequency) * filter_response(collector, frequency)
+    return response
+
+
+def internal_factor(rig: Rig) -> int:
+    """Return how many times the collector's rate the motion is sampled, so that the chain holds 0.1 % in the band.
+
+    >>> internal_factor(load_rig())  # 8 x 100 kHz = 32 x 25 kHz
+    8
+    >>> internal_factor(load_rig({"collector": {"sampling": "10 kHz"}}))  # 16 x 25 kHz / 10 kHz
+    40
+    """
+    needed = [
+        rate
+        for sensor in rig.accelerometers.values()
+        for rate in (PER_BAND_EDGE * sensor.upper_frequency, PER_RESONANCE * sensor.natural_frequency)
+    ]
+    return max(8, math.ceil(max(needed) / rig.collector.sampling))
+
+
+@dataclass(frozen=True)
+class _Span:
+    """Which samples of the collector are kept, and the internal ones between them."""
+
+    factor: int
+    first: int  # samples of the collector before the record
+    size: int  # samples of the record
+    start: float  # s, time of the record's first sample
+
+    @property
+    def inside(self) -> slice:
+        """Internal samples of the record."""
+        return slice(self.first * self.factor, (self.first + self.size) * self.factor)
+
+    @property
+    def kept(self) -> slice:
+        """Internal samples at which the collector samples."""
+        return slice(self.first * self.factor, (self.first + self.size) * self.factor, self.factor)
+
+
+def apply_chain(
+    acceleration: Floats | Mapping[str, Floats],
+    sampling: float,
+    rig: Rig | Mapping[str, object] | None = None,
+    *,
+    settling: float = 0.0,
+    duration: float | None = None,
+    start: float = 0.0,
+    seed: int | Sequence[int] = 0,
+    source: str = "",
+    attributes: Mapping[str, str] | None = None,
+) -> Record:
+    """Return what the rig's sensors and collector record of given accelerations.
+
+    Parameters
+    ----------
+    acceleration
+        Mean acceleration [m/s^2] of each sampling interval, item k from k to k + 1 intervals after the start:
+        increments of velocity give it exactly. Shape [time] along the axis, or [time, 2] along and across it; one
+        array for all accelerometers, or one by name.
+    sampling
+        Rate of these samples [Hz]: a whole multiple, 4 or more, of the collector's. The error of the chain's magnitude at f
+        is (16 / 45) (pi f / sampling)^4.
+    rig
+        As `load_rig` takes it.
+    settling
+        Time at the beginning [s] that the sensors feel but the collector does not record. They are at rest at first.
+    duration
+        Length of the record [s]; up to the end if not given.
+    start
+        Time of the record's first sample [s].
+    seed
+        Of the noise: one whole number or several. Each accelerometer has its own noise.
+    source, attributes
+        For the record.
+
+    Returns
+    -------
+    Record
+        For each accelerometer, by its name:
+
+        ``<name>.acceleration`` [m/s^2]
+            The true one along the axis, limited to the collector's band, without delay.
+        ``<name>.voltage`` [V]
+            At the converter, behind sensor and anti-alias filter, noise included.
+        ``<name>.counts`` [count]
+            Whole numbers, as floats.
+        ``<name>.recorded`` [m/s^2]
+            Counts times the converter's step over the nominal sensitivity.
+
+    Raises
+    ------
+    InputError
+        For a rate that is no such multiple, a record that is too short, and samples that are not finite.
+
+    Examples
+    --------
+    >>> record = apply_chain(np.zeros(8000), 8e5, {"accelerometers": {"ring": {"noise_density": 0.0}}})
+    >>> record.names, record.channel("ring.counts").values.size
+    (('ring.acceleration', 'ring.voltage', 'ring.counts', 'ring.recorded'), 1000)
+
+    """
+    built = load_rig(rig)
+    inputs = _inputs(acceleration, built)
+    span = _span(min(len(a) for a in inputs.values()), sampling, built.collector, (settling, duration, start))
+    seeds = _seeds(seed)
+    channels: list[Channel] = []
+    for place, (name, sensor) in enumerate(built.accelerometers.items()):
+        generator = np.random.default_rng([*seeds, place])
+        channels += _channels(name, sensor, built.collector, inputs[name], span, generator)
+    about = {
+        "rig": json.dumps(built.resolved(), allow_nan=False),
+        "rig_sha256": built.sha256,
+        "seed": " ".join(str(number) for number in seeds),
+        "internal_sampling": f"{sampling:g} Hz",
+        **(attributes or {}),
+    }
+    return Record(tuple(channels), source, attributes=about)
+
+
+def _channels(
+    name: str,
+    sensor: Accelerometer,
+    collector: Collector,
+    acceleration: Floats,
+    span: _Span,
+    generator: np.random.Generator,
+) -> list[Channel]:
+    """Return the four channels of one accelerometer."""
+    rate = collector.sampling
+    along = acceleration if acceleration.ndim == 1 else acceleration[:, 0]
+    sensed = along
+    if acceleration.ndim == 2 and sensor.transverse_sensitivity > 0.0:
+        sensed = along + sensor.transverse_sensitivity * acceleration[:, 1]
+    fine, beyond = sensor_voltage(sensor, sensed, rate * span.factor)
+    if collector.filter == "none":
+        # Nothing limits the band of internal samples here, so noise that stands for the record's band goes in behind.
+        voltage = fine[span.kept] + noise_voltage(sensor, span.size, rate, generator)
+    else:
+        noise = noise_voltage(sensor, fine.size, rate * span.factor, generator)
+        voltage = keep_back_aliases(collector, fine + noise, rate * span.factor)[span.kept]
+    counts, cut = convert(collector, voltage)
+    recorded = counts * (collector.quantum / sensor.sensitivity)
+    ideal = thin_out(along, span.factor)[span.first : span.first + span.size]
+    about = {
+        "sensor": sensor.kind,
+        "sensitivity": f"{sensor.sensitivity:g} V/(m/s^2)",
+        "quantum": f"{collector.quantum:.9g} V",
+        **_clipped("sensor_saturated", clipping(beyond[span.inside], rate * span.factor, span.start)),
+        **_clipped("converter_clipped", clipping(cut, rate, span.start)),
+    }
+    return [
+        Channel(f"{name}.acceleration", ideal, rate, "m/s^2", span.start, about),
+        Channel(f"{name}.voltage", voltage.copy(), rate, "V", span.start, about),
+        Channel(f"{name}.counts", counts, rate, "count", span.start, about),
+        Channel(f"{name}.recorded", recorded, rate, "m/s^2", span.start, about),
+    ]
+
+
+def _clipped(what: str, found: Clipping) -> dict[str, str]:
+    """Return the flag, the share of samples and the time of the first as attributes."""
+    return {
+        what: "yes" if found.first is not None else "no",
+        f"{what}_share": f"{found.share:.6g}",
+        f"{what}_first": "never" if found.first is None else f"{found.first:.9g} s",
+    }
+
+
+def _inputs(acceleration: Floats | Mapping[str, Floats], rig: Rig) -> dict[str, Floats]:
+    """Return an array for each accelerometer, checked."""
+    inputs: dict[str, Floats] = {}
+    faults: list[Fault] = []
+    for name in rig.accelerometers:
+        given = acceleration.get(name) if isinstance(acceleration, Mapping) else acceleration
+        path = f"acceleration.{name}"
+        if given is None:
+            faults.append(Fault(path, NO_VALUE, "is required", "Give an array for every accelerometer"))
+            continue
+        array = np.asarray(given)
+        shaped = array.ndim == 1 or (array.ndim == 2 and array.shape[1] == 2)
+        if not shaped or array.dtype.kind not in "fiu":
+            rule = "must be numbers of shape [time] or [time, 2]"
+            faults.append(Fault(path, f"{array.dtype} {array.shape}", rule, "Transpose it or pick columns"))
+        elif not np.all(np.isfinite(array)):
+            rule = "must hold finite numbers only"
+            faults.append(Fault(path, float("nan"), rule, "Cut or mend the gaps before"))
+        else:
+            inputs[name] = array.astype(np.float64, copy=False)
+    if faults:
+        raise InputError(faults)
+    return inputs
+
+
+def _span(
+    samples: int, sampling: float, collector: Collector, times: tuple[float, float | None, float]
+) -> _Span:
+    """Return what to keep of so many internal samples; ``times`` are settling, duration and start [s]."""
+    settling, duration, start = times
+    rate = collector.sampling
+    factor = round(sampling / rate) if math.isfinite(sampling) else 0
+    if factor < LEAST_FACTOR or abs(factor * rate - sampling) > 1e-9 * sampling:
+        rule = f"must be a whole multiple, {LEAST_FACTOR} or more, of the collector's rate, {rate:g} Hz"
+        raise InputError(Fault("sampling", sampling, rule, "Resample, or change collector.sampling"))
+    for name, value in (("settling", settling), ("duration", duration), ("start", start)):
+        if value is not None and not (math.isfinite(value) and (value >= 0.0 or name == "start")):
+            raise InputError(Fault(name, value, "must be a finite time, 0 s or more", "Give seconds"))
+    whole, first = samples // factor, round(settling * rate)
+    size = whole - first if duration is None else round(duration * rate)
+    if size < 1 or first + size > whole:
+        rule = f"must leave at least one of the {whole} samples at {rate:g} Hz that the acceleration covers"
+        named, value = ("settling", settling) if duration is None else ("duration", duration)
+        raise InputError(Fault(named, value, rule, "Shorten it, or give a longer acceleration"))
+    return _Span(factor, first, size, start)
+
+
+def _seeds(seed: int | Sequence[int]) -> list[int]:
+    numbers = [seed] if isinstance(seed, int) else list(seed)
+    if not numbers or any(isinstance(n, bool) or not isinstance(n, int) or n < 0 for n in numbers):
+        raise InputError(Fault("seed", seed, "must be a whole number, 0 or more", "Choose another"))
+    return numbers

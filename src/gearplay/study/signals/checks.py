@@ -1,0 +1,123 @@
+"""What every analysis of a signal requires of its inputs, each refused with one sentence."""
+
+import math
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.signals.record import Channel
+from gearplay.vocabulary.errors import Fault, InputError, join_path
+
+Floats = NDArray[np.float64]
+
+LARGEST = 1e140
+"""Largest sample taken; its square and its fourth moment over a record still fit a floating-point number."""
+
+TWO_PI = 2.0 * math.pi
+
+
+def refuse(path: str, value: object, rule: str, cure: str) -> NoReturn:
+    """Raise `InputError` with one fault."""
+    raise InputError(Fault(path, value, rule, cure))
+
+
+def check_channel(channel: Channel, least: int = 8) -> Floats:
+    """Return the samples of a channel, shape [time], as floats.
+
+    Raises `InputError` for a sampling rate that is not positive, more than one dimension, fewer than ``least`` samples, a
+    sample that is no finite number, or one beyond 1e140.
+
+    >>> check_channel(Channel("acc", np.arange(8), 100.0))[:3].tolist()
+    [0.0, 1.0, 2.0]
+    """
+    name = join_path([channel.name or "channel"])
+    if not (math.isfinite(channel.sampling) and channel.sampling > 0.0):
+        refuse(f"{name}.sampling", channel.sampling, "must be greater than 0 Hz", "Give the sampling rate")
+    raw = np.asarray(channel.values)
+    if raw.dtype.kind not in "fiub":
+        refuse(f"{name}.values", f"type {raw.dtype}", "must be real numbers", "Give one real signal")
+    if raw.ndim != 1 or raw.size < least:
+        rule = f"must be one signal of at least {least} samples"
+        refuse(f"{name}.values", f"shape {raw.shape}", rule, "Take a longer record or one channel of it")
+    values = np.asarray(raw, dtype=np.float64)
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
+    if bad.size:
+        found = f"{values[bad[0]]} at sample {bad[0]}, {bad.size} in all"
+        refuse(f"{name}.values", found, "must be finite numbers below 1e140", "Cut or repair these samples")
+    return values
+
+
+def check_positive(path: str, value: float, unit: str) -> float:
+    """Return ``value``. Raises `InputError` where it is no finite number greater than 0."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+        refuse(path, value, f"must be a number greater than 0 {unit}".rstrip(), "Give a positive number")
+    if not (math.isfinite(value) and value > 0.0):
+        refuse(path, float(value), f"must be greater than 0 {unit}".rstrip(), "Give a positive number")
+    return float(value)
+
+
+def check_choice(path: str, value: str, choices: tuple[str, ...]) -> str:
+    """Return ``value``. Raises `InputError` where it is none of ``choices``."""
+    if value not in choices:
+        refuse(path, value, "must be a known choice", f"Choose from: {', '.join(choices)}")
+    return value
+
+
+def check_count(path: str, value: int, low: int, high: int, cure: str) -> int:
+    """Return ``value``. Raises `InputError` where it is no whole number from ``low`` to ``high``."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not low <= value <= high:
+        refuse(path, value, f"must be a whole number from {low} to {high}", cure)
+    return int(value)
+
+
+def check_band(channel: Channel, low: float, high: float) -> tuple[float, float]:
+    """Return the band [Hz].
+
+    Raises `InputError` where it is empty, narrower than the record's resolution, or reaches above half the sampling rate.
+    """
+    shown = f"{low} to {high} Hz"
+    if not (math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high):
+        refuse("band", shown, "must rise from 0 Hz or more", "Give the lower frequency first")
+    if high > 0.5 * channel.sampling:
+        rule = f"must end at {0.5 * channel.sampling:g} Hz, half the sampling rate, or below"
+        refuse("band", shown, rule, "Lower the band or sample faster")
+    if (high - low) * channel.duration < 2.0:
+        rule = f"must hold at least 2 lines of the record (one each {1.0 / channel.duration:.4g} Hz)"
+        refuse("band", shown, rule, "Widen the band or take a longer record")
+    return float(low), float(high)
+
+
+def check_overlap(overlap: float) -> float:
+    """Return the overlap of two segments, a share. Raises `InputError` where it is not in [0, 0.95]."""
+    if not (isinstance(overlap, (int, float)) and 0.0 <= overlap <= 0.95):
+        refuse("overlap", overlap, "must be a share from 0 to 0.95", "0.5 suits a Hann window")
+    return float(overlap)
+
+
+def check_window(name: str, n: int) -> Floats:
+    """Return the periodic window of ``n`` samples that scipy.signal knows by ``name``, shape [sample].
+
+    Raises `InputError` for a name that is not known, or a window that needs a parameter.
+
+    >>> check_window("hann", 4).tolist()
+    [0.0, 0.5, 1.0, 0.5]
+    """
+    from scipy.signal import get_window
+
+    try:
+        if not isinstance(name, str):
+            raise ValueError
+        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
+    except ValueError:
+        rule = "must be a window that scipy.signal knows and that needs no parameter"
+        refuse("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'")
+
+
+def default_segment(n: int) -> int:
+    """Return the power of two nearest below an eighth of ``n`` samples, but at least 256 or all of them.
+
+    >>> default_segment(100), default_segment(3000), default_segment(80_000)
+    (100, 256, 8192)
+    """
+    return min(n, max(256, 1 << (max(n // 8, 1).bit_length() - 1)))
