@@ -14,7 +14,7 @@ The case dictionary
     name -> ``mass``, ``inertia``, optional ``teeth``, ``internal``, ``position`` [x, y], ``floating``,
     ``radial_damping``, ``initial`` {x, y, theta, vx, vy, omega}, ``runout`` {amplitude, phase},
     ``drive``, ``load`` {torque, drag, friction, friction_speed}.
-    Drives: ``{kind: speed, speed, ramp}``, ``{kind: torque, torque}`` and
+    Drives: ``{kind: speed, speed, ramp, ripple: [{order, amplitude, phase}]}``, ``{kind: torque, torque}`` and
     ``{kind: servo, speed, proportional_gain, integral_gain, torque_limit, ramp}`` (``torque_limit`` and ``ramp`` optional).
 ``sleeves``
     name of the journal's rotor -> ``radial_clearance``, ``law``, ``stiffness``, ``exponent``,
@@ -47,6 +47,8 @@ Choices where the conventions leave room
   on the drive branch and ``F_b = -F_t`` on the back branch; ``p_d = g`` and ``p_b = -g - b_t``.
 * *load.torque* needs a nominal sense of rotation; on a rotor without one it is refused.
 * *Prescribed speed*: ``initial.theta`` adds to the prescribed angle, ``initial.omega`` is ignored.
+* *Ripple*: the prescribed angular acceleration is integrated like any other; the run starts at the speed
+  of the ripple's phases, all other rotors at their nominal speed.
 * *Ramps*: with a positive ramp in any drive all rotors start at rest unless ``initial`` says otherwise.
 * A sleeve that is already closed at the start latches the speed it then has.
 * The nominal speed of a carrier must be zero (it may turn freely), unless its journals are concentric to it.
@@ -171,6 +173,7 @@ class _Rotor:
     ki: float = 0.0  # N m/rad
     limit: float = math.inf  # N m
     servo: int = -1  # number of the servo's integral in the state
+    ripple: tuple[tuple[float, float, float], ...] = ()  # order, relative amplitude, phase
 
 
 @dataclass(slots=True)
@@ -422,6 +425,10 @@ class Reference:
                 friction=_number(load, "friction"),
                 friction_speed=_number(load, "friction_speed"),
             )
+            rotor.ripple = tuple(
+                (float(r["order"]), float(r["amplitude"]), _number(r, "phase"))
+                for r in drive.get("ripple") or []
+            )
             if kind == "servo":
                 rotor.kp = float(drive["proportional_gain"])
                 rotor.ki = _number(drive, "integral_gain")
@@ -553,6 +560,8 @@ class Reference:
             if rotor.drive != "speed":
                 speed = _number(start, "omega", speed)
             j = 3 * (self.n + i)
+            for _, amplitude, phase in rotor.ripple:
+                speed += rotor.speed * amplitude * math.sin(phase)
             state[3 * i + 2] = _number(start, "theta")
             state[j + 2] = speed - rotor.nominal_speed
             if rotor.movable:
@@ -822,6 +831,9 @@ class Reference:
             if rotor.drive == "speed":
                 if self._segment_start < rotor.ramp:  # the end of a ramp is never inside a segment
                     result[j + 2] = rotor.speed / rotor.ramp
+                for order, amplitude, phase in rotor.ripple:
+                    swing = order * rotor.speed * amplitude * math.cos(order * rotor.speed * t + phase)
+                    result[j + 2] += rotor.speed * swing
                 continue
             omega = rotor.nominal_speed + z[j + 2]
             torque = force[3 * i + 2] + rotor.torque - rotor.drag * omega

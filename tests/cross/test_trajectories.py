@@ -24,9 +24,8 @@ def simulated(document: dict) -> tuple[Case, Trajectory]:
     return case, run_members(case, [0])[0]
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_trajectory_equals_the_independent_reference(seed: int, measured: Measured) -> None:
-    document = random_case(seed)
+def worst_difference(document: dict) -> float:
+    """Return the largest difference [m] from the reference; fail where a place or a speed differs by too much."""
     case, run = simulated(document)
     assert run.success, run.message
     expected = Reference(document).trajectory(run.time)
@@ -41,7 +40,37 @@ def test_trajectory_equals_the_independent_reference(seed: int, measured: Measur
         for signal, size in (("vx", 1.0), ("vy", 1.0), ("omega", arm)):
             error = size * np.max(np.abs(run.signal(signal, name) - expected[signal][:, i]))
             assert error < 1e-6, (name, signal, error)
+    return worst
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_trajectory_equals_the_independent_reference(seed: int, measured: Measured) -> None:
+    worst = worst_difference(random_case(seed))
     measured("largest difference over 10 ms from an independent SciPy simulator [m]", worst, "1e-9")
+
+
+RIPPLE = [
+    {"order": 1, "amplitude": 0.05, "phase": 0.4},
+    {"order": 9, "amplitude": 0.03, "phase": 2.0},
+    {"order": 40, "amplitude": 0.02, "phase": -1.0},
+]  # in 10 ms the highest order has one to three periods
+
+
+# A damped flank that lets go and takes hold again just before it opens, all in one step: the margin is looked at only at
+# the ends of a step. A tolerance of 1e-13 sees it and agrees to 1e-14 rad.
+OVERLOOKED = pytest.param(
+    13, marks=pytest.mark.xfail(strict=True, reason="margin that turns twice in a step")
+)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 6, 9, 11, OVERLOOKED, 16, 17, 18])
+def test_a_rippling_drive_equals_the_independent_reference(seed: int, measured: Measured) -> None:
+    document = random_case(seed)
+    drives = [r["drive"] for r in document["rotors"].values() if "drive" in r]
+    assert [d["kind"] for d in drives] == ["speed"]
+    drives[0]["ripple"] = RIPPLE
+    worst = worst_difference(document)
+    measured("largest difference over 10 ms of a rippling drive from SciPy's [m]", worst, "1e-9")
 
 
 @pytest.mark.parametrize("seed", [0, 2, 5, 11])

@@ -33,7 +33,7 @@ def calibrate(
     from gearplay.api.calibration import calibrate as run
     from gearplay.output.folder_lock import locked
     from gearplay.solver.simulate import prepare
-    from gearplay.study.calibration.reading import load_plan
+    from gearplay.study.calibration.reading import load_plan, plan_folder
     from gearplay.study.calibration.trials import Problem
 
     loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
@@ -46,7 +46,7 @@ def calibrate(
             _forget(folder)
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
-                document = run(loaded, folder, records=_home(plan), progress=report, stop=stop)
+                document = run(loaded, folder, records=plan_folder(plan), progress=report, stop=stop)
         except KeyboardInterrupt:
             say(f"Interrupted. Finished trials are kept in {folder}: the same command goes on there.")
             raise typer.Exit(INTERRUPTED) from None
@@ -54,12 +54,6 @@ def calibrate(
         print_json(document)
     else:
         print_text(_words(document, folder))
-
-
-def _home(plan: str) -> Path:
-    """Return where a plan's records are looked for: beside the plan."""
-    path = Path(plan)
-    return path.parent if path.exists() else Path()
 
 
 def _shortened(plan: str, evaluations: int) -> Any:
@@ -84,6 +78,6 @@ def _forget(folder: Path) -> None:
 
 
 def _words(document: dict[str, Any], folder: Path) -> str:
-    lines = [document["title"] or "Calibration", *document["statement"]["words"]]
+    lines = [document["title"] or "Calibration", document["statement"]["words"]]
     lines.append(f"Report: {folder / 'report.html'}")
     return "\n".join(lines)

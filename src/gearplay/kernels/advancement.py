@@ -45,12 +45,13 @@ def open_span(p: float, rate: float, bend: float) -> float:
 def rotor_bounds(system: System, i: int, y: Floats) -> tuple[float, float, float]:
     """Return |acceleration of the centre|, |angular acceleration|, |angular speed| of rotor i in flight, now.
 
-    In flight accelerations only decay, so the first two also bound the future.
+    In flight accelerations only decay, and a ripple is bounded by its largest: the first two also bound the future.
     """
     v = 3 * (system.rotors.size + i)
     a_x, a_y, alpha = flight_rates(system, i, y[v], y[v + 1], y[v + 2])
-    spin = abs(system.rotors[i].nominal_speed + y[v + 2])
-    return math.sqrt(a_x * a_x + a_y * a_y), abs(alpha), spin
+    r = system.rotors[i]
+    spin = abs(r.nominal_speed + y[v + 2])
+    return math.sqrt(a_x * a_x + a_y * a_y), abs(alpha) + r.ripple_bend, spin
 
 
 @compiled_inline

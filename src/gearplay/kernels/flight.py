@@ -94,11 +94,12 @@ def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
 
 @compiled_inline
 def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, not ramping."""
+    """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, no ramp or ripple."""
     r = system.rotors[i]
     v = 3 * (system.rotors.size + i)
     rests = y[v] == 0.0 and y[v + 1] == 0.0 and y[v + 2] == 0.0
-    return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and ramping == 0 and rests)
+    steady = ramping == 0 and r.ripple_count == 0
+    return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and steady and rests)
 
 
 @compiled_inline

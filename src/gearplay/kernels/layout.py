@@ -46,7 +46,11 @@ ROTOR = np.dtype(
         ("servo_gain", "f8"),  # N m s
         ("servo_integral_gain", "f8"),  # N m
         ("servo_limit", "f8"),  # N m
+        ("ripple_bend", "f8"),  # rad/s^2, largest angular acceleration of the drive's ripple, 0 without
+        ("ripple_rate", "f8"),  # rad/s, its highest angular frequency, 0 without
         ("servo_slot", "i8"),  # index of the integral state in y, -1 without servo
+        ("ripple_start", "i8"),  # rows in System.terms
+        ("ripple_count", "i8"),
         ("drive", "i8"),
     ],
     align=True,
@@ -132,7 +136,9 @@ class System(NamedTuple):
     rotors: NDArray[Any]  # ROTOR records
     sleeves: NDArray[Any]  # SLEEVE records
     meshes: NDArray[Any]  # MESH records
-    terms: NDArray[np.float64]  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh
+    terms: NDArray[
+        np.float64
+    ]  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
     involutes: NDArray[np.float64]  # involute series of each mesh, shape [mesh, coefficient]
     spline: NDArray[np.float64]  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
     gravity: NDArray[np.float64]  # m/s^2, shape [2]

@@ -21,6 +21,7 @@ from gearplay.kernels.layout import (
     System,
 )
 from gearplay.kernels.mesh import flank_damping, mesh_geometry, mesh_stiffness
+from gearplay.kernels.ripple import follow_ripple
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.sleeve import sleeve_force, sleeve_geometry, smooth_sign
 
@@ -165,13 +166,16 @@ def right_hand_side(
     """Fill ``dy`` with the derivative of the roster's active states; return 0, or 1 where a pair cannot mesh.
 
     ``modes`` fixes which smooth branch each contact is on, ``latch`` holds the impact speeds [m/s]; the rows of
-    ``contacts`` of touching elements, ``force`` and ``out`` are filled on the way. State order: docs/conventions.
+    ``contacts`` of touching elements, ``force`` and ``out`` are filled on the way. A rippling drive's rotation is a function of
+    t alone: it is set in ``y``, whatever was there. State order: docs/conventions.
     """
     n = system.rotors.size
     n_s, n_m = system.sleeves.size, system.meshes.size
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]
+        if r.ripple_count > 0:
+            dy[3 * (n + i) + 2] = follow_ripple(system, i, t, y)
         omega = r.nominal_speed + y[3 * (n + i) + 2]
         force[i, 0] = r.mass * system.gravity[0] - r.radial_damping * y[3 * (n + i)]
         force[i, 1] = r.mass * system.gravity[1] - r.radial_damping * y[3 * (n + i) + 1]
@@ -198,7 +202,8 @@ def right_hand_side(
             dy[3 * i + c] = y[3 * (n + i) + c]
         dy[3 * (n + i)] = r.inv_mass * force[i, 0]
         dy[3 * (n + i) + 1] = r.inv_mass * force[i, 1]
-        dy[3 * (n + i) + 2] = r.inv_inertia * force[i, 2]
+        if r.ripple_count == 0:
+            dy[3 * (n + i) + 2] = r.inv_inertia * force[i, 2]
         if r.drive == DRIVE_SPEED and modes[n_s + 5 * n_m + n + i] == 1:
             dy[3 * (n + i) + 2] = r.ramp_acceleration
     return 0

@@ -19,6 +19,7 @@ from gearplay.kernels.layout import (
     System,
 )
 from gearplay.kernels.mesh import mesh_gaps
+from gearplay.kernels.ripple import follow_ripple
 from gearplay.kernels.run_state import PER_MESH, PER_ROTOR, PER_SLEEVE, Motion
 from gearplay.kernels.sleeve import sleeve_geometry
 
@@ -31,6 +32,8 @@ def observe_rotor(system: System, motion: Motion, i: int, t: float) -> None:
     n, y, row = system.rotors.size, motion.y_try, motion.row
     at, p, v = PER_ROTOR * i, 3 * i, 3 * (n + i)
     omega = system.rotors[i].nominal_speed
+    if system.rotors[i].ripple_count > 0:
+        follow_ripple(system, i, t, y)  # the interpolant of a step is not exact
     row[at], row[at + 1], row[at + 2] = y[p], y[p + 1], omega * t + y[p + 2]
     row[at + 3], row[at + 4], row[at + 5] = y[v], y[v + 1], omega + y[v + 2]
     a_x, a_y = 0.0, 0.0

@@ -8,6 +8,7 @@ from gearplay.kernels.flight import SHORT, decay, flight_rates, short_decay
 from gearplay.kernels.layout import FLYING, FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.observe import observe_mesh, observe_rotor, observe_sleeve
+from gearplay.kernels.ripple import ripple
 from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run_state import (
     DEPTH_MAX,
@@ -116,6 +117,12 @@ def fill_rotor_column(system: System, motion: Motion, column: int, samples: Floa
     n, i, signal = system.rotors.size, column // PER_ROTOR, column % PER_ROTOR
     r, roster, times = system.rotors[i], motion.roster, motion.times
     axis = signal - 6 if signal >= 6 else signal % 3
+    if axis == 2 and r.ripple_count > 0:
+        for s in range(samples.size):
+            theta, omega, _ = ripple(system, i, times[s])
+            turned = r.nominal_speed * times[s] + theta
+            samples[s] = turned if signal == 2 else r.nominal_speed + omega
+        return
     since, source = 0.0, motion.y
     a_x, a_y, alpha, gamma = 0.0, 0.0, 0.0, 0.0
     if roster.roles[i] == FLYING:

@@ -26,6 +26,7 @@ from gearplay.kernels.layout import (
     contact_count,
     switch_count,
 )
+from gearplay.kernels.ripple import follow_ripple
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -101,10 +102,18 @@ def is_touching(system: System, e: int, modes: Ints) -> bool:
 
 
 @compiled_inline
+def fly_on(system: System, roster: Roster, i: int, t: float, y: Floats) -> None:
+    """Fill rotor i's entries of ``y`` with its state at t [s]; it flies, and turns as its drive ripples."""
+    fly(system, i, t - roster.since[i], roster.origin, y)
+    if system.rotors[i].ripple_count > 0:
+        follow_ripple(system, i, t, y)
+
+
+@compiled_inline
 def state_of(system: System, roster: Roster, i: int, t: float, y: Floats, result: Floats) -> None:
     """Fill rotor i's entries of ``result`` with its state at t [s]; ``y`` holds those that do not fly."""
     if roster.roles[i] == FLYING:
-        fly(system, i, t - roster.since[i], roster.origin, result)
+        fly_on(system, roster, i, t, result)
         return
     n = system.rotors.size
     for c in range(3):
@@ -144,7 +153,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
         if roster.roles[i] == FLYING:
             if touched[i + 1] == 0 and roster.due[elements + i] > t:
                 continue  # flies on
-            fly(system, i, t - roster.since[i], roster.origin, y)
+            fly_on(system, roster, i, t, y)
         roster.due[elements + i] = NEVER
         if is_known(system, i, y, modes[ramps + i]):
             roster.roles[i] = KNOWN
@@ -238,4 +247,4 @@ def fly_listed(system: System, roster: Roster, rotors: Ints, t: float, y: Floats
     for c in range(1, rotors[0] + 1):
         i = rotors[c]
         if roster.roles[i] == FLYING:
-            fly(system, i, t - roster.since[i], roster.origin, y)
+            fly_on(system, roster, i, t, y)

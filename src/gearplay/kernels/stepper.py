@@ -38,7 +38,7 @@ from gearplay.kernels.touch import next_touch, something_is_due, touch_down
 
 @compiled_inline
 def longest_step(system: System, motion: Motion) -> float:
-    """Return the longest step [s] that still resolves every forcing term of what is integrated."""
+    """Return the longest step [s] that still resolves every forcing term of what is integrated or watched."""
     n, roster = system.rotors.size, motion.roster
     fastest = 1e-9
     for watched in range(2):
@@ -50,7 +50,9 @@ def longest_step(system: System, motion: Motion) -> float:
     for c in range(1, roster.active[0] + 1):
         i = roster.active[c]
         omega = system.rotors[i].nominal_speed + motion.y[3 * (n + i) + 2]
-        fastest = max(fastest, abs(omega))
+        fastest = max(fastest, abs(omega), system.rotors[i].ripple_rate)
+    for c in range(1, roster.near[0] + 1):
+        fastest = max(fastest, system.rotors[roster.near[c]].ripple_rate)
     return 0.5 / fastest
 
 

@@ -121,10 +121,12 @@ def _excitation(case: Case) -> Iterator[Finding]:
 def _excites(rotor: Rotor) -> bool:
     load, start, drive = rotor.load, rotor.initial, rotor.drive
     ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
+    rippling = isinstance(drive, SpeedDrive) and any(term.amplitude for term in drive.ripple)
     return (
         any((load.torque, load.drag, load.friction, rotor.runout.amplitude))
         or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
         or ramped
+        or rippling
         or (isinstance(drive, TorqueDrive) and drive.torque != 0.0)
     )
 

@@ -40,6 +40,9 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
             v_y += spin * (centres[name][0] - centres[carrier][0])
         y[3 * i : 3 * i + 3] = start.x, start.y, start.theta or 0.0
         omega = start.omega if start.omega is not None else actual
+        if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
+            swing = sum(term.amplitude * math.sin(term.phase) for term in rotor.drive.ripple)
+            omega = speeds[i] * (1.0 + swing)
         y[3 * (n + i) : 3 * (n + i) + 3] = v_x, v_y, omega - speeds[i]
     return y
 

@@ -257,6 +257,20 @@ def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple
     return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
 
 
+def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
+    """Note every drive's ripple in its rotor's record; return its rows of terms, which begin at row ``start``."""
+    rows: list[list[float]] = []
+    for r, given in zip(rotors, case.rotors.values(), strict=True):
+        drive = given.drive
+        if drive is None or drive.kind != "speed" or not drive.ripple:
+            continue
+        r.ripple_start, r.ripple_count = start + len(rows), len(drive.ripple)
+        rows += _harmonics([(float(term.order), term.amplitude, term.phase) for term in drive.ripple])
+        r.ripple_bend = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
+        r.ripple_rate = max(term.order for term in drive.ripple) * abs(drive.speed)
+    return np.array(rows).reshape(-1, 3)
+
+
 def _arm(system: System, i: int) -> float:
     """Return the radius [m] that turns rotor i's rotation into a length: its largest toothing, or 0.1 m."""
     arms = [abs(m.rho_a) for m in system.meshes if m.a == i] + [
@@ -273,8 +287,8 @@ def _natural_sizes(system: System, servos: int) -> Floats:
 
 
 def _fastest_rate(case: "Case", system: System) -> float:
-    """Return an estimate of the fastest contact's angular frequency [rad/s]."""
-    fastest = 1.0
+    """Return an estimate of the fastest contact's angular frequency [rad/s], or a ripple's where that is faster."""
+    fastest = max(1.0, float(np.max(system.rotors["ripple_rate"])))
     depth = 1e-6  # m, a typical penetration
     for s in system.sleeves:
         stiffness = s.stiffness * s.exponent * depth ** (s.exponent - 1.0)
@@ -296,6 +310,7 @@ def pack(case: "Case") -> Packed:
     centres = geometry.centres(case)
     rotors = _pack_rotors(case)
     meshes, terms, spline, involutes = _pack_meshes(case, centres)
+    terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     system = System(
         rotors=rotors,
         sleeves=_pack_sleeves(case, centres),

@@ -14,12 +14,38 @@ Ramp = Annotated[float, Measure(q.TIME, "time of constant acceleration from rest
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
 
 
+class RippleTerm(Part):
+    """One term ``amplitude sin(order speed t + phase)`` of a drive's ripple, relative to its speed."""
+
+    order: Annotated[
+        int, Field(ge=1, le=64, description="order: periods per revolution at the nominal speed")
+    ]
+    amplitude: Annotated[
+        float, Measure(q.RATIO, "amplitude (half peak to peak) over the speed", ge=0.0, le=0.5)
+    ]
+    phase: Annotated[float, Measure(q.ANGLE, "phase at t = 0")] = 0.0
+
+
 class SpeedDrive(Part):
-    """Prescribed rotation: ``theta = speed t`` after the ramp."""
+    """Prescribed rotation: ``theta = speed t`` after the ramp, or the integral of a speed that ripples."""
 
     kind: Literal["speed"] = "speed"
     speed: Speed
     ramp: Ramp = 0.0
+    ripple: Annotated[tuple[RippleTerm, ...], Listed(0, 8, "terms of the ripple of the speed")] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> SpeedDrive:
+        problems = []
+        total = sum(term.amplitude for term in self.ripple)
+        if total >= 1.0:
+            rule = f"must have amplitudes that add up to less than 1, lest the shaft reverse; they make {total:.4g}"
+            problems.append(Problem(("ripple",), rule, "Lower the amplitudes"))
+        if self.ripple and self.ramp > 0.0:
+            rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
+            problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
+        refuse(problems)
+        return self
 
 
 class TorqueDrive(Part):

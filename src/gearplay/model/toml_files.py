@@ -160,7 +160,7 @@ def _write_table(table: Mapping[str, Any], path: tuple[str, ...], lines: list[st
         for item in value if isinstance(value, list) else [value]:
             if isinstance(value, list):
                 lines.extend(["", f"[[{name}]]"])
-            elif not item or not all(_is_table(inner, len(path) + 1) for inner in item.values()):
+            elif not (item and not path and all(_is_table(inner, 1) for inner in item.values())):
                 lines.extend(["", f"[{name}]"])
             _write_table(item, (*path, key), lines)
 

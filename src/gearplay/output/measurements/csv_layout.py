@@ -86,15 +86,17 @@ def _as_numbers(row: Sequence[str], decimal: str) -> bool:
     return all(is_number(text) for text in row)
 
 
-def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, int, int]:
-    """Return how many lines are rows of numbers of one length, how many columns they have, and the first of them."""
+def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[bool, bool, int, int, int]:
+    """Rate a layout: header as long as the rows, several columns, how many rows, how many columns, first row."""
     rows = split_rows(lines, delimiter)
     numeric = [k for k, row in enumerate(rows) if row and _as_numbers(row, decimal)]
     if not numeric:
-        return 0, 0, 0
+        return False, False, 0, 0, 0
     lengths = [len(rows[k]) for k in numeric]
-    common = max(set(lengths), key=lengths.count)
-    return lengths.count(common), common, numeric[lengths.index(common)]
+    columns = max(set(lengths), key=lengths.count)
+    first = numeric[lengths.index(columns)]
+    headed = first == 0 or len(rows[first - 1]) == columns
+    return headed, columns > 1, lengths.count(columns), columns, first
 
 
 def sniff(path: Path, lines: Sequence[str]) -> Layout:
@@ -107,15 +109,14 @@ def sniff(path: Path, lines: Sequence[str]) -> Layout:
         islice(((k, line) for k, line in enumerate(lines) if not is_comment(line)), PREAMBLE + _SAMPLE)
     )
     texts = [line for _, line in numbered]
-    best = max(
-        (_score(texts, delimiter, decimal), -rank) for rank, (delimiter, decimal) in enumerate(_LAYOUTS)
-    )
-    (count, columns, first), rank = best[0], -best[1]
+    scores = [_score(texts, delimiter, decimal) for delimiter, decimal in _LAYOUTS]
+    best = max(scores)
+    _, _, count, columns, first = best
     if not count:
         raise damaged(
             path, "must hold rows of numbers, none found", "Check the delimiter and the decimal sign"
         )
-    delimiter, decimal = _LAYOUTS[rank]
+    delimiter, decimal = _LAYOUTS[scores.index(best)]
     heads = [row for row in split_rows(texts[:first], delimiter) if len(row) == columns]
     names, units = _header(heads, columns)
     declared = _declarations(lines[: numbered[first][0]])

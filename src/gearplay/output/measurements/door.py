@@ -13,7 +13,7 @@ from gearplay.output.measurements.building import Request
 from gearplay.output.measurements.recognise import FORMATS, HEAD, recognise
 from gearplay.output.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, damaged
 from gearplay.study.signals.record import Record
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError, show_value, shorten
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
 
 Reader = Callable[[Request], Record]
 

@@ -11,7 +11,6 @@ USER_BLOCKS: Final = (0, 512, 1024, 2048)
 """Where the superblock may begin [bytes]; MAT files of version 7.3 have 512 bytes before it."""
 
 _OPEN_FOR_WRITING: Final = 1
-_HEAP: Final = b"GCOL"
 
 
 def check_superblock(path: Path, size: int) -> None:
@@ -55,32 +54,3 @@ def check_superblock(path: Path, size: int) -> None:
         raise damaged(
             path, "was not closed by the program that wrote it", "Close it there, or run h5clear -s on a copy"
         )
-
-
-def check_heaps(path: Path) -> None:
-    """Raise `MeasurementError` where a global heap, which holds texts, has an object that leads nowhere.
-
-    The library follows the sizes of a heap's objects without end where one is zero. A heap is a mark, a version, its
-    size, and objects of 16 bytes (number, references, size) and content; number 0 is the free space. HDF5 File Format
-    Specification, III.E.
-    """
-    content = path.read_bytes()
-    place = content.find(_HEAP)
-    while place >= 0:
-        version = content[place + 4 : place + 5]
-        (size,) = struct.unpack("<Q", content[place + 8 : place + 16].ljust(8, b"\0"))
-        # the four letters may stand in samples by chance: then no version and no size follow that fit
-        if version == b"\1" and size >= 16 and place + size <= len(content):
-            _check_heap(path, content, place + 16, place + size)
-        place = content.find(_HEAP, place + 4)
-
-
-def _check_heap(path: Path, content: bytes, place: int, end: int) -> None:
-    while place + 16 <= end:
-        number, size = struct.unpack("<H6xQ", content[place : place + 16])
-        step = 16 + size + -size % 8 if number else size
-        if step < 16 or place + step > end:
-            raise damaged(
-                path, f"an object of {size} bytes in its heap of texts leads out of the heap or nowhere"
-            )
-        place += step

@@ -5,6 +5,7 @@ of 8 bytes, and content. Data groups hold channel groups, these hold channels; r
 """
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
@@ -133,38 +134,38 @@ class Walk:
             )
         (identifier,) = self._integers(group, "<B")
         declared, sized = 0, True
-        place = group.links[1]
-        for _ in range(MOST_NODES):
-            if not place:
-                break
-            channels = self.block(place, "CG")
+        for channels in self._chain(group.links[1], "CG"):
             if len(channels.links) < 6:
-                raise damaged(
-                    self.path, f"block 'CG' at byte {place} has {len(channels.links)} links, 6 are due"
-                )
+                rule = f"block 'CG' at byte {channels.place} has {len(channels.links)} links, 6 are due"
+                raise damaged(self.path, rule)
             _, cycles, flags, _, _, width, extra = self._integers(channels, "<QQHHIII")
             sized = sized and not flags & (_VLSD_GROUP | _REMOTE_MASTER)
             declared += cycles * (identifier + width + extra)
             self._channels(channels.links[1], width + extra)
-            place = channels.links[0]
         held = self._held(group.links[2]) if group.links[2] else 0
         if held is not None and sized and held != declared:
             raise damaged(self.path, f"declares {declared} bytes of records and holds {held}")
 
+    def _chain(self, place: int, name: str) -> Iterator[Block]:
+        """Yield a block and those that its first link leads to, none twice."""
+        passed: set[int] = set()
+        while place:
+            if place in passed:
+                raise damaged(
+                    self.path, f"block {name} at byte {place} is linked twice: its links form a ring"
+                )
+            passed.add(place)
+            block = self.block(place, name)
+            yield block
+            place = block.links[0] if block.links else 0
+
     def _channels(self, place: int, width: int) -> None:
         """Check that each channel lies within its record."""
-        for _ in range(MOST_NODES):
-            if not place:
-                return
-            channel = self.block(place, "CN")
+        for channel in self._chain(place, "CN"):
             kind, _, _, bit, byte, bits = self._integers(channel, "<BBBBII")
-            if kind in (_FIXED_LENGTH, _MASTER) and byte + (bit + bits + 7) // 8 > width:
-                raise damaged(
-                    self.path,
-                    f"a channel reaches to byte {byte + (bit + bits + 7) // 8} of records of {width}",
-                )
-            place = channel.links[0] if channel.links else 0
-        raise damaged(self.path, f"a channel group has more than {MOST_NODES} channels")
+            end = byte + (bit + bits + 7) // 8
+            if kind in (_FIXED_LENGTH, _MASTER) and end > width:
+                raise damaged(self.path, f"a channel reaches to byte {end} of records of {width}")
 
     def _held(self, place: int) -> int | None:
         """Return the bytes of records in the data blocks from a place on; none where they are in columns."""

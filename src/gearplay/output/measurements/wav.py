@@ -37,7 +37,7 @@ def _chunks(path: Path, size: int) -> dict[bytes, tuple[int, int]]:
                 path, f"must start as RIFF/WAVE, {head[:4]!r} found", "Save it as WAV (RIFF), up to 4 GiB"
             )
         end = 8 + struct.unpack("<I", head[4:8])[0]
-        if end > size:
+        if not size - 1 <= end <= size:  # more bytes than declared: a recorder that did not finish its header
             raise damaged(path, f"declares {end} bytes in its RIFF header and holds {size}")
         place = 12
         for _ in range(MOST_NODES):

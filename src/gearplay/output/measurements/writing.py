@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from gearplay.output.files import check_new, write_with
-from gearplay.output.measurements.hdf5 import OURS, checksum
+from gearplay.output.measurements.hdf5_vectors import OURS, checksum
 from gearplay.output.measurements.mat import RECORD
 from gearplay.output.measurements.recognise import FORMATS
 from gearplay.output.measurements.refusing import need
@@ -76,8 +76,10 @@ def _labels(record: Record) -> list[str]:
     labels: list[str] = []
     for place, channel in enumerate(record.channels, start=1):
         word = re.sub(r"\W+", "_", channel.name, flags=re.ASCII).strip("_") or f"channel_{place}"
-        word = word if word[0].isalpha() else f"channel_{word}"
-        labels.append(f"{word}_{place}" if word in labels or word.startswith("time") else word)
+        word = (
+            word if word[0].isalpha() and not word.startswith("time") else f"channel_{word}"
+        )  # time is the axis
+        labels.append(f"{word}_{place}" if word in labels else word)
     return labels
 
 

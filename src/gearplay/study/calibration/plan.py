@@ -31,7 +31,7 @@ class Parameter(Part):
 
     name: Name
     path: Text
-    also: tuple[Text, ...] = ()
+    also: Annotated[tuple[Text, ...], Listed(0, 32, "further fields")] = ()
     low: float | Text
     high: float | Text
     scale: Literal["log", "linear"] = "log"

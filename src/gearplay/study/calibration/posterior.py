@@ -1,11 +1,15 @@
-"""What the data say of the parameters: nested sampling (dynesty) on an emulator of the trials.
+"""What the data say of the parameters: tempered sampling of the posterior on an emulator of the trials.
+
+Sequential Monte Carlo (Del Moral, Doucet, Jasra, J. R. Stat. Soc. B 68 (2006) 411): a cloud of points drawn from the prior
+is led to the posterior by raising the likelihood to powers from 0 to 1, with Metropolis moves at each. Every move of the whole
+cloud is one call of the emulator, so a posterior takes a second; nested sampling (dynesty) is its control in the tests.
 
 The likelihood is normal in log10 of each datum, with the variance of measurement and emulator, and a common scatter
 of the model itself where the plan allows a discrepancy. The common factor of the un-normalised reading is integrated out.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +23,8 @@ Floats = NDArray[np.float64]
 SCATTER = (0.005, 0.5)  # decades, range of the models' own scatter, uniform in its logarithm
 FACTOR_RANGE = 8.0  # decades, of the common factor's uniform prior
 KNOWN = 0.25  # a parameter is identified when half its 90 % interval is at most this share of its median
+KEPT = 0.5  # of the effective number of points, from one power to the next
+MOVES, MOST_STEPS = 4.0, 60  # accepted moves of each point at each power, and the most tried
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -122,39 +128,97 @@ def sample_posterior(
     *,
     discrepancy: bool,
     chosen: NDArray[np.bool_] | None = None,
-    points: int = 200,
+    points: int = 1000,
     seed: int = 0,
 ) -> Posterior:
-    """Sample the posterior of ``parameters`` in the unit cube from the chosen data, with ``points`` live points."""
-    import dynesty
-
+    """Sample the posterior of ``parameters`` in the unit cube from the chosen data, with a cloud of ``points``."""
     data = np.ones(len(surrogate.comparison.data), dtype=bool) if chosen is None else chosen
     low, high = np.log(SCATTER[0]), np.log(SCATTER[1])
 
-    def scatter_at(cube: Floats) -> float:
-        return math.exp(low + (high - low) * cube[-1]) if discrepancy else 0.0
+    def scatter_at(cubes: Floats) -> Floats:
+        return np.exp(low + (high - low) * cubes[:, -1]) if discrepancy else np.zeros(len(cubes))
 
-    def log_likelihood(cube: Floats) -> float:
-        return float(surrogate.log_densities(cube[None, :parameters], scatter_at(cube), data)[0])
+    def log_likelihood(cubes: Floats) -> Floats:
+        return surrogate.log_densities(cubes[:, :parameters], scatter_at(cubes), data)
 
-    sampler = dynesty.NestedSampler(
-        log_likelihood,
-        lambda cube: cube,
-        parameters + int(discrepancy),
-        nlive=points,
-        sample="rwalk",
-        rstate=np.random.default_rng(seed),
+    cubes, log_evidence, error = temper(
+        log_likelihood, parameters + int(discrepancy), points, np.random.default_rng(seed)
     )
-    sampler.run_nested(dlogz=0.2, print_progress=False)
-    found = sampler.results
-    weights = np.exp(found.logwt - np.max(found.logwt))
-    samples = np.asarray(found.samples, dtype=np.float64)
-    keep = weights > 1e-6 * weights.max()
-    samples, weights = samples[keep], weights[keep]
-    return Posterior(
-        units=samples[:, :parameters],
-        scatter=np.array([scatter_at(s) for s in samples]),
-        weights=weights / weights.sum(),
-        log_evidence=float(found.logz[-1]),
-        log_evidence_error=float(found.logzerr[-1]),
-    )
+    weights = np.full(points, 1.0 / points)
+    return Posterior(cubes[:, :parameters], scatter_at(cubes), weights, log_evidence, error)
+
+
+def temper(
+    log_likelihood: Callable[[Floats], Floats], size: int, points: int, generator: np.random.Generator
+) -> tuple[Floats, float, float]:
+    """Return points of the posterior over the unit cube, shape [point, size], the log evidence and its standard error.
+
+    Each power of the likelihood keeps `KEPT` of the effective number of points; then the cloud is resampled and moved by
+    Metropolis steps of its own covariance until every point had on average `MOVES` accepted ones.
+    """
+    at = generator.random((points, size))
+    logs = log_likelihood(at)
+    power, evidence, variance = 0.0, 0.0, 0.0
+    scale = 2.38 / math.sqrt(size)
+    while power < 1.0:
+        step = _next_step(logs, 1.0 - power)
+        weights, gain = _normalised(step * logs)
+        evidence, variance = evidence + gain, variance + float(np.sum(weights**2)) - 1.0 / points
+        power = 1.0 if step >= 1.0 - power else power + step
+        at, logs = _resampled(at, logs, weights, generator)
+        at, logs, scale = _moved(at, logs, log_likelihood, power, scale, generator)
+    return at, evidence, math.sqrt(max(variance, 0.0))
+
+
+def _normalised(logs: Floats) -> tuple[Floats, float]:
+    """Return normalised weights and the log of their mean before."""
+    top = float(np.max(logs))
+    weights = np.exp(logs - top)
+    return weights / weights.sum(), top + math.log(float(weights.mean()))
+
+
+def _next_step(logs: Floats, rest: float) -> float:
+    """Return the largest step of the power, up to ``rest``, that keeps `KEPT` of the effective number of points."""
+
+    def effective(step: float) -> float:
+        return 1.0 / float(np.sum(_normalised(step * logs)[0] ** 2)) / logs.size
+
+    if effective(rest) >= KEPT:
+        return rest
+    low, high = 0.0, rest
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if effective(middle) >= KEPT else (low, middle)
+    return high
+
+
+def _resampled(
+    at: Floats, logs: Floats, weights: Floats, generator: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Draw points in proportion to their weights, evenly (systematic resampling)."""
+    places = (generator.random() + np.arange(logs.size)) / logs.size
+    chosen = np.minimum(np.searchsorted(np.cumsum(weights), places), logs.size - 1)
+    return at[chosen], logs[chosen]
+
+
+def _moved(
+    at: Floats,
+    logs: Floats,
+    log_likelihood: Callable[[Floats], Floats],
+    power: float,
+    scale: float,
+    generator: np.random.Generator,
+) -> tuple[Floats, Floats, float]:
+    """Return the cloud after Metropolis steps at this power, and the scale of the steps, led to a third accepted."""
+    spread = np.linalg.cholesky(np.cov(at.T).reshape(at.shape[1], -1) + 1e-12 * np.eye(at.shape[1]))
+    accepted, steps = 0.0, 0
+    while accepted < MOVES and steps < MOST_STEPS:
+        tried = at + scale * generator.normal(size=at.shape) @ spread.T
+        tried = 1.0 - np.abs(1.0 - np.abs(tried) % 2.0)  # reflected at the faces of the cube
+        found = log_likelihood(tried)
+        better = np.log(generator.random(logs.size)) < power * (found - logs)
+        at, logs = np.where(better[:, None], tried, at), np.where(better, found, logs)
+        share = float(better.mean())
+        accepted, steps = accepted + share, steps + 1
+        scale *= math.exp(0.5 * (share - 0.3))
+    return at, logs, scale

@@ -24,6 +24,13 @@ def bundled_plans() -> list[str]:
     return sorted(e.name.removesuffix(".toml") for e in folder.iterdir() if e.name.endswith(".toml"))
 
 
+def plan_folder(source: str | os.PathLike[str]) -> Path:
+    """Return where a plan's records are looked for: beside the plan, or among the package's own."""
+    if os.fspath(source) in bundled_plans():
+        return Path(str(files("gearplay.study.calibration") / "plans"))
+    return Path(source).parent
+
+
 def load_plan(source: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
     """Read a calibration plan: a bundled name, the path of a TOML file, or a dictionary laid out as one.
 

@@ -52,7 +52,7 @@ def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
     >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))
     >>> statement_of({"absolute": [good, bad]}).overall
     'good'
-    >>> statement_of({"absolute": [good, bad], "displacement": [good, good]}).overall
+    >>> statement_of({"absolute": [good, bad], "displacement": [good]}).overall  # nobody beaten there
     'cannot be told'
     """
     readings = tuple(
@@ -60,9 +60,12 @@ def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
         for reading, found in standings.items()
     )
     winners = {each.winner for each in readings}
-    same = len({frozenset(each.models) for each in readings}) == 1  # else some model was not compared everywhere
-    overall = next(iter(winners)) if len(winners) == 1 and same else OPEN
+    overall = next(iter(winners)) if len(winners) == 1 and _same_models(readings) else OPEN
     return Statement(readings, overall, _words(readings, overall))
+
+
+def _same_models(readings: Sequence[ReadingStatement]) -> bool:
+    return len({frozenset(each.models) for each in readings}) == 1
 
 
 def _words(readings: Sequence[ReadingStatement], overall: str) -> str:
@@ -77,7 +80,9 @@ def _words(readings: Sequence[ReadingStatement], overall: str) -> str:
         return readings[0].words
     each_says = "; ".join(f"{each.reading}: {each.winner}" for each in readings)
     won = {each.winner for each in readings} - {OPEN}
-    reason = "the readings disagree" if len(won) > 1 else "not every reading shows one model ahead of all"
+    reason = "the readings disagree" if len(won) > 1 else "not every reading has one model ahead of all"
+    if not _same_models(readings):
+        reason = "not every model was compared in every reading"
     return f"{OPEN}: {reason} ({each_says})."
 
 

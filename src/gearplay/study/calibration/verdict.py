@@ -38,7 +38,7 @@ def leave_one_out(
     parameters: int,
     *,
     discrepancy: bool,
-    points: int = 150,
+    points: int = 1000,
     seed: int = 0,
     report: Callable[[str], None] | None = None,
 ) -> list[LeftOut]:

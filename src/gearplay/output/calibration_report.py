@@ -1,0 +1,258 @@
+"""The output folder of a calibration: report, residual table, figures, and one JSON document that says it all."""
+
+import base64
+import csv
+import io
+import json
+import math
+import platform
+import re
+from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearplay.output import calibration_figures as figures_of
+from gearplay.output.calibration_spans import Span, Spans, datum_unit, spans_of
+from gearplay.output.files import make_folder, write_bytes, write_text
+from gearplay.study.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
+from gearplay.study.calibration.plan import Plan
+from gearplay.study.calibration.posterior import KNOWN
+from gearplay.study.calibration.statement import Statement, statement_of
+from gearplay.study.calibration.verdict import CLEAR, OPEN, STRONG
+
+PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
+COLUMNS = (
+    "model", "reading", "condition", "target", "key", "unit", "measured", "simulated",
+    "residual_decades", "error_pct", "ensemble_error_decades", "left_out_residual_decades",
+)  # fmt: skip
+
+
+def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str, Any]:
+    """Write report, residual table, figures and the JSON document into ``folder``; return that document.
+
+    Every file is whole or absent. Numbers that do not exist, such as the frequency error of a plan without frequencies, are
+    null in the document, empty in the table and a dash on the page.
+
+    Raises `InputError` where the folder cannot be written.
+    """
+    spans = spans_of(plan, fits)
+    statement = statement_of(
+        {name: [fit.standing for fit in fits if fit.reading == name] for name in _readings(fits)}
+    )
+    document = document_of(plan, fits, spans, statement)
+    figures = draw_figures(plan, fits, spans)
+    make_folder(folder / "figures")
+    for name, png in figures.items():
+        write_bytes(folder / "figures" / f"{name}.png", png)
+    write_text(folder / "residuals.csv", residuals_csv(plan, fits))
+    write_text(folder / "calibration.json", json.dumps(document, indent=1, allow_nan=False))
+    write_text(folder / "report.html", render(plan, fits, document, figures))
+    return document
+
+
+def _readings(fits: Sequence[Fit]) -> list[str]:
+    return list(dict.fromkeys(fit.reading for fit in fits))
+
+
+def finite(value: Any) -> Any:
+    """Return a JSON-able copy in which every number that is not finite is None.
+
+    >>> finite({"a": (1.0, float("nan")), "b": np.float64(2.0)})
+    {'a': [1.0, None], 'b': 2.0}
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, dict):
+        return {str(key): finite(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> dict[str, Any]:
+    """Return the calibration as one JSON-able document; the posterior sample and the history are left out."""
+    said = {
+        "overall": statement.overall,
+        "words": _sentences(statement),
+        "readings": [
+            {"reading": r.reading, "winner": r.winner, "words": r.words} for r in statement.readings
+        ],
+    }
+    duels = [
+        {"reading": r.reading, **asdict(duel), "winner": duel.winner, "words": duel.words}
+        for r in statement.readings
+        for duel in r.duels
+    ]
+    document: dict[str, Any] = finite(
+        {
+            "title": plan.title,
+            "statement": said,
+            "duels": duels,
+            "fits": [_fit_document(plan, fit, spans[fit.model]) for fit in fits],
+            "plan": plan.model_dump(mode="json"),
+            "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
+        }
+    )
+    return document
+
+
+def _sentences(statement: Statement) -> list[str]:
+    """Return the whole statement line by line: over all readings, then each reading with its evidence."""
+    lines = [
+        statement.words[:1].upper() + statement.words[1:] if statement.overall == OPEN else statement.words
+    ]
+    for each in statement.readings:
+        if len(statement.readings) > 1:
+            lines.append(f"Reading {each.reading}: {each.words}")
+        lines += [duel.words for duel in each.duels]
+    return lines
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # run from a source tree
+        return "unknown"
+
+
+def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
+    """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out."""
+    held = {key: value for key, value in asdict(fit).items() if key not in ("sample", "history")}
+    predicted = _predicted(fit)
+    held["parameters"] = [
+        {
+            "name": span.name,
+            "unit": span.unit,
+            "searched": [span.low, span.high],
+            "scale": span.scale,
+            "best": fit.best[span.name],
+            "low": interval.low,
+            "median": interval.median,
+            "high": interval.high,
+            "half_width": interval.half_width,
+            "identified": interval.identified,
+        }
+        for span, interval in zip(spans, fit.intervals, strict=True)
+    ]
+    held["rows"] = [
+        {
+            **asdict(row),
+            "unit": datum_unit(plan, fit.reading, row),
+            "error": row.error,
+            "left_out_residual": predicted.get((row.condition, row.target, row.key), math.nan),
+        }
+        for row in fit.rows
+    ]
+    held["left_out_amplitude_error"] = _mean([each.amplitude_error for each in fit.left_out])
+    held["left_out_frequency_error"] = _mean([each.frequency_error for each in fit.left_out])
+    held["standing"]["predictive"] = fit.standing.predictive
+    return held
+
+
+def _predicted(fit: Fit) -> dict[tuple[str, ...], float]:
+    """Return the residual [decades] of each datum predicted from the other conditions."""
+    return {
+        (each.condition, *label.rsplit(", ", 2)[1:]): residual
+        for each in fit.left_out
+        for label, residual in zip(each.labels, each.residuals, strict=True)
+    }
+
+
+def _mean(values: Sequence[float]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.mean(known)) if known else math.nan
+
+
+def residuals_csv(plan: Plan, fits: Sequence[Fit]) -> str:
+    """Return the residuals of every datum, model and reading as CSV, all digits kept; what does not exist is empty."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for fit in fits:
+        predicted = _predicted(fit)
+        for row in fit.rows:
+            left_out = predicted.get((row.condition, row.target, row.key), math.nan)
+            numbers = (row.measured, row.simulated, row.residual, row.error, row.ensemble_error, left_out)
+            unit = datum_unit(plan, fit.reading, row)
+            writer.writerow(
+                [fit.model, fit.reading, row.condition, row.target, row.key, unit]
+                + [repr(float(v)) if math.isfinite(v) else "" for v in numbers]
+            )
+    return buffer.getvalue()
+
+
+def draw_figures(plan: Plan, fits: Sequence[Fit], spans: Spans) -> dict[str, bytes]:
+    """Draw every figure of the report: name -> PNG."""
+    colors = figures_of.colors_of(fits)
+    models = list(colors)
+    found = {"convergence": figures_of.convergence_figure(fits, colors)}
+    for reading in _readings(fits):
+        own = [fit for fit in fits if fit.reading == reading]
+        found[f"posterior-{reading}"] = figures_of.posterior_figure(own, spans, colors)
+        for fit in (fit for fit in own if fit.sample and len(fit.unit) > 1):
+            name = f"pairs-{reading}-{models.index(fit.model) + 1}-{_slug(fit.model)}"
+            found[name] = figures_of.pair_figure(fit, spans[fit.model], colors[fit.model])
+        found[f"match-{reading}"] = figures_of.match_figure(
+            plan, own, partial(datum_unit, plan, reading), colors
+        )
+        if any(fit.left_out for fit in own):
+            found[f"left-out-{reading}"] = figures_of.left_out_figure(plan, own, colors)
+    return found
+
+
+def _slug(text: str) -> str:
+    """Return a user's name as a part of a file name.
+
+    >>> _slug("../Coupled, as published!")
+    'coupled-as-published'
+    """
+    return re.sub(r"[^a-z0-9_]+", "-", text.lower()).strip("-")[:40]
+
+
+def _number(value: Any, digits: int = 4) -> str:
+    """Return a number for the page, a dash where there is none.
+
+    >>> _number(0.12345), _number(None)
+    ('0.1235', '–')
+    """
+    return f"{value:.{digits}g}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
+
+
+def _fixed(value: Any, decimals: int = 1) -> str:
+    """Return a number with so many decimals for the page, a dash where there is none."""
+    return f"{value:.{decimals}f}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
+
+
+def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: dict[str, bytes]) -> str:
+    """Return the report as one self-contained HTML page."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("gearplay.output", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    environment.filters.update(number=_number, fixed=_fixed)
+    images = {
+        name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()
+    }
+    readings = _readings(fits)
+    return environment.get_template("calibration.html").render(
+        title=plan.title or "Calibration",
+        plan=plan,
+        document=document,
+        readings=readings,
+        by_reading={r: [f for f in document["fits"] if f["reading"] == r] for r in readings},
+        images=images,
+        undecided=OPEN,
+        known=100.0 * KNOWN,
+        strong=STRONG,
+        clear=CLEAR,
+        seeds={"choose": plan.effort.seed + CHOOSE_SEED, "check": plan.effort.seed + CHECK_SEED},
+    )

@@ -1,0 +1,157 @@
+"""The ranges in which a calibration's parameters were searched, and the names and units of its numbers on axes."""
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from gearplay.model.case import Case
+from gearplay.model.fields import HertzStiffness, Measure
+from gearplay.output.plots import plain
+from gearplay.study.calibration.calibrate import Fit, Row
+from gearplay.study.calibration.observe import AMPLITUDE, FREQUENCY
+from gearplay.study.calibration.plan import Plan, StatisticTarget, to_value
+from gearplay.study.calibration.trials import Problem
+from gearplay.vocabulary.quantities import hertz_stiffness
+
+STATISTIC_UNITS = {
+    "rms": "m/s²",
+    "impacts_per_second": "1/s",
+    "mean_impact_speed": "m/s",
+    "max_impact_speed": "m/s",
+    "peak_force": "N",
+}
+AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
+
+
+@dataclass(frozen=True)
+class Span:
+    """The range in which one parameter was searched: its bounds in SI (or as factors), the unit, log or linear."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    scale: str
+
+    def ticks(self, most: int) -> tuple[list[float], list[str]]:
+        """Return places in the unit interval and their labels: decades, or round numbers; the bounds where none is inside.
+
+        >>> Span("drag", "N m s/rad", 1e-4, 1e-2, "log").ticks(3)[0]
+        [0.0, 0.5, 1.0]
+        """
+        if self.scale == "log":
+            low, high = math.log10(self.low), math.log10(self.high)
+            decades = range(math.floor(low), math.ceil(high) + 1)
+            wide = high - low >= 2.0
+            steps = (1,) if wide else (1, 3) if high - low >= 1.0 else (1, 2, 5)
+            values = [float(f"{m}e{d}") for d in decades for m in steps]
+            values = [v for v in values if self.low <= v * (1.0 + 1e-9) and v <= self.high * (1.0 + 1e-9)]
+            values = values[:: max(1, math.ceil(len(values) / most))]
+            places = [(math.log10(v) - low) / (high - low) for v in values]
+            labels = [f"$10^{{{round(math.log10(v))}}}$" if wide else f"{v:.3g}" for v in values]
+        else:
+            from matplotlib.ticker import MaxNLocator
+
+            found = MaxNLocator(max(2, most - 1)).tick_values(self.low, self.high)
+            inside = [float(v) for v in found if self.low <= v <= self.high]
+            places = [(v - self.low) / (self.high - self.low) for v in inside]
+            labels = [f"{v:.4g}" for v in inside]
+        if len(places) >= 2:
+            return places, labels
+        return [0.0, 1.0], [f"{to_value(u, self.low, self.high, self.scale):.3g}" for u in (0.0, 1.0)]
+
+
+Spans = Mapping[str, Sequence[Span]]  # by model
+
+
+def short(text: str, most: int = 44) -> str:
+    """Return a long name with its middle left out: names that differ often do so at the end.
+
+    >>> short("abcdefghij", 7)
+    'abc…hij'
+    """
+    half = (most - 1) // 2
+    kept = text if len(text) <= most else f"{text[: most - 1 - half]}…{text[-half:]}"
+    return f" {kept}" if kept.startswith("_") else kept  # matplotlib leaves such labels out of legends
+
+
+def wrapped(text: str, width: int) -> str:
+    r"""Return text in lines of at most ``width`` characters, broken at blanks, after underscores, or anywhere.
+
+    >>> wrapped("tooth_error_2 of ring", 8)
+    'tooth_\nerror_2\nof ring'
+    """
+    lines = [""]
+    for word in text.replace("_", "_\0").replace(" ", " \0").split("\0"):
+        if len((lines[-1] + word).rstrip()) > width and lines[-1]:
+            lines.append("")
+        lines[-1] += word
+    return "\n".join(part for line in lines for part in textwrap.wrap(line.strip(), width))
+
+
+def label_of(span: Span, width: int) -> str:
+    """Return a parameter's name and unit for an axis, in lines of at most ``width`` characters."""
+    return plain(wrapped(span.name, width)) + f"\n[{plain(span.unit)}]"
+
+
+def unit_at(case: Case, path: str) -> str:
+    """Return the SI unit of the field at a dotted path, "1" where it has none.
+
+    >>> from gearplay.model.reading import load_case
+    >>> unit_at(load_case("han2021"), "rotors.ring.load.drag"), unit_at(load_case("han2021"), "sleeves.ring.restitution")
+    ('N m s/rad', '1')
+    """
+    place: Any = case
+    holder, field = case, ""
+    for part in path.split("."):
+        if isinstance(place, BaseModel):
+            holder, field = place, part  # type: ignore[assignment]
+            place = getattr(place, part, None)
+        elif isinstance(place, (list, tuple)):
+            place = place[int(part)]
+        else:
+            place = place[part]
+    info = type(holder).model_fields[field]
+    measure = _measure_in((*info.metadata, info.annotation))
+    if isinstance(measure, HertzStiffness):
+        return hertz_stiffness(getattr(holder, "exponent", 1.5)).unit
+    return measure.quantity.unit if measure is not None and measure.quantity is not None else "1"
+
+
+def _measure_in(annotations: Sequence[Any]) -> Measure | None:
+    """Return the first `Measure` of a type, however deep: in a tuple, or beside None."""
+    for each in annotations:
+        found = each if isinstance(each, Measure) else _measure_in(get_args(each))
+        if found is not None:
+            return found
+    return None
+
+
+def spans_of(plan: Plan, fits: Sequence[Fit]) -> Spans:
+    """Return the range searched of every parameter, by model."""
+    found = {}
+    for model in plan.models:
+        best = next((fit.best for fit in fits if fit.model == model.name), None)
+        if best is None:
+            continue
+        problem = Problem(plan, model)
+        case = problem.cases_at(best)[0]
+        found[model.name] = tuple(
+            Span(p.name, unit_at(case, p.path) if p.mode == "set" else "1", *bounds, p.scale)
+            for p, bounds in zip(plan.parameters, problem.bounds, strict=True)
+        )
+    return found
+
+
+def datum_unit(plan: Plan, reading: str, row: Row) -> str:
+    """Return the unit in which one datum is measured and simulated."""
+    if row.key == FREQUENCY:
+        return "Hz"
+    if row.key == AMPLITUDE:
+        return AMPLITUDE_UNITS[reading]
+    target = next(t for t in plan.targets if t.name == row.target)
+    return STATISTIC_UNITS.get(target.statistic, "1") if isinstance(target, StatisticTarget) else "1"

@@ -1,0 +1,200 @@
+"""`gearplay calibrate` as a user meets it: a report, a plan at fault, a kill in the middle, two at once."""
+
+import json
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gearplay.model.toml_files import write_toml
+
+PLAN: dict[str, Any] = {
+    "title": "small",
+    "case": "han2021",
+    "set": {"run.tolerance": 1e-6},
+    "sensor": {"rotor": "ring"},
+    "parameters": [
+        {"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"},
+        {"name": "error", "path": "meshes.0.transmission_error.0.amplitude", "low": "0.1 um", "high": "2 um"},
+    ],
+    "models": [
+        {"name": "coupled", "set": {"backlash_model": "coupled"}},
+        {"name": "uncoupled", "set": {"backlash_model": "uncoupled"}},
+    ],
+    "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
+    "effort": {
+        "evaluations": 40,
+        "startup": 16,
+        "polish": 8,
+        "polish_members": 2,
+        "check_members": 2,
+        "seed": 3,
+    },
+    "targets": [
+        {"kind": "hump", "name": "radial", "band": ["1 Hz", "8 Hz"]},
+        {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},
+    ],
+    "conditions": [
+        {
+            "name": "slow",
+            "set": {"rotors.pinion.drive.speed": "60 rpm"},
+            "measured": {"radial": {"amplitude": 0.002, "frequency": 1.6}, "mesh": {"amplitude": 0.004}},
+        },
+        {
+            "name": "fast",
+            "set": {"rotors.pinion.drive.speed": "120 rpm"},
+            "measured": {"radial": {"amplitude": 0.004, "frequency": 2.8}, "mesh": {"amplitude": 0.008}},
+        },
+    ],
+}
+
+
+def command(plan: Path, out: Path, *more: str) -> list[str]:
+    return [sys.executable, "-m", "gearplay.cli.main", "calibrate", str(plan), "--out", str(out), *more]
+
+
+def trials(out: Path) -> list[tuple[Any, ...]]:
+    """Return model, number, state and point of every stored trial."""
+    place = out / "trials.sqlite"
+    if not place.exists():
+        return []
+    query = """
+        select s.study_name, t.number, t.state, a.key, a.value_json
+        from trials t join studies s on s.study_id = t.study_id
+        join trial_user_attributes a on a.trial_id = t.trial_id order by 1, 2, 4"""
+    with sqlite3.connect(f"file:{place}?mode=ro", uri=True, timeout=60) as connection:
+        try:
+            return connection.execute(query).fetchall()
+        except sqlite3.OperationalError:  # its tables are not made yet
+            return []
+        finally:
+            connection.commit()
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("plan") / "small.toml"
+    path.write_text(write_toml(PLAN), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("whole")
+    done = subprocess.run(command(plan, out, "--json"), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["title"] == "small"
+    return out
+
+
+def test_the_report_is_written(whole: Path) -> None:
+    assert {"report.html", "calibration.json", "residuals.csv"} <= {p.name for p in whole.iterdir()}
+    document = json.loads((whole / "calibration.json").read_text(encoding="utf-8"))
+    assert document["statement"]["words"]
+    assert len(trials(whole)) == 2 * 40 * 4
+
+
+def test_twenty_kills_reach_the_same_trials_and_the_same_result(
+    plan: Path, whole: Path, tmp_path: Path
+) -> None:
+    chance, kills = random.Random(1), 0
+    while True:
+        before = len(trials(tmp_path))
+        process = subprocess.Popen(
+            command(plan, tmp_path, "--json"),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        while process.poll() is None and len(trials(tmp_path)) < before + 4 * chance.randint(1, 3):
+            time.sleep(0.02)
+        if process.poll() is None and kills < 20:
+            time.sleep(chance.random() * 0.2)
+            os.killpg(process.pid, signal.SIGKILL)
+            kills += 1
+            process.communicate()
+            continue
+        _, complaint = process.communicate(timeout=500)
+        assert process.returncode == 0, complaint
+        break
+    assert kills == 20
+    assert trials(tmp_path) == trials(whole)
+    found, expected = (
+        json.loads((out / "calibration.json").read_text(encoding="utf-8")) for out in (tmp_path, whole)
+    )
+    assert found == expected
+    assert not list(tmp_path.glob(".*.part"))
+
+
+def test_a_finished_calibration_is_not_run_again(plan: Path, whole: Path) -> None:
+    before = trials(whole)
+    done = subprocess.run(command(plan, whole, "--json"), capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert trials(whole) == before
+
+
+def test_another_plan_in_the_same_folder_is_refused(whole: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.toml"
+    other.write_text(write_toml({**PLAN, "uncertainty": 0.1}), encoding="utf-8")
+    done = subprocess.run(command(other, whole), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "must hold trials of the same plan" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_damaged_store_is_named(plan: Path, tmp_path: Path) -> None:
+    (tmp_path / "trials.sqlite").write_bytes(b"no database" * 100)
+    done = subprocess.run(command(plan, tmp_path), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "trials.sqlite" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_two_processes_in_one_folder_are_refused(plan: Path, tmp_path: Path) -> None:
+    first = subprocess.Popen(command(plan, tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        while not (tmp_path / "trials.sqlite").exists():
+            assert first.poll() is None
+            time.sleep(0.05)
+        second = subprocess.run(command(plan, tmp_path), capture_output=True, text=True, check=False)
+    finally:
+        first.kill()
+        first.wait()
+    assert second.returncode == 2
+    assert "must not be in use by another process" in second.stderr
+
+
+def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        command(plan, tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    while not trials(tmp_path):
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, words = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert "goes on there" in words
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "words"),
+    [
+        ({"conditions": [{"name": "a", "record": "missing.csv"}]}, 6, "missing.csv"),
+        ({"sensor": {"rotor": "rng"}}, 2, "must be a rotor of the case"),
+    ],
+)
+def test_plans_at_fault(change: dict[str, Any], code: int, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text(write_toml({**PLAN, **change}), encoding="utf-8")
+    done = subprocess.run(command(path, tmp_path / "out"), capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr

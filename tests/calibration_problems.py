@@ -1,0 +1,104 @@
+"""Plans whose answer is known: what the sensor shows is a formula, with noise from the seed."""
+
+from typing import Any
+
+import numpy as np
+
+from gearplay.study.calibration.observe import Observed
+from gearplay.study.calibration.plan import Plan
+from gearplay.study.calibration.reading import load_plan
+from gearplay.study.calibration.trials import Problem, Seen, TrialError
+
+NOISE = 0.02  # decades, of one member
+
+
+def small_plan(**changes: Any) -> Plan:
+    """Return a plan of two parameters, two conditions, a hump and a line."""
+    document: dict[str, Any] = {
+        "case": "han2021",
+        "uncertainty": 0.02,
+        "frequency_uncertainty": 0.02,
+        "discrepancy": False,
+        "sensor": {"rotor": "ring"},
+        "parameters": [
+            {"name": "drag", "path": "rotors.ring.load.drag", "low": 1e-4, "high": "1e-2 N m s/rad"},
+            {
+                "name": "error",
+                "path": "meshes.0.transmission_error.0.amplitude",
+                "low": "10 nm",
+                "high": "1 um",
+            },
+        ],
+        "simulation": {"members": 4, "duration": "0.5 s", "transient": "0.05 s", "sampling": "500 Hz"},
+        "effort": {
+            "evaluations": 60,
+            "startup": 16,
+            "polish": 12,
+            "polish_members": 8,
+            "check_members": 16,
+            "seed": 5,
+        },
+        "targets": [
+            {"kind": "hump", "name": "radial", "band": [2.0, 12.0]},
+            {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},
+        ],
+        "conditions": [
+            {"name": "slow", "set": {"rotors.pinion.drive.speed": "60 rpm"}, "measured": MEASURED},
+            {"name": "fast", "set": {"rotors.pinion.drive.speed": "120 rpm"}, "measured": FAST},
+        ],
+    }
+    return load_plan({**document, **changes})
+
+
+# What `KnownProblem` shows at 0.4 and 0.6 of the parameters' ranges.
+MEASURED = {"radial": {"amplitude": 0.01585, "frequency": 3.981}, "mesh": {"amplitude": 0.01406}}
+FAST = {"radial": {"amplitude": 0.03162, "frequency": 5.012}, "mesh": {"amplitude": 0.02805}}
+
+
+class KnownProblem(Problem):
+    """Frequencies go with the root of the first parameter, amplitudes of the mesh with the second."""
+
+    def see(self, unit: Any, *, seed: int | None = None, members: int | None = None, **_: Any) -> Seen:
+        u, v = unit
+        if u > 0.97:
+            raise TrialError("the shaft is stuck")
+        count = members or self.plan.simulation.members
+        size = NOISE / np.sqrt(count)
+        generator = np.random.default_rng([seed or 0, int(1e9 * u), int(1e9 * v)])
+
+        def seen(log: float) -> Observed:
+            return Observed(float(10.0 ** (log + size * generator.normal())), size)
+
+        return {
+            condition.name: {
+                "radial": {
+                    "amplitude": seen(-2.0 + 0.3 * shift + 0.5 * u),
+                    "displacement": seen(-5.0 + 0.5 * u),
+                    "frequency": seen(0.2 + u + 0.1 * shift),
+                },
+                "mesh": {
+                    "amplitude": seen(-2.5 + v + 0.2 * u * v + 0.3 * shift),
+                    "displacement": seen(-7.0 + v),
+                    "frequency": seen(1.3 + 0.3 * shift),
+                },
+            }
+            for shift, condition in enumerate(self.plan.conditions)
+        }
+
+
+class ListStore:
+    """Keeps trials in memory; refuses to go on after a number of new ones, as a kill does."""
+
+    def __init__(self) -> None:
+        self.trials: list[Any] = []
+        self.patience: int | None = None
+
+    def read(self) -> list[Any]:
+        return list(self.trials)
+
+    def add(self, trial: Any) -> None:
+        if self.patience is not None:
+            if self.patience == 0:
+                raise KeyboardInterrupt
+            self.patience -= 1
+        self.trials.append(trial)

@@ -1,0 +1,526 @@
+"""Each sentence about a binary file, from a damage made on purpose."""
+
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from acceptance.test_damaged_measurements import (
+    write_binary_uff,
+    write_integer_wav,
+    write_mdf4,
+    write_plain_hdf5,
+    write_plain_mat,
+    write_tdms,
+)
+from gearplay.output.measurements import (
+    hdf5,
+    hdf5_vectors,
+    mat_elements,
+    mdf4,
+    mdf4_blocks,
+    read_measurement,
+    tdms,
+    tdms_segments,
+    write_record,
+)
+from gearplay.output.measurements.building import Request
+from gearplay.study.signals.record import Channel, Record
+from gearplay.vocabulary.errors import InputError, MeasurementError
+
+Change = Callable[[bytes], bytes]
+RECORD = Record(
+    (
+        Channel("acc", np.random.default_rng(1).normal(size=300), 12800.0, "m/s^2"),
+        Channel("force", np.ones(300), 12800.0, "N"),
+    )
+)
+
+
+def put(place: int, layout: str, *values: object) -> Change:
+    def change(content: bytes) -> bytes:
+        piece = struct.pack(layout, *values)
+        return content[:place] + piece + content[place + len(piece) :]
+
+    return change
+
+
+def swap(old: bytes, new: bytes, count: int = 1) -> Change:
+    def change(content: bytes) -> bytes:
+        assert old in content
+        return content.replace(old, new, count)
+
+    return change
+
+
+def after(mark: bytes, offset: int, layout: str, *values: object) -> Change:
+    return lambda content: put(content.index(mark) + offset, layout, *values)(content)
+
+
+def cut(length: int) -> Change:
+    return lambda content: content[:length]
+
+
+def refused(path: Path, change: Change, words: str) -> None:
+    read_measurement(path)  # sound before
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(MeasurementError, match=words) as caught:
+        read_measurement(path)
+    assert str(caught.value).startswith(f"{path.name}: ")
+    assert caught.value.exit_code == 6
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-100), r"declares 1244 bytes in its RIFF header and holds 1144"),
+        (lambda c: c + bytes(2), r"declares 1244 bytes in its RIFF header and holds 1246"),
+        (cut(10), "must start as RIFF/WAVE"),
+        (swap(b"RIFF", b"RF64"), "must start as RIFF/WAVE"),
+        (after(b"data", 4, "<I", 2**32 - 1), r"chunk 'data' declares 4294967295 bytes"),
+        (after(b"data", 4, "<I", 0), r"chunk .* declares \d+ bytes"),
+        (after(b"data", 4, "<I", 1198), "no whole number of frames"),
+        (swap(b"data", b"atad"), "has no chunk 'data'"),
+        (swap(b"fmt ", b"fnt "), "has no chunk 'fmt '"),
+        (
+            lambda c: put(4, "<I", 1234)(c[:16] + b"\x0e\0\0\0" + c[20:34] + c[36:]),
+            "chunk 'fmt ' must have 16 bytes or more, 14 found",
+        ),
+        (put(20, "<H", 2), "encoding 2 with 16 bits"),
+        (put(22, "<H", 3), "contradicts itself: 3 channels"),
+        (put(24, "<I", 0), "contradicts itself"),
+    ],
+)
+def test_wav(change: Change, words: str, tmp_path: Path) -> None:
+    write_integer_wav(tmp_path / "run.wav", RECORD)
+    refused(tmp_path / "run.wav", change, words)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (after(b"fact", 8, "<I", 301), "declares 301 samples a channel and holds 300"),
+        (swap(b'"names"', b'"nam3s"'), "chunk of channel names"),
+        (swap(b'["acc", "force"]', b'["acc,  force" ]'), "names 1 channels and holds 2"),
+    ],
+)
+def test_our_wav(change: Change, words: str, tmp_path: Path) -> None:
+    write_record(RECORD, tmp_path / "run.wav")
+    refused(tmp_path / "run.wav", change, words)
+
+
+@pytest.mark.parametrize("bits", [8, 24, 32])
+def test_wav_of_other_widths(bits: int, tmp_path: Path) -> None:
+    width = bits // 8
+    raw = {8: b"\x00\x80\xff", 24: b"\x00\x00\x80\x00\x00\x00\xff\xff\x7f"}.get(
+        bits, struct.pack("<3i", -(2**31), 0, 2**31 - 1)
+    )
+    extensible = struct.pack("<HHIIHHHHIH14s", 0xFFFE, 1, 100, 100 * width, width, bits, 22, bits, 0, 1, b"")
+    body = b"WAVEfmt " + struct.pack("<I", 40) + extensible + b"data" + struct.pack("<I", len(raw)) + raw
+    path = tmp_path / "run.wav"
+    path.write_bytes(b"RIFF" + struct.pack("<I", len(body)) + body)
+    values = read_measurement(path).channel().values
+    np.testing.assert_allclose(values, [-1.0, 0.0, 1.0 - 2.0 ** (1 - bits)], atol=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-100), r"segment 2 declares to end at byte \d+, the file has"),
+        (cut(20), "lead-in of 28 bytes, 20 are left"),
+        (lambda content: content + b"TDSx" + bytes(30), "segment 3 must begin with TDSm"),
+        (lambda content: content + b"TDSm", "segment 3 must have a lead-in"),
+        (put(12, "<Q", 2**64 - 1), "segment 1 was never finished"),
+        (put(4, "<I", 0xFFFF), "unknown lead-in"),
+        (put(8, "<I", 1), "unknown lead-in"),
+        (put(20, "<Q", 2**40), "contradicts itself"),
+        (put(28, "<I", 2**31), "declares 2147483648 objects"),
+        (put(28, "<I", 5000), "segment 1 needs|of segment 1 needs"),
+        (after(b"/'rig'/'acc'", 12, "<I", 0), "refers to an earlier index"),
+        (after(b"/'rig'/'acc'", 16, "<I", 0x77), "unknown type 0x77"),
+        (after(b"/'rig'/'acc'", 20, "<I", 2), "one dimension"),
+        (after(b"/'rig'/'acc'", 24, "<Q", 2**40), "no whole number"),
+        (after(b"unit_string", 11, "<I", 0x77), "property of unknown type"),
+        (swap(struct.pack("<d", 1 / 12800.0), struct.pack("<d", -1.0), -1), "positive wf_increment"),
+        (swap(b"/'rig'/'acc'", b"!'rig'/'acc'", 2), "readable TDMS file"),
+    ],
+)
+def test_tdms(change: Change, words: str, tmp_path: Path) -> None:
+    write_tdms(tmp_path / "run.tdms", RECORD)
+    refused(tmp_path / "run.tdms", change, words)
+
+
+def test_tdms_time_channels_groups_and_texts(tmp_path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    path = tmp_path / "run.tdms"
+    with TdmsWriter(path) as writer:
+        time = ChannelObject("a", "time", np.arange(4) * 2.0, {"unit_string": "ms"})
+        acc = [ChannelObject(group, "acc", np.arange(4.0)) for group in "ab"]
+        writer.write_segment([time, *acc, ChannelObject("a", "text", ["x", "y"])])
+    assert read_measurement(path, channels=["a/acc"]).channel().sampling == 500.0
+    assert read_measurement(path, sampling=500.0).names == ("a/acc", "b/acc")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-2000), r"refers to a block|declares \d+ bytes"),
+        (cut(40), "identification of 64 bytes, 40 found"),
+        (swap(b"MDF     ", b"UnFinMF "), "never finalised"),
+        (put(60, "<H", 1), "never finalised"),
+        (swap(b"4.10", b"3.30"), "must be MDF 4, version '3.30'"),
+        (after(b"##CG", 8, "<Q", 2**40), "block 'CG' declares 1099511627776 bytes"),
+        (after(b"##CG", 80, "<Q", 2**40), r"declares \d+ bytes of records and holds 7200"),
+        (after(b"##CG", 80, "<Q", 299), "declares 7176 bytes of records and holds 7200"),
+        (after(b"##DG", 24, "<Q", 2**40), "refers to a block DG at byte 1099511627776"),
+        (swap(b"##DT", b"##XX"), "must have data at byte|must have a block"),
+        (swap(b"##CN", b"##XX"), "must have a block CN"),
+        (after(b"##CG", 8, "<Q", 80), "block 'CG' at byte \\d+ is too short"),
+        (after(b"##CG", 16, "<Q", 5), "has 5 links, 6 are due"),
+        (after(b"##DG", 16, "<Q", 3), "has 3 links, 4 are due"),
+        (after(b"##CN", 92, "<I", 1000), "a channel reaches to byte 1008 of records of 24"),
+    ],
+)
+def test_mdf4(change: Change, words: str, tmp_path: Path) -> None:
+    write_mdf4(tmp_path / "run.mf4", RECORD)
+    refused(tmp_path / "run.mf4", change, words)
+
+
+@pytest.mark.parametrize("mark", [b"##DG", b"##CG", b"##CN", b"##FH"])
+def test_mdf4_rings_of_links(mark: bytes, tmp_path: Path) -> None:
+    write_mdf4(tmp_path / "run.mf4", RECORD)
+    path = tmp_path / "run.mf4"
+    place = path.read_bytes().index(mark)
+    refused(path, put(place + 24, "<Q", place), "form a ring")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (after(b"##DZ", 32, "<Q", 2**40), r"a packed block of \d+ bytes declares to unpack to"),
+        (after(b"##DZ", 40, "<Q", 2**40), "declares 1099511627776 bytes, more than it has"),
+        (
+            lambda c: after(b"##DZ", 26, "<B", 7)(after(b"##DZ", 32, "<Q", 2**40)(c)),
+            "a packed block declares to unpack to",
+        ),
+    ],
+)
+def test_mdf4_packed_blocks_are_bounded(change: Change, words: str, tmp_path: Path) -> None:
+    write_mdf4(tmp_path / "run.mf4", RECORD, compression=1)
+    refused(tmp_path / "run.mf4", change, words)
+
+
+def test_mdf4_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_mdf4(tmp_path / "run.mf4", RECORD)
+    monkeypatch.setattr(mdf4_blocks, "MOST_NODES", 4)
+    with pytest.raises(MeasurementError, match="more than 4 blocks"):
+        read_measurement(tmp_path / "run.mf4")
+
+
+def test_other_formats_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_tdms(tmp_path / "run.tdms", RECORD)
+    monkeypatch.setattr(tdms_segments, "MOST_NODES", 1)
+    with pytest.raises(MeasurementError, match=r"more than 1 segments|declares \d+ objects"):
+        read_measurement(tmp_path / "run.tdms")
+    write_plain_mat(tmp_path / "run.mat", RECORD)
+    monkeypatch.setattr(mat_elements, "MOST_NODES", 3)
+    with pytest.raises(MeasurementError, match="more than 3 elements"):
+        read_measurement(tmp_path / "run.mat")
+
+
+def test_samples_read_are_compared_even_where_the_walk_saw_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mf4"
+    write_mdf4(path, RECORD)
+    monkeypatch.setattr(mdf4, "check_blocks", lambda path, size: None)
+    refused(path, after(b"##CG", 80, "<Q", 301), "declares 301 samples and holds 300")
+    path = tmp_path / "run.tdms"
+    write_tdms(path, RECORD)
+    monkeypatch.setattr(tdms, "walk", lambda path, size: tdms_segments.Declared({"/'rig'/'acc'": 301}))
+    with pytest.raises(MeasurementError, match="'acc' declares 301 samples and holds 300"):
+        read_measurement(path)
+
+
+def test_mdf4_invalid_samples_are_counted(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    path, marks = tmp_path / "run.mf4", np.array([False, True, False, True])
+    file = MDF(version="4.10")
+    file.append([Signal(np.arange(4.0), np.arange(4.0), name="acc", invalidation_bits=marks)])
+    file.save(path)
+    file.close()
+    with pytest.raises(MeasurementError, match="'acc' marks 2 of 4 samples as invalid"):
+        read_measurement(path)
+
+
+def test_mdf4_conversions_and_uneven_time(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    path = tmp_path / "run.mf4"
+    time = np.arange(5) / 10.0
+    rules = {"linear": {"a": 2.0, "b": 1.0}, "formula": {"formula": "X1 * 3"}}
+    file = MDF(version="4.10")
+    file.append([Signal(np.arange(5.0), time, name=name, conversion=rule) for name, rule in rules.items()])
+    file.append([Signal(np.arange(5.0), time**2, name="jumpy", unit="V")])
+    file.save(path)
+    file.close()
+    found = read_measurement(path, channels="linear")
+    assert found.channel().values.tolist() == [1, 3, 5, 7, 9]
+    assert found.attributes["left out"] == "formula"
+    with pytest.raises(MeasurementError, match="largest jitter"):
+        read_measurement(path)
+
+
+def repacked(change: Change) -> Change:
+    """Apply a change inside the one packed element of a MAT file."""
+
+    def whole(content: bytes) -> bytes:
+        inside = zlib.compress(change(zlib.decompress(content[136:])))
+        return content[:128] + struct.pack("<II", 15, len(inside)) + inside
+
+    return whole
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-50), r"an element declares 24\d\d bytes, "),
+        (cut(132), "a tag of 8 bytes, 4 are left"),
+        (cut(100), "a header of 128 bytes, 100 found"),
+        (put(126, "<2s", b"XX"), "byte order mark b'XX'"),
+        (put(124, "<H", 0x0500), "version 5 or 7.3, 0x500 found"),
+        (put(128, "<I", 9), "must be a matrix, an element of type 9"),
+        (put(136, "<I", 7), "flags, dimensions and a name"),
+        (put(144, "<I", 0x63), "unknown class 99"),
+        (put(144, "<I", 0x0806), "must hold 2 parts of numbers, 1 found"),
+        (put(160, "<i", -1), "negative dimension"),
+        (put(164, "<i", 2**30), "declares 1073741824 numbers and holds 1"),
+        (put(168, "<I", 0x00090001), "a small element declares|declares"),
+        (put(176, "<I", 99), "unknown type 99"),
+        (put(156, "<I", 4), "dimensions take 4 bytes, 8 to 128 are due"),
+    ],
+)
+def test_mat(change: Change, words: str, tmp_path: Path) -> None:
+    write_plain_mat(tmp_path / "run.mat", RECORD)
+    refused(tmp_path / "run.mat", change, words)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (after(b"MATLAB", 400, "<Q", 0), "checksum or code is wrong"),
+        (
+            lambda content: content[:132] + struct.pack("<I", len(content) - 146) + content[136:-10],
+            "ends early",
+        ),
+        (repacked(swap(b"values\0", b"valuez\0")), "the field 'values'"),
+        (repacked(swap(b"\5\0\4\0", b"\5\0\2\0")), "must hold the names of its fields"),
+        (repacked(after(b"\5\0\0\0\x08\0\0\0", 12, "<i", 9)), "a structure declares 9 rows of 5 fields"),
+    ],
+)
+def test_our_mat(change: Change, words: str, tmp_path: Path) -> None:
+    write_record(RECORD, tmp_path / "run.mat")
+    refused(tmp_path / "run.mat", change, words)
+
+
+def test_mat_without_vectors(tmp_path: Path) -> None:
+    savemat(tmp_path / "run.mat", {"word": "text"})
+    with pytest.raises(MeasurementError, match="at least one channel"):
+        read_measurement(tmp_path / "run.mat")
+
+
+def test_mat_time_vectors_and_other_variables(tmp_path: Path) -> None:
+    path = tmp_path / "run.mat"
+    other = {"c": np.array([[1, "x"]], dtype=object), "s": {"a": 1}, "word": "text", "z": np.array([1j, 2])}
+    savemat(path, {"t": np.arange(4) / 8.0, "acc": np.arange(4.0)[:, None], **other})
+    found = read_measurement(path)
+    assert found.names == ("acc",)
+    assert found.channel().sampling == 8.0
+    deep: object = np.zeros(2)
+    for _ in range(20):
+        deep = {"a": deep}
+    savemat(path, {"deep": deep})
+    with pytest.raises(MeasurementError, match="nested more than 16 deep"):
+        read_measurement(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-1000), r"data set 2 declares 2400 bytes of ordinates, \d+ are left"),
+        (cut(-6), "data set 2 has no end mark"),
+        (lambda c: c[: c.index(b"\n    -1") + 8], "declares 2 channels and holds 1"),
+        (lambda c: c + b"rubbish\n", "data set 3 must begin with the mark -1"),
+        (lambda c: c + b"    -1\n   abc\n    -1\n", "state its kind"),
+        (swap(b"       300", b"99999999999"[:10]), "declares 9999999999 ordinates, but 2400 bytes"),
+        (swap(b"       300", b"       x00"), "number of ordinates as a whole number"),
+        (swap(b"         4       300", b"         9       300"), "300 ordinates of type 9"),
+        (swap(b"  7.81250e-05", b"  0.00000e+00"), "positive time increment"),
+        (after(b"0.00000e+00\n", 400, "<14s", b"    -1\n    -1\n"), "declares 2 data sets, 3 can be read"),
+    ],
+)
+def test_binary_uff(change: Change, words: str, tmp_path: Path) -> None:
+    write_binary_uff(tmp_path / "run.uff", RECORD)
+    refused(tmp_path / "run.uff", change, words)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c[:2000] + c[2081:], "data set 1 declares 300 ordinates and holds 29"),
+        (swap(b"       300", b"       301"), "declares 301 ordinates and holds 300"),
+        (swap(b"e-01", b"x-01"), "readable UFF file"),
+    ],
+)
+def test_text_uff(change: Change, words: str, tmp_path: Path) -> None:
+    write_record(RECORD, tmp_path / "run.uff")
+    refused(tmp_path / "run.uff", change, words)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (cut(-1), r"declares \d+ bytes and holds \d+"),
+        (cut(20), "superblock of 48 bytes"),
+        (put(0, "<3s", b"xyz"), "mark of HDF5"),
+        (put(0, "<4s", b"CDF\1"), "classic netCDF found"),
+        (put(8, "<B", 9), "unknown superblock version 9"),
+        (put(13, "<B", 4), "addresses of 8 bytes, 4 found"),
+        (put(96, "<Q", 2**40), "readable HDF5 file"),
+    ],
+)
+def test_hdf5(change: Change, words: str, tmp_path: Path) -> None:
+    write_plain_hdf5(tmp_path / "run.h5", RECORD)
+    refused(tmp_path / "run.h5", change, words)
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".nc"])
+def test_damaged_samples_of_our_files_do_not_match_their_checksum(suffix: str, tmp_path: Path) -> None:
+    write_record(RECORD, tmp_path / f"run{suffix}")
+    piece = RECORD.channels[0].values[10:12].tobytes()
+    refused(tmp_path / f"run{suffix}", swap(piece, piece[:8] + bytes(8)), "does not match the checksum")
+
+
+def test_hdf5_that_declares_more_than_it_holds(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    for words, options in {
+        "cannot hold": {"shape": (2**28,)},
+        "declares 1000 blocks and holds 0|cannot hold": {"shape": (1000,), "chunks": (1,), "dtype": "i1"},
+        "declares 8000 bytes and holds 0": {"shape": (1000,)},
+        "at most 536870912": {"shape": (2**40,)},
+        "lies in another file": {"shape": (10,), "external": [("other.raw", 0, 80)]},
+    }.items():
+        with h5py.File(path, "w") as file:
+            file.create_dataset("acc", **({"dtype": "f8"} | options))
+        with pytest.raises(MeasurementError, match=words):
+            read_measurement(path, sampling=1.0)
+
+
+def test_what_is_asked_of_hdf5_is_checked(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file["acc"] = np.arange(4.0)
+    with pytest.raises(InputError, match=r"sampling = none: must be given, since run.h5"):
+        read_measurement(path)
+    with pytest.raises(InputError, match=r'channels = "ac": .* Did you mean .acc'):
+        read_measurement(path, channels="ac", sampling=1.0)
+
+
+def test_hdf5_that_its_writer_did_not_close(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w", libver="latest") as file:
+        file["acc"] = np.arange(4.0)
+        file["acc"].attrs["fs"] = 2.0
+    refused(path, put(11, "<B", 1), "was not closed")
+
+
+def test_hdf5_groups_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file["/".join("g" * 40)] = np.arange(4.0)
+        file.attrs["fs"] = 2.0
+    with pytest.raises(MeasurementError, match="nested more than 32 deep"):
+        read_measurement(path)
+    monkeypatch.setattr(hdf5_vectors, "MOST_NODES", 3)
+    with pytest.raises(MeasurementError, match="more than 3 objects"):
+        hdf5_vectors.read(Request(path, path.stat().st_size))
+
+
+def test_hdf5_rates_axes_packing_and_links(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file["g/acc"] = np.arange(4, dtype="i2")
+        file["g/acc"].attrs.update({"scale_factor": 0.5, "add_offset": 1.0, "units": "g"})
+        file["g/time"] = np.arange(4) * 0.5
+        file["rated"] = np.arange(3.0)
+        file["rated"].attrs["dt"] = 0.25
+        file["table"] = np.zeros(3, dtype=[("a", "f8")])
+        file["outside"] = h5py.ExternalLink("other.h5", "/x")
+    found = read_measurement(path)
+    assert [(c.name, c.sampling, c.unit) for c in found.channels] == [("g/acc", 2.0, "g"), ("rated", 4.0, "")]
+    assert found.channel("g/acc").values.tolist() == [1.0, 1.5, 2.0, 2.5]
+    assert found.attributes["left out"] == "table"
+    with h5py.File(path, "a") as file:
+        file["g/acc"].attrs["_FillValue"] = np.int16(3)
+    with pytest.raises(MeasurementError, match="1 of 4 samples"):
+        read_measurement(path)
+    with h5py.File(path, "a") as file:
+        file["g/acc"].attrs["scale_factor"] = "twice"
+    with pytest.raises(MeasurementError, match="scale_factor and add_offset must be numbers"):
+        read_measurement(path)
+
+
+def test_netcdf_of_xarray(tmp_path: Path) -> None:
+    import xarray as xr
+
+    path = tmp_path / "run.nc"
+    axis = ("when", np.arange(5) * 0.1, {"units": "seconds since 2020-01-01"})
+    xr.Dataset({"acc": ("when", np.arange(5.0), {"units": "m/s2"})}, {"when": axis}).to_netcdf(
+        path, engine="h5netcdf"
+    )
+    found = read_measurement(path)
+    assert (found.format, found.names, found.channel().sampling, found.channel().unit) == (
+        "netcdf",
+        ("acc",),
+        10.0,
+        "m/s2",
+    )
+
+
+def test_a_channel_that_is_gone_from_our_file_is_missed(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    write_record(RECORD, path)
+    with h5py.File(path, "a") as file:
+        del file["force"]
+    with pytest.raises(MeasurementError, match="declares 2 channels and holds 1"):
+        read_measurement(path)
+
+
+def test_a_file_on_which_the_library_never_returns_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A heap of texts whose free space has the size 0: the library walks on by 0 bytes for ever."""
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file["acc"] = np.arange(4.0)
+        file["acc"].attrs["units"] = "m/s^2"
+    monkeypatch.setattr(hdf5, "PATIENCE", 10.0)
+    assert read_measurement(path, sampling=1.0).channel().unit == "m/s^2"
+    content = path.read_bytes()
+    heap = content.index(b"GCOL")
+    free = heap + 16 + 16 + 8
+    assert content[free : free + 2] == b"\0\0"
+    path.write_bytes(put(free + 8, "<Q", 0)(content))
+    monkeypatch.setattr(hdf5, "PATIENCE", 1.0)
+    with pytest.raises(MeasurementError, match="crashes on it or does not return"):
+        read_measurement(path, sampling=1.0)
+    path.write_bytes(content)
+    monkeypatch.setattr(hdf5, "PATIENCE", 10.0)
+    assert read_measurement(path, sampling=1.0).names == ("acc",)  # by a new process

@@ -1,0 +1,117 @@
+from typing import Any
+
+import pytest
+
+from calibration_problems import MEASURED, small_plan
+from gearplay.study.calibration.plan import to_value
+from gearplay.study.calibration.reading import bundled_plans, load_plan
+from gearplay.study.calibration.trials import Problem
+from gearplay.study.published.article import conditions, printed
+from gearplay.vocabulary.errors import InputError
+
+
+@pytest.mark.parametrize("name", bundled_plans())
+def test_bundled_plans_fit_their_cases(name: str) -> None:
+    plan = load_plan(name)
+    for model in plan.models:
+        problem = Problem(plan, model)
+        assert len(problem.cases_at(problem.values([0.5] * len(plan.parameters)))) == len(plan.conditions)
+
+
+def test_the_bundled_article_plan_holds_the_printed_test_values() -> None:
+    plan = load_plan("han2021")
+    assert len(plan.parameters) <= 7  # and the factor of the un-normalised reading is the eighth
+    for condition, planned in zip(conditions(), plan.conditions, strict=True):
+        for line, values in planned.measured.items():
+            assert values.amplitude == printed(condition, line, "amplitude_as_printed").test
+            assert values.frequency == printed(condition, line, "frequency_hz").test
+        assert planned.set["sleeves.ring.radial_clearance"] == f"{condition.radial_clearance_um:g} um"
+        assert planned.set["meshes.0.backlash"] == f"{condition.backlash_um:g} um"
+        assert planned.set["rotors.pinion.drive.speed"] == f"{condition.speed_rpm:g} rpm"
+
+
+def test_bounds_are_read_in_si() -> None:
+    plan = small_plan()
+    assert Problem(plan, plan.models[0]).bounds == [(1e-4, 1e-2), (1e-8, pytest.approx(1e-6))]
+
+
+def test_a_scaled_parameter_multiplies_what_each_condition_has() -> None:
+    plan = small_plan(
+        parameters=[
+            {
+                "name": "clearance",
+                "path": "sleeves.ring.radial_clearance",
+                "low": 0.5,
+                "high": 2.0,
+                "mode": "scale",
+            }
+        ],
+        conditions=[
+            {"name": "a", "set": {"sleeves.ring.radial_clearance": "100 um"}, "measured": MEASURED},
+            {"name": "b", "set": {"sleeves.ring.radial_clearance": "200 um"}, "measured": MEASURED},
+        ],
+    )
+    problem = Problem(plan, plan.models[0])
+    found = [case.sleeves["ring"].radial_clearance for case in problem.cases_at({"clearance": 1.5})]
+    assert found == pytest.approx([150e-6, 300e-6])
+
+
+def test_scales() -> None:
+    assert to_value(0.25, 1e-4, 1e4, "log") == pytest.approx(1e-2)
+    assert to_value(1.0, 2.0, 4.0, "linear") == 4.0
+
+
+DRAG = {"name": "drag", "path": "rotors.ring.load.drag", "low": 1e-4, "high": 1e-2}
+HUMP = {"kind": "hump", "name": "radial", "band": [2.0, 12.0]}
+FAULTS: list[tuple[dict[str, Any], str]] = [
+    ({"parameters": [DRAG, DRAG]}, 'parameters.1.name = "drag": must not be given twice'),
+    ({"parameters": [{**DRAG, "high": 1e-5}]}, "parameters.0.high = 1e-05: must be above low"),
+    ({"parameters": [{**DRAG, "low": 0.0}]}, "parameters.0.low = 0.0: must be above 0 on a log scale"),
+    ({"parameters": [{**DRAG, "low": "1 kg"}]}, "parameters.0.low.set: rotors.ring.load.drag"),
+    ({"parameters": [{**DRAG, "path": "rotors.ring.load.drgg"}]}, "Did you mean 'drag'"),
+    ({"parameters": [{**DRAG, "path": "title"}]}, "parameters.0.low.set: title"),
+    ({"parameters": [{**DRAG, "mode": "scale", "low": "1 N"}]}, "must be a plain number, as a factor"),
+    (
+        {"sensor": {"rotor": "rng"}},
+        'sensor.rotor = "rng": must be a rotor of the case. Rotors: pinion, ring.',
+    ),
+    ({"targets": [{"kind": "line", "name": "mesh"}]}, "targets.0.order: must be given, or near"),
+    (
+        {"targets": [{**HUMP, "kind": "bump"}]},
+        'targets.0.kind = "bump": must be one of line, hump, level, statistic',
+    ),
+    ({"targets": [{**HUMP, "bnd": 1}]}, "targets.0.bnd: unknown field"),
+    ({"targets": [{"kind": "statistic", "name": "s", "statistic": "peak_force"}]}, "targets.0.contact"),
+    ({"conditions": [{"name": "a"}]}, "conditions.0.measured"),
+    (
+        {"conditions": [{"name": "a", "measured": {"radal": {"amplitude": 1.0}}}]},
+        "must be the name of a target",
+    ),
+    ({"conditions": [{"name": "a", "measured": {"radial": {"value": 1.0}}}]}, "does not belong to a hump"),
+    (
+        {"conditions": [{"name": "a", "set": {"x": 1}, "measured": MEASURED}]},
+        "conditions.0.set: x: unknown field",
+    ),
+    (
+        {"effort": {"evaluations": 10, "startup": 9, "polish": 9}},
+        "effort.evaluations = 10: must be at least startup",
+    ),
+    ({"case": "han2022"}, "Did you mean 'han2021'"),
+    ({"redings": ["absolute"]}, "redings: unknown field. Did you mean 'readings'?"),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), FAULTS, ids=[words[:40] for _, words in FAULTS])
+def test_faults_are_named(changes: dict[str, Any], words: str) -> None:
+    def build() -> None:
+        plan = small_plan(**changes)
+        Problem(plan, plan.models[0])
+
+    with pytest.raises(InputError) as caught:
+        build()
+    assert words in str(caught.value)
+
+
+def test_a_plan_that_is_not_there_is_named() -> None:
+    with pytest.raises(InputError, match="Did you mean 'han2021'"):
+        load_plan("han2012")

@@ -1,0 +1,74 @@
+import threading
+
+import numpy as np
+import pytest
+
+from calibration_problems import KnownProblem, ListStore, small_plan
+from gearplay.study.calibration.objective import Comparison, data_of, printed_measurements
+from gearplay.study.calibration.search import POLISH, SEARCH, STARTUP, run_search
+
+PLAN = small_plan()
+PROBLEM = KnownProblem(PLAN, PLAN.models[0])
+DATA = data_of(PLAN, printed_measurements(PLAN))
+COMPARISONS = [Comparison(DATA, "absolute"), Comparison(DATA, "unnormalised")]
+
+
+@pytest.fixture(scope="module")
+def whole() -> ListStore:
+    store = ListStore()
+    run_search(PROBLEM, COMPARISONS, store)
+    return store
+
+
+def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) -> None:
+    store, kills = ListStore(), 0
+    while True:
+        store.patience = 1 + kills % 4
+        try:
+            run_search(PROBLEM, COMPARISONS, store)
+        except KeyboardInterrupt:
+            kills += 1
+            continue
+        break
+    assert kills >= 20
+    assert store.trials == whole.trials
+
+
+def test_phases_follow_the_plan(whole: ListStore) -> None:
+    phases = [trial.phase for trial in whole.trials]
+    effort = PLAN.effort
+    assert phases == (
+        [STARTUP] * effort.startup
+        + [SEARCH] * (effort.evaluations - effort.startup - effort.polish)
+        + [POLISH] * effort.polish
+    )
+
+
+def test_the_search_closes_in_on_the_best_point(whole: ListStore) -> None:
+    good = [trial for trial in whole.trials if trial.good]
+    comparison = COMPARISONS[0]
+    values = comparison.objective(*comparison.logs_of(good))
+    early = values[: PLAN.effort.startup].min()
+    assert values.min() < early - 5.0
+    grid = [(u, v) for u in np.linspace(0, 0.95, 60) for v in np.linspace(0, 1, 60)]
+    best = min(
+        comparison.objective(*comparison.logs_of([PROBLEM.run(0, point, members=64)]))[0] for point in grid
+    )
+    assert values.min() < best + 12.0  # noise of 4 members against 64
+
+
+def test_failed_trials_stay_in_the_list_with_their_reason() -> None:
+    trial = PROBLEM.run(3, (0.99, 0.5))
+    assert not trial.good
+    assert trial.reason == "the shaft is stuck"
+    store = ListStore()
+    store.trials = [PROBLEM.run(n, (0.99, 0.5)) for n in range(20)]
+    assert len(run_search(PROBLEM, COMPARISONS, store)) == PLAN.effort.evaluations
+
+
+def test_a_stop_is_heeded_between_trials() -> None:
+    stop, store = threading.Event(), ListStore()
+    stop.set()
+    with pytest.raises(KeyboardInterrupt):
+        run_search(PROBLEM, COMPARISONS, store, stop=stop)
+    assert store.trials == []

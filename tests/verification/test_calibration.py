@@ -1,0 +1,168 @@
+"""Calibration against closed forms: a linear model with normal noise has a known posterior and a known evidence."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal
+
+from calibration_problems import KnownProblem, small_plan
+from gearplay.study.calibration.calibrate import fit_from, fit_model
+from gearplay.study.calibration.emulator import Emulator
+from gearplay.study.calibration.objective import Comparison, Datum, data_of
+from gearplay.study.calibration.posterior import FACTOR_RANGE, Surrogate, sample_posterior
+from gearplay.study.calibration.recovery import recover, summary, synthetic
+from gearplay.study.calibration.trials import Problem, Trial
+from gearplay.study.calibration.verdict import OPEN, Standing, duels, leave_one_out
+
+Floats = NDArray[np.float64]
+Measured = Callable[[str, float, str], None]
+SIGMA = 0.05
+PARAMETERS = 3
+
+
+def linear(reading: str, seed: int = 0) -> tuple[Surrogate, Floats, Floats]:
+    """Return a surrogate that is linear in the unit cube, its matrix and its offset."""
+    generator = np.random.default_rng(seed)
+    matrix, offset = generator.normal(size=(12, PARAMETERS)), generator.normal(size=12)
+    units = generator.random((60, PARAMETERS))
+    emulator = Emulator.fit(units, units @ matrix.T + offset)
+    truth = np.array([0.45, 0.6, 0.5])
+    y = (
+        matrix @ truth
+        + offset
+        + SIGMA * generator.normal(size=12)
+        + (1.3 if reading == "unnormalised" else 0.0)
+    )
+    data = tuple(Datum(f"c{i // 4}", f"t{i}", "amplitude", float(10.0 ** y[i]), SIGMA) for i in range(12))
+    return Surrogate(Comparison(data, reading), emulator, np.zeros(12)), matrix, y - offset
+
+
+def test_posterior_and_evidence_of_a_linear_model(measured: Measured) -> None:
+    surrogate, matrix, y = linear("absolute")
+    posterior = sample_posterior(surrogate, PARAMETERS, discrepancy=False, points=4000)
+    covariance = np.linalg.inv(matrix.T @ matrix) * SIGMA**2
+    mean = covariance @ matrix.T @ y / SIGMA**2
+    found = np.average(posterior.units, axis=0, weights=posterior.weights)
+    spread = np.sqrt(np.average((posterior.units - found) ** 2, axis=0, weights=posterior.weights))
+    assert np.all(np.abs(found - mean) < 0.2 * np.sqrt(np.diag(covariance)))
+    assert spread == pytest.approx(np.sqrt(np.diag(covariance)), rel=0.15)
+    # The prior is 1 over the cube and the posterior well inside it, so the evidence is a Gaussian integral.
+    at_mean = np.sum(-0.5 * ((y - matrix @ mean) / SIGMA) ** 2 - 0.5 * np.log(2 * np.pi * SIGMA**2))
+    exact = at_mean + 0.5 * np.log(np.linalg.det(2 * np.pi * covariance))
+    assert posterior.log_evidence == pytest.approx(exact, abs=4 * posterior.log_evidence_error)
+    measured("ln evidence of a linear model, error", abs(posterior.log_evidence - exact), "4 standard errors")
+
+
+def test_the_common_factor_is_integrated_out() -> None:
+    surrogate, matrix, _ = linear("unnormalised")
+    point = np.array([[0.4, 0.5, 0.6]])
+    c = surrogate.comparison
+    raw = surrogate.emulator(point)[0] - c.measured
+    factors = np.linspace(-4.0, 4.0, 200_001)
+    density = np.exp(-0.5 * np.sum(((raw[:, None] + factors) / SIGMA) ** 2, axis=0))
+    exact = np.log(np.trapezoid(density, factors) / FACTOR_RANGE) - 6.0 * np.log(2 * np.pi * SIGMA**2)
+    assert surrogate.log_likelihood(point)[0] == pytest.approx(exact, abs=1e-6)
+
+
+def test_scatter_of_the_model_is_found() -> None:
+    surrogate, _, _ = linear("absolute")
+    tight = tuple(Datum(d.condition, d.target, d.key, d.value, 0.001) for d in surrogate.comparison.data)
+    posterior = sample_posterior(
+        Surrogate(Comparison(tight, "absolute"), surrogate.emulator, np.zeros(12)),
+        PARAMETERS,
+        discrepancy=True,
+    )
+    low, _, high = posterior.quantiles(posterior.scatter)
+    assert low < SIGMA < high
+
+
+def test_a_condition_left_out_is_predicted_by_the_others() -> None:
+    surrogate, matrix, y = linear("absolute")
+    inside = np.arange(12) >= 4
+    covariance = np.linalg.inv(matrix[inside].T @ matrix[inside]) * SIGMA**2
+    mean = covariance @ matrix[inside].T @ y[inside] / SIGMA**2
+    predictive = multivariate_normal(
+        matrix[~inside] @ mean, matrix[~inside] @ covariance @ matrix[~inside].T + SIGMA**2 * np.eye(4)
+    )
+    found = leave_one_out(surrogate, PARAMETERS, discrepancy=False, points=4000)[0]
+    assert found.condition == "c0"
+    assert found.log_density == pytest.approx(predictive.logpdf(y[~inside]), abs=0.35)
+    assert found.residuals == pytest.approx(matrix[~inside] @ mean - y[~inside], abs=0.02)
+
+
+def standing(model: str, evidence: float, densities: list[float], bic: float = 0.0) -> Standing:
+    return Standing(model, bic, evidence, 0.2, {f"c{i}": d for i, d in enumerate(densities)})
+
+
+@pytest.mark.parametrize(
+    ("evidence", "ahead", "winner"),
+    [
+        (10.0, [2.0, 3.0, 2.5, 2.0], "coupled"),
+        (-10.0, [-2.0, -3.0, -2.5, -2.0], "uncoupled"),
+        (10.0, [20.0, -10.0, 1.0, -2.0], OPEN),  # one condition decides
+        (2.0, [2.0, 3.0, 2.5, 2.0], OPEN),  # odds below 20 : 1
+        (10.0, [-2.0, -3.0, -2.5, -2.0], OPEN),  # the two disagree
+    ],
+)
+def test_a_duel_needs_odds_and_predictions(evidence: float, ahead: list[float], winner: str) -> None:
+    duel = duels([standing("coupled", evidence, ahead), standing("uncoupled", 0.0, [0.0] * 4)])[0]
+    assert duel.winner == winner
+
+
+def design_trials(problem: Problem, count: int) -> list[Trial]:
+    from scipy.stats import qmc
+
+    return [problem.run(n, 0.96 * u) for n, u in enumerate(qmc.Sobol(2, seed=3).random(count))]
+
+
+def test_known_parameters_are_recovered_with_honest_intervals(measured: Measured) -> None:
+    plan = small_plan(uncertainty=0.03, frequency_uncertainty=0.03)
+    problem = KnownProblem(plan, plan.models[0])
+    found = recover(problem, design_trials(problem, 128), 60, members=16)
+    for row in summary(found):
+        # 60 intervals of 90 %: 46 to 60 hold the true value in 999 of 1000 cases.
+        assert row.coverage >= 46 / 60, row
+        measured(f"share of 90 % intervals that miss the true {row.name}", 1.0 - row.coverage, "23 %")
+    drag = next(row for row in summary(found) if row.name == "drag")
+    assert drag.identified > 50
+    assert drag.median_error < 10.0
+
+
+def test_a_parameter_that_nothing_depends_on_is_not_identified() -> None:
+    plan = small_plan()
+    extra = [*plan.model_dump(mode="json", exclude_none=True)["parameters"]]
+    extra.append(
+        {"name": "idle", "path": "sleeves.ring.restitution", "low": 0.1, "high": 0.9, "scale": "linear"}
+    )
+    plan = small_plan(parameters=extra)
+
+    class Blind(KnownProblem):
+        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
+            return super().see(tuple(unit)[:2], **how)  # type: ignore[arg-type, call-overload]
+
+    problem = Blind(plan, plan.models[0])
+    generator = np.random.default_rng(0)
+    trials = [problem.run(n, 0.96 * generator.random(3)) for n in range(100)]
+    _, seen = synthetic(problem, 0, members=16, noise=0.02)
+    surrogate = Surrogate.of(Comparison(data_of(plan, seen), "absolute"), trials, everywhere=True)
+    posterior = sample_posterior(surrogate, 3, discrepancy=False)
+    low, _, high = posterior.quantiles(posterior.units[:, 2])
+    assert high - low > 0.75  # of the prior's 0.9
+
+
+def test_a_fit_survives_its_json_form() -> None:
+    import json
+    from dataclasses import asdict
+
+    plan = small_plan()
+    problem = KnownProblem(plan, plan.models[0])
+    truth = problem.run(0, (0.4, 0.6), members=1000)
+    comparison = Comparison(data_of(plan, truth.seen), "unnormalised")
+    fit = fit_model(problem, comparison, design_trials(problem, 64))
+    assert fit_from(json.loads(json.dumps(asdict(fit)))) == fit
+    assert fit.best["drag"] == pytest.approx(problem.values((0.4, 0.6))["drag"], rel=0.15)
+    assert fit.amplitude_error < 15.0
+    assert {row.condition for row in fit.rows} == {"slow", "fast"}
+    assert len(fit.left_out) == 2
