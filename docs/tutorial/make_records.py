@@ -23,7 +23,12 @@ def main() -> None:
     for rpm in (60, 120, 180):
         case = replace(
             load_case("han2021"),
-            {**TRUE, "rotors.pinion.drive.speed": f"{rpm} rpm", "run.seed": 700 + rpm, "run.transient": "1 s"},
+            {
+                **TRUE,
+                "rotors.pinion.drive.speed": f"{rpm} rpm",
+                "run.seed": 700 + rpm,
+                "run.transient": "1 s",
+            },
         )
         record = measure(case, rig, duration=24.0, seed=rpm)
         kept = tuple(c for c in record.channels if c.name == "shaft.recorded")

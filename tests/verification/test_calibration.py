@@ -11,7 +11,7 @@ from calibration_problems import KnownProblem, small_plan
 from gearplay.study.calibration.calibrate import fit_from, fit_model
 from gearplay.study.calibration.emulator import Emulator
 from gearplay.study.calibration.objective import Comparison, Datum, data_of
-from gearplay.study.calibration.posterior import FACTOR_RANGE, Surrogate, sample_posterior
+from gearplay.study.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.study.calibration.recovery import recover, summary, synthetic
 from gearplay.study.calibration.trials import Problem, Trial
 from gearplay.study.calibration.verdict import OPEN, Standing, duels, leave_one_out
@@ -36,7 +36,7 @@ def linear(reading: str, seed: int = 0) -> tuple[Surrogate, Floats, Floats]:
         + (1.3 if reading == "unnormalised" else 0.0)
     )
     data = tuple(Datum(f"c{i // 4}", f"t{i}", "amplitude", float(10.0 ** y[i]), SIGMA) for i in range(12))
-    return Surrogate(Comparison(data, reading), emulator, np.zeros(12)), matrix, y - offset
+    return Surrogate(Comparison(data, reading), emulator, np.zeros(12), tails=np.inf), matrix, y - offset
 
 
 def test_posterior_and_evidence_of_a_linear_model(measured: Measured) -> None:
@@ -44,8 +44,8 @@ def test_posterior_and_evidence_of_a_linear_model(measured: Measured) -> None:
     posterior = sample_posterior(surrogate, PARAMETERS, discrepancy=False, points=4000)
     covariance = np.linalg.inv(matrix.T @ matrix) * SIGMA**2
     mean = covariance @ matrix.T @ y / SIGMA**2
-    found = np.average(posterior.units, axis=0, weights=posterior.weights)
-    spread = np.sqrt(np.average((posterior.units - found) ** 2, axis=0, weights=posterior.weights))
+    found = np.mean(posterior.points.units, axis=0)
+    spread = np.std(posterior.points.units, axis=0)
     assert np.all(np.abs(found - mean) < 0.2 * np.sqrt(np.diag(covariance)))
     assert spread == pytest.approx(np.sqrt(np.diag(covariance)), rel=0.15)
     # The prior is 1 over the cube and the posterior well inside it, so the evidence is a Gaussian integral.
@@ -55,15 +55,30 @@ def test_posterior_and_evidence_of_a_linear_model(measured: Measured) -> None:
     measured("ln evidence of a linear model, error", abs(posterior.log_evidence - exact), "4 standard errors")
 
 
-def test_the_common_factor_is_integrated_out() -> None:
-    surrogate, matrix, _ = linear("unnormalised")
-    point = np.array([[0.4, 0.5, 0.6]])
-    c = surrogate.comparison
-    raw = surrogate.emulator(point)[0] - c.measured
-    factors = np.linspace(-4.0, 4.0, 200_001)
-    density = np.exp(-0.5 * np.sum(((raw[:, None] + factors) / SIGMA) ** 2, axis=0))
-    exact = np.log(np.trapezoid(density, factors) / FACTOR_RANGE) - 6.0 * np.log(2 * np.pi * SIGMA**2)
-    assert surrogate.log_likelihood(point)[0] == pytest.approx(exact, abs=1e-6)
+def test_the_common_factor_is_integrated_out(measured: Measured) -> None:
+    surrogate, matrix, y = linear("unnormalised")
+    posterior = sample_posterior(surrogate, PARAMETERS, discrepancy=False, points=4000)
+    wide = np.column_stack((matrix, np.ones(12)))  # the factor is one more unknown of a linear model
+    covariance = np.linalg.inv(wide.T @ wide) * SIGMA**2
+    mean = covariance @ wide.T @ y / SIGMA**2
+    assert np.mean(posterior.points.factor) == pytest.approx(mean[3], abs=0.2 * np.sqrt(covariance[3, 3]))
+    at_mean = np.sum(-0.5 * ((y - wide @ mean) / SIGMA) ** 2 - 0.5 * np.log(2 * np.pi * SIGMA**2))
+    exact = at_mean + 0.5 * np.log(np.linalg.det(2 * np.pi * covariance)) - np.log(FACTOR[1] - FACTOR[0])
+    assert posterior.log_evidence == pytest.approx(exact, abs=4 * posterior.log_evidence_error)
+    measured(
+        "ln evidence with a common factor, error", abs(posterior.log_evidence - exact), "4 standard errors"
+    )
+
+
+def test_the_likelihood_is_students_t() -> None:
+    from scipy.stats import t
+
+    normal, _, _ = linear("absolute")
+    surrogate = Surrogate(normal.comparison, normal.emulator, np.full(12, 0.03), tails=4.0)
+    points = Points(np.array([[0.4, 0.5, 0.6]]), np.array([0.02]), np.zeros(1))
+    scale = np.sqrt(SIGMA**2 + 0.03**2 + 0.02**2)
+    exact = t.logpdf(surrogate.simulated(points) - surrogate.comparison.measured, 4.0, scale=scale)
+    assert np.allclose(surrogate.log_densities(points), exact)
 
 
 def test_scatter_of_the_model_is_found() -> None:
@@ -74,7 +89,7 @@ def test_scatter_of_the_model_is_found() -> None:
         PARAMETERS,
         discrepancy=True,
     )
-    low, _, high = posterior.quantiles(posterior.scatter)
+    low, _, high = posterior.quantiles(posterior.points.scatter)
     assert low < SIGMA < high
 
 
@@ -148,7 +163,7 @@ def test_a_parameter_that_nothing_depends_on_is_not_identified() -> None:
     _, seen = synthetic(problem, 0, members=16, noise=0.02)
     surrogate = Surrogate.of(Comparison(data_of(plan, seen), "absolute"), trials, everywhere=True)
     posterior = sample_posterior(surrogate, 3, discrepancy=False)
-    low, _, high = posterior.quantiles(posterior.units[:, 2])
+    low, _, high = posterior.quantiles(posterior.points.units[:, 2])
     assert high - low > 0.75  # of the prior's 0.9
 
 

@@ -78,6 +78,6 @@ def _forget(folder: Path) -> None:
 
 
 def _words(document: dict[str, Any], folder: Path) -> str:
-    lines = [document["title"] or "Calibration", document["statement"]["words"]]
+    lines = [document["title"] or "Calibration", *document["statement"]["words"]]
     lines.append(f"Report: {folder / 'report.html'}")
     return "\n".join(lines)

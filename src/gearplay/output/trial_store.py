@@ -8,6 +8,7 @@ from gearplay.study.calibration.observe import Observed
 from gearplay.study.calibration.plan import Plan
 from gearplay.study.calibration.trials import Seen, Trial
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.optional import load_optional
 
 FILE = "trials.sqlite"
 
@@ -19,8 +20,7 @@ class StudyStore:
     """
 
     def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
-        import optuna
-
+        optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path = folder / FILE
         self.names = [p.name for p in plan.parameters]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gearplay.model.reading import load_case, replace
 from gearplay.output.calibration_figures import colors_of, density_of, left_out_figure, pairs_of
 from gearplay.output.calibration_report import write_calibration
 from gearplay.output.calibration_spans import Span, short, unit_at, wrapped
@@ -147,8 +148,8 @@ def test_parameters_have_units_bounds_and_a_verdict(written: Any) -> None:
     assert (drag["unit"], drag["searched"], drag["identified"]) == ("N m s/rad", [1e-4, 1e-2], True)
     assert (factor["unit"], factor["searched"], factor["identified"]) == ("1", [0.5, 2.0], False)
     page = (written[2] / "report.html").read_text()
-    assert page.count("identified</td>") == 4
-    assert page.count("the data cannot tell</td>") == 4
+    assert page.count('<td class="one">drag</td><td class="one holds">identified</td>') == 4
+    assert page.count('<td class="one">factor</td><td class="one cannot">the data cannot tell</td>') == 4
 
 
 def test_the_table_of_residuals_parses_back_to_the_numbers(written: Any) -> None:
@@ -250,13 +251,14 @@ def test_a_prediction_that_does_not_exist_is_drawn_nowhere() -> None:
         ("rotors.pinion.drive.speed", "rad/s"),
         ("meshes.0.transmission_error.0.amplitude", "m"),
         ("meshes.0.stiffness.mean", "N/m"),
-        ("sleeves.ring.stiffness", "N/m^1.5"),
+        ("sleeves.ring.stiffness", "N/m^2"),
         ("rotors.pinion.teeth", "1"),
     ],
 )
 def test_units_come_from_the_fields_of_the_case(path: str, unit: str) -> None:
-    plan = small_plan()
-    assert unit_at(Problem(plan, plan.models[0]).cases[0], path) == unit
+    stiff = {"material": None, "exponent": 2.0, "stiffness": 1e10}  # whose unit follows the exponent
+    case = replace(load_case("han2021"), {f"sleeves.ring.{name}": value for name, value in stiff.items()})
+    assert unit_at(case, path) == unit
 
 
 @pytest.mark.parametrize(

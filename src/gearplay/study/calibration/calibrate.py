@@ -213,8 +213,8 @@ def fit_model(
         rows=_rows(comparison, checked_logs, checked_errors),
         intervals=_intervals(problem, posterior),
         correlation=_tuples(posterior.correlation()),
-        sample=_tuples(_equal_sample(posterior, plan.effort.seed)),
-        scatter=_three(posterior.quantiles(posterior.scatter)),
+        sample=_tuples(posterior.points.units[:PICTURE]),
+        scatter=_three(posterior.quantiles(posterior.points.scatter)),
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
         left_out=tuple(left_out),
@@ -265,14 +265,10 @@ def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ..
 
 
 def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
-    table = [problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.units.T])]
+    table = [
+        problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
+    ]
     return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.plan.parameters)
-
-
-def _equal_sample(posterior: Posterior, seed: int) -> Floats:
-    generator = np.random.default_rng(seed)
-    chosen = generator.choice(len(posterior.units), PICTURE, p=posterior.weights)
-    return np.asarray(posterior.units[chosen])
 
 
 def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:

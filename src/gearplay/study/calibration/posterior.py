@@ -4,8 +4,8 @@ Sequential Monte Carlo (Del Moral, Doucet, Jasra, J. R. Stat. Soc. B 68 (2006) 4
 is led to the posterior by raising the likelihood to powers from 0 to 1, with Metropolis moves at each. Every move of the whole
 cloud is one call of the emulator, so a posterior takes a second; nested sampling (dynesty) is its control in the tests.
 
-The likelihood is normal in log10 of each datum, with the variance of measurement and emulator, and a common scatter
-of the model itself where the plan allows a discrepancy. The common factor of the un-normalised reading is integrated out.
+The likelihood of each datum is a Student t in its log10, since its own uncertainty comes from few groups of members, with
+the variance of measurement and emulator, and a common scatter of the model itself where the plan allows a discrepancy.
 """
 
 import math
@@ -21,7 +21,9 @@ from gearplay.study.calibration.trials import Trial
 
 Floats = NDArray[np.float64]
 SCATTER = (0.005, 0.5)  # decades, range of the models' own scatter, uniform in its logarithm
-FACTOR_RANGE = 8.0  # decades, of the common factor's uniform prior
+FACTOR = (-8.0, 8.0)  # log10, range of the common factor of the un-normalised reading, uniform
+TAILS = 4.0  # degrees of freedom of the likelihood
+LEAST_ERROR = 0.6  # of the leave-one-out scatter, that the emulator's mean is taken to be wrong by at least
 KNOWN = 0.25  # a parameter is identified when half its 90 % interval is at most this share of its median
 KEPT = 0.5  # of the effective number of points, from one power to the next
 MOVES, MOST_STEPS = 4.0, 60  # accepted moves of each point at each power, and the most tried
@@ -29,18 +31,36 @@ QUANTILES = (0.05, 0.5, 0.95)
 
 
 @dataclass(frozen=True)
+class Points:
+    """Points of all that is unknown.
+
+    ``units`` of shape [point, parameter] in the unit cube, ``scatter`` of the model itself [decades] and ``factor``,
+    log10 of the common factor, both of shape [point].
+    """
+
+    units: Floats
+    scatter: Floats
+    factor: Floats
+
+
+@dataclass(frozen=True)
 class Surrogate:
-    """An emulator for one reading of the ordinate, with the error of its mean [decades], shape [datum]."""
+    """An emulator for one reading of the ordinate, with the error of its mean [decades], shape [datum].
+
+    ``tails`` are the degrees of freedom of the likelihood's Student t; infinity makes it normal.
+    """
 
     comparison: Comparison
     emulator: Emulator
     error: Floats
+    tails: float = TAILS
 
     @classmethod
     def of(cls, comparison: Comparison, trials: Sequence[Trial], *, everywhere: bool = False) -> "Surrogate":
         """Fit to the good trials: those that matter near the best, or ``everywhere`` alike.
 
-        The mean's error is the leave-one-out scatter less what single trials scatter by themselves, but at least a third of it.
+        The mean's error is the leave-one-out scatter less what single trials scatter by themselves, but at least
+        `LEAST_ERROR` of it: the polynomial's own noise, and trials whose own errors are overestimated.
         """
         good = [trial for trial in trials if trial.good]
         logs, errors = comparison.logs_of(good)
@@ -48,30 +68,23 @@ class Surrogate:
         weights = np.ones(len(good)) if everywhere else nearness(comparison.objective(logs, errors))
         emulator = Emulator.fit(units, logs, weights)
         own = np.average(errors**2, axis=0, weights=weights)
-        error = np.sqrt(np.maximum(emulator.scatter**2 - own, (emulator.scatter / 3.0) ** 2))
-        return cls(comparison, emulator, error)
+        least = (LEAST_ERROR * emulator.scatter) ** 2
+        return cls(comparison, emulator, np.sqrt(np.maximum(emulator.scatter**2 - own, least)))
 
-    def log_likelihood(self, units: Floats, scatter: Floats | float = 0.0) -> Floats:
-        """Return the log likelihood of all data at points of the unit cube, shape [point]."""
-        return np.asarray(self.log_densities(units, scatter, np.ones(len(self.comparison.data), dtype=bool)))
+    def simulated(self, points: Points) -> Floats:
+        """Return log10 of what would be measured, shape [point, datum]: the emulator, times the factor."""
+        return self.emulator(points.units) + points.factor[:, None] * self.comparison.amplitudes
 
-    def log_densities(self, units: Floats, scatter: Floats | float, chosen: NDArray[np.bool_]) -> Floats:
-        """Return the log likelihood of the chosen data, shape [point]; the common factor integrated out."""
+    def log_densities(self, points: Points) -> Floats:
+        """Return the log likelihood of each datum, shape [point, datum]."""
         c = self.comparison
-        logs = self.emulator(units)
-        variance = (c.uncertainty**2 + self.error**2)[None, :] + np.reshape(np.square(scatter), (-1, 1))
-        raw = (logs - c.measured)[:, chosen]
-        v = np.broadcast_to(variance, logs.shape)[:, chosen]
-        total = -0.5 * np.sum(np.log(2.0 * np.pi * v), axis=1)
-        free = (
-            c.amplitudes[chosen] if c.reading == "unnormalised" else np.zeros(int(chosen.sum()), dtype=bool)
-        )
-        if free.any():
-            w = free / v
-            whole = np.sum(w, axis=1)
-            raw = raw - free * (np.sum(raw * w, axis=1) / whole)[:, None]
-            total += 0.5 * np.log(2.0 * np.pi / whole) - math.log(FACTOR_RANGE)
-        return np.asarray(total - 0.5 * np.sum(raw**2 / v, axis=1))
+        variance = (c.uncertainty**2 + self.error**2)[None, :] + points.scatter[:, None] ** 2
+        squares = (self.simulated(points) - c.measured) ** 2 / variance
+        if math.isinf(self.tails):
+            return np.asarray(-0.5 * (squares + np.log(2.0 * math.pi * variance)))
+        nu = self.tails
+        constant = math.lgamma(0.5 * (nu + 1.0)) - math.lgamma(0.5 * nu) - 0.5 * math.log(nu * math.pi)
+        return np.asarray(constant - 0.5 * np.log(variance) - 0.5 * (nu + 1.0) * np.log1p(squares / nu))
 
 
 @dataclass(frozen=True)
@@ -96,30 +109,19 @@ class Interval:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Weighted points of the posterior.
+    """Equally likely points of the posterior; ``log_evidence`` with its error is ln of the mean likelihood over the prior."""
 
-    ``units`` has shape [sample, parameter] in the unit cube, ``scatter`` [sample] the models' own scatter [decades],
-    ``weights`` [sample] sum to 1; ``log_evidence`` with its error is ln of the mean likelihood over the prior.
-    """
-
-    units: Floats
-    scatter: Floats
-    weights: Floats
+    points: Points
     log_evidence: float
     log_evidence_error: float
 
     def quantiles(self, values: Floats) -> Floats:
-        """Return the weighted 5, 50 and 95 % points of values, shape [sample]."""
-        order = np.argsort(values)
-        cumulative = np.cumsum(self.weights[order]) - 0.5 * self.weights[order]
-        return np.asarray(np.interp(QUANTILES, cumulative, values[order]))
+        """Return the 5, 50 and 95 % points of values, shape [point]."""
+        return np.asarray(np.quantile(values, QUANTILES))
 
     def correlation(self) -> Floats:
         """Return the correlation of the parameters on their scales, shape [parameter, parameter]."""
-        centred = self.units - np.average(self.units, axis=0, weights=self.weights)
-        covariance = (centred * self.weights[:, None]).T @ centred
-        size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        return np.asarray(covariance / np.outer(size, size))
+        return np.asarray(np.corrcoef(self.points.units.T).reshape(self.points.units.shape[1], -1))
 
 
 def sample_posterior(
@@ -132,20 +134,25 @@ def sample_posterior(
     seed: int = 0,
 ) -> Posterior:
     """Sample the posterior of ``parameters`` in the unit cube from the chosen data, with a cloud of ``points``."""
-    data = np.ones(len(surrogate.comparison.data), dtype=bool) if chosen is None else chosen
+    c = surrogate.comparison
+    data = np.ones(len(c.data), dtype=bool) if chosen is None else chosen
+    free = c.reading == "unnormalised" and bool(c.amplitudes.any())
     low, high = np.log(SCATTER[0]), np.log(SCATTER[1])
 
-    def scatter_at(cubes: Floats) -> Floats:
-        return np.exp(low + (high - low) * cubes[:, -1]) if discrepancy else np.zeros(len(cubes))
+    def unknowns(cubes: Floats) -> Points:
+        nothing = np.zeros(len(cubes))
+        return Points(
+            cubes[:, :parameters],
+            np.exp(low + (high - low) * cubes[:, parameters]) if discrepancy else nothing,
+            FACTOR[0] + (FACTOR[1] - FACTOR[0]) * cubes[:, -1] if free else nothing,
+        )
 
     def log_likelihood(cubes: Floats) -> Floats:
-        return surrogate.log_densities(cubes[:, :parameters], scatter_at(cubes), data)
+        return np.asarray(np.sum(surrogate.log_densities(unknowns(cubes))[:, data], axis=1))
 
-    cubes, log_evidence, error = temper(
-        log_likelihood, parameters + int(discrepancy), points, np.random.default_rng(seed)
-    )
-    weights = np.full(points, 1.0 / points)
-    return Posterior(cubes[:, :parameters], scatter_at(cubes), weights, log_evidence, error)
+    size = parameters + int(discrepancy) + int(free)
+    cubes, evidence, error = temper(log_likelihood, size, points, np.random.default_rng(seed))
+    return Posterior(unknowns(cubes), evidence, error)
 
 
 def temper(

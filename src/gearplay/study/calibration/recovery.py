@@ -89,7 +89,10 @@ def recover(
         unit, seen = synthetic(problem, number, members=members, noise=problem.plan.uncertainty)
         surrogate = Surrogate.of(Comparison(data_of(problem.plan, seen), "absolute"), trials, everywhere=True)
         posterior = sample_posterior(surrogate, len(unit), discrepancy=False, seed=number)
-        rows = [problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.units.T])]
+        rows = [
+            problem.values(q)
+            for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
+        ]
         intervals = tuple(Interval(p.name, *(row[p.name] for row in rows)) for p in problem.plan.parameters)
         found.append(Recovered(number, problem.values(unit), intervals))
         if report is not None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gearplay.study.calibration.emulator import Emulator, refine
 from gearplay.study.calibration.objective import Comparison
 from gearplay.study.calibration.trials import Problem, Trial, TrialStore
+from gearplay.vocabulary.optional import load_optional
 
 if TYPE_CHECKING:
     import optuna
@@ -38,10 +39,9 @@ class Search:
             self.tell(trial)
 
     def _new_study(self) -> "optuna.Study":
-        import optuna
-
+        optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
-        return optuna.create_study(direction="minimize")
+        return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
     def tell(self, trial: Trial) -> None:
         """Take in a finished trial."""

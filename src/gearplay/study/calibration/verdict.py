@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.objective import Comparison
 from gearplay.study.calibration.posterior import Posterior, Surrogate, sample_posterior
 
 Floats = NDArray[np.float64]
@@ -59,17 +58,11 @@ def leave_one_out(
 def _predict(
     surrogate: Surrogate, posterior: Posterior, inside: NDArray[np.bool_], condition: str
 ) -> LeftOut:
-    c, everything = surrogate.comparison, np.ones(inside.size, dtype=bool)
-    gain = surrogate.log_densities(posterior.units, posterior.scatter, everything)
-    gain = gain - surrogate.log_densities(posterior.units, posterior.scatter, inside)
-    top = float(np.max(gain))
-    density = top + math.log(float(np.sum(posterior.weights * np.exp(gain - top))))
-    logs = surrogate.emulator(posterior.units)
-    variance = np.broadcast_to(c.uncertainty**2 + surrogate.error**2, logs.shape)
-    factor = _factor_from(c, logs, variance, inside)
-    median = np.array(
-        [posterior.quantiles(column)[1] for column in (logs + factor[:, None] * c.amplitudes).T]
-    )
+    c = surrogate.comparison
+    outside = np.sum(surrogate.log_densities(posterior.points)[:, ~inside], axis=1)
+    top = float(np.max(outside))
+    density = top + math.log(float(np.mean(np.exp(outside - top))))
+    median = np.median(surrogate.simulated(posterior.points), axis=0)
     residuals = (median - c.measured)[~inside]
     per_cent = 100.0 * np.abs(10.0**residuals - 1.0)
     frequencies = c.frequencies[~inside]
@@ -81,14 +74,6 @@ def _predict(
         tuple(float(r) for r in residuals),
         tuple(d.label for d, kept in zip(c.data, inside, strict=True) if not kept),
     )
-
-
-def _factor_from(c: Comparison, logs: Floats, variance: Floats, inside: NDArray[np.bool_]) -> Floats:
-    """Return log10 of the common factor from the data inside alone, shape [sample]."""
-    if c.reading != "unnormalised":
-        return np.zeros(len(logs))
-    weights = (c.amplitudes & inside) / variance
-    return np.asarray(np.sum((c.measured - logs) * weights, axis=1) / np.sum(weights, axis=1))
 
 
 def _mean(values: Floats) -> float:
@@ -117,7 +102,7 @@ class Standing:
 
 def information_criterion(surrogate: Surrogate, posterior: Posterior, parameters: int) -> float:
     """Return Schwarz's criterion k ln n - 2 ln L at the most likely sample; lower is better."""
-    best = float(np.max(surrogate.log_likelihood(posterior.units, posterior.scatter)))
+    best = float(np.max(np.sum(surrogate.log_densities(posterior.points), axis=1)))
     return parameters * math.log(len(surrogate.comparison.data)) - 2.0 * best
 
 
