@@ -221,9 +221,10 @@ def _moved(
     accepted, steps = 0.0, 0
     while accepted < MOVES and steps < MOST_STEPS:
         tried = at + scale * generator.normal(size=at.shape) @ spread.T
-        tried = 1.0 - np.abs(1.0 - np.abs(tried) % 2.0)  # reflected at the faces of the cube
-        found = log_likelihood(tried)
-        better = np.log(generator.random(logs.size)) < power * (found - logs)
+        # Steps out of the cube are refused: to reflect them would favour some directions where the steps are correlated.
+        inside = np.all((tried > 0.0) & (tried < 1.0), axis=1)
+        found = log_likelihood(np.clip(tried, 0.0, 1.0))
+        better = inside & (np.log(generator.random(logs.size)) < power * (found - logs))
         at, logs = np.where(better[:, None], tried, at), np.where(better, found, logs)
         share = float(better.mean())
         accepted, steps = accepted + share, steps + 1
