@@ -27,10 +27,10 @@ def main() -> None:
                 **TRUE,
                 "rotors.pinion.drive.speed": f"{rpm} rpm",
                 "run.seed": 700 + rpm,
-                "run.transient": "1 s",
+                "run.transient": "5 s",
             },
         )
-        record = measure(case, rig, duration=24.0, seed=rpm)
+        record = measure(case, rig, duration=48.0, seed=rpm)
         kept = tuple(c for c in record.channels if c.name == "shaft.recorded")
         # Only what a test engineer would have: not the case, which is the answer.
         told = {k: v for k, v in record.attributes.items() if not k.startswith("case")}

@@ -16,33 +16,60 @@ _HOME = {
     "simulate": "gearplay.api",
     "Result": "gearplay.api",
     "read_result": "gearplay.api",
+    "measure": "gearplay.api.measurement",
+    "Record": "gearplay.study.signals.record",
+    "Channel": "gearplay.study.signals.record",
+    "read_measurement": "gearplay.output.measurements",
+    "write_record": "gearplay.output.measurements",
+    "calibrate": "gearplay.api.calibration",
+    "load_plan": "gearplay.study.calibration.reading",
     "GearplayError": "gearplay.vocabulary.errors",
     "InputError": "gearplay.vocabulary.errors",
     "SimulationError": "gearplay.vocabulary.errors",
     "ResourceError": "gearplay.vocabulary.errors",
+    "MeasurementError": "gearplay.vocabulary.errors",
 }
 
 __all__ = [
     "Case",
+    "Channel",
     "GearplayError",
     "InputError",
+    "MeasurementError",
+    "Record",
     "ResourceError",
     "Result",
     "SimulationError",
     "__version__",
+    "calibrate",
     "check_case",
     "load_case",
+    "load_plan",
+    "measure",
+    "read_measurement",
     "read_result",
     "replace",
     "simulate",
+    "write_record",
 ]
 
 if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
+    from gearplay.api.calibration import calibrate
+    from gearplay.api.measurement import measure
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace
-    from gearplay.vocabulary.errors import GearplayError, InputError, ResourceError, SimulationError
+    from gearplay.output.measurements import read_measurement, write_record
+    from gearplay.study.calibration.reading import load_plan
+    from gearplay.study.signals.record import Channel, Record
+    from gearplay.vocabulary.errors import (
+        GearplayError,
+        InputError,
+        MeasurementError,
+        ResourceError,
+        SimulationError,
+    )
 
 
 def __getattr__(name: str) -> Any:

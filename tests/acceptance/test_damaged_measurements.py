@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from gearplay.output.measurements import hdf5, read_measurement, write_record
+from gearplay.output.measurements import apart, read_measurement, write_record
 from gearplay.study.signals.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
@@ -221,8 +221,8 @@ def sound_files(folder: Path) -> dict[str, list[bytes]]:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give up a file on which the HDF5 library never returns sooner."""
-    monkeypatch.setattr(hdf5, "PATIENCE", 10.0)
+    """Give up sooner on a file on which a library never returns."""
+    monkeypatch.setattr(apart, "PATIENCE", 10.0)
 
 
 @contextmanager

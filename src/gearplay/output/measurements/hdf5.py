@@ -1,158 +1,17 @@
-"""HDF5, netCDF-4 and MAT 7.3, read in a process of its own that is ended where it does not answer.
+"""HDF5, netCDF-4 and MAT 7.3: the superblock is checked, then `hdf5_vectors` reads in a process of its own."""
 
-On some damaged files the HDF5 library never returns (seen with 1 in 1000, HDF5 2.0.0), and from
-within the process neither an exception nor a signal ends that.
-"""
-
-import atexit
-import json
-import os
-import subprocess
-import sys
-import threading
-from dataclasses import asdict
-from pathlib import Path
-from types import MappingProxyType
-from typing import IO, Any, Final
-
-import numpy as np
-
+from gearplay.output.measurements.apart import read_apart
 from gearplay.output.measurements.building import Request
 from gearplay.output.measurements.hdf5_superblock import check_superblock
-from gearplay.output.measurements.refusing import check_samples, damaged
-from gearplay.study.signals.record import Channel, Record
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, MeasurementError
-
-PATIENCE: Final = 30.0
-"""Time a file may take before it counts as damaged [s], beside `PACE`."""
-
-PACE: Final = 5e6
-"""Slowest reading that is waited for [bytes/s]."""
-
-_STARTING: Final = 120.0
-_CHILD: Final = "from gearplay.output.measurements.hdf5_child import serve; serve()"
+from gearplay.study.signals.record import Record
 
 
-class Reader:
-    """A process that reads one file after another; it is started anew after it ended.
-
-    The question is a line of JSON, the answer a line of JSON and the samples of all channels as float64.
-    """
-
-    def __init__(self) -> None:
-        self.lock = threading.Lock()
-        self.process: subprocess.Popen[bytes] | None = None
-        self.owner = 0
-
-    def ask(self, request: Request, kind: str, patience: float) -> Record | None:
-        """Return the record, or none where the process ended or was ended for its silence."""
-        with self.lock:
-            process = self._running()
-            assert process.stdin is not None
-            assert process.stdout is not None
-            watch = threading.Timer(patience, process.kill)
-            watch.start()
-            try:
-                question = asdict(request) | {"path": str(request.path.absolute()), "kind": kind}
-                process.stdin.write(json.dumps(question).encode() + b"\n")
-                process.stdin.flush()
-                return _answer(request, process.stdout)
-            except (BrokenPipeError, EOFError):
-                self._end()
-                return None
-            except (MeasurementError, InputError):
-                raise  # an answer: the process waits for the next question
-            except BaseException:
-                self._end()  # half an answer is left in the pipe
-                raise
-            finally:
-                watch.cancel()
-
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self.process is not None and self.owner == os.getpid() and self.process.poll() is None:
-            return self.process
-        if self.owner == os.getpid():
-            self._end()
-        root = str(Path(__file__).resolve().parents[3])
-        known = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", _CHILD],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(known)},
-        )
-        self.owner = os.getpid()
-        watch = threading.Timer(_STARTING, self.process.kill)
-        watch.start()
-        try:
-            assert self.process.stdout is not None
-            self.process.stdout.readline()  # it says when it is ready
-        finally:
-            watch.cancel()
-        return self.process
-
-    def _end(self) -> None:
-        """End the process and close its pipes."""
-        process, self.process = self.process, None
-        if process is None or self.owner != os.getpid():
-            return
-        process.kill()
-        process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                try:
-                    pipe.close()
-                except BrokenPipeError:  # what it did not read any more
-                    continue
-
-    def close(self) -> None:
-        """End the process, if one runs."""
-        with self.lock:
-            self._end()
-
-
-_READER: Final = Reader()
-atexit.register(_READER.close)
-
-
-def _answer(request: Request, pipe: IO[bytes]) -> Record:
-    """Return the record that the process answers; raise what it raises, `EOFError` where it ends."""
-    line = pipe.readline()
-    if not line.endswith(b"\n"):
-        raise EOFError
-    said = json.loads(line)
-    if "refused" in said:
-        raise MeasurementError(said["refused"])
-    if "faults" in said:
-        raise InputError([Fault(f[0], f[1] if f[2] else NO_VALUE, f[3], f[4]) for f in said["faults"]])
-    check_samples(request.path, sum(channel["size"] for channel in said["channels"]))
-    channels = [_channel(channel, pipe) for channel in said["channels"]]
-    return Record(tuple(channels), said["source"], said["format"], MappingProxyType(said["attributes"]))
-
-
-def _channel(said: dict[str, Any], pipe: IO[bytes]) -> Channel:
-    values = np.empty(said.pop("size"))
-    attributes = MappingProxyType(said.pop("attributes"))
-    view = values.data.cast("B")
-    while len(view):
-        count = pipe.readinto(view)  # type: ignore[attr-defined]
-        if not count:
-            raise EOFError
-        view = view[count:]
-    return Channel(values=values, attributes=attributes, **said)
-
-
-def read(request: Request, *, kind: str = "") -> Record:
-    """Read the vectors of an HDF5, netCDF-4 or MAT 7.3 file.
+def read(request: Request, *, kind: str = "hdf5") -> Record:
+    """Read the vectors of an HDF5, netCDF-4 or, of the kind ``mat``, MAT 7.3 file.
 
     Attributes ``units`` and ``sampling`` (or fs, dt ...) are kept; else the time axis of a vector or a vector called
     time in its group gives the rate. Tables and texts are left out. Raises `MeasurementError` where the file is cut, a
-    vector holds fewer values than it declares, a checksum does not match, or the HDF5 library crashes on it or does
-    not return within `PATIENCE`.
+    vector holds fewer values than it declares, a checksum does not match, or the HDF5 library crashes or hangs.
     """
     check_superblock(request.path, request.size)
-    record = _READER.ask(request, kind, PATIENCE + request.size / PACE)
-    if record is None:
-        raise damaged(request.path, "the HDF5 library crashes on it or does not return")
-    return record
+    return read_apart(request, kind, "the HDF5 library")

@@ -1,6 +1,6 @@
 """The vectors of HDF5, netCDF-4 and MAT 7.3 by h5py, with their units, rates and checksums.
 
-For a damaged file the library may crash or never return, so `hdf5` runs this in a process of its own.
+On a damaged file the library may crash or never return, so `hdf5` runs this in a process of its own.
 """
 
 import hashlib

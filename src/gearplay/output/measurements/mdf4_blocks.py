@@ -29,7 +29,8 @@ _KINDS: Final = {
     ("CG", 0): "CG", ("CG", 1): "CN", ("CN", 0): "CN", ("FH", 0): "FH", ("AT", 0): "AT", ("EV", 0): "EV",
 }  # fmt: skip
 _VLSD_GROUP, _REMOTE_MASTER = 1 << 0, 1 << 3
-_FIXED_LENGTH, _MASTER = 0, 2
+_VIRTUAL: Final = (3, 6)
+"""Kinds of channels without bytes in the record."""
 _DEFLATE: Final = (0, 1)
 
 
@@ -164,7 +165,7 @@ class Walk:
         for channel in self._chain(place, "CN"):
             kind, _, _, bit, byte, bits = self._integers(channel, "<BBBBII")
             end = byte + (bit + bits + 7) // 8
-            if kind in (_FIXED_LENGTH, _MASTER) and end > width:
+            if kind not in _VIRTUAL and end > width:
                 raise damaged(self.path, f"a channel reaches to byte {end} of records of {width}")
 
     def _held(self, place: int) -> int | None:

@@ -19,7 +19,7 @@ from acceptance.test_damaged_measurements import (
     write_tdms,
 )
 from gearplay.output.measurements import (
-    hdf5,
+    apart,
     hdf5_vectors,
     mat_elements,
     mdf4,
@@ -225,8 +225,11 @@ def test_mdf4_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_other_formats_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_tdms(tmp_path / "run.tdms", RECORD)
-    monkeypatch.setattr(tdms_segments, "MOST_NODES", 1)
-    with pytest.raises(MeasurementError, match=r"more than 1 segments|declares \d+ objects"):
+    empty = b"TDSm" + struct.pack("<IIQQ", 0, 4713, 0, 0)
+    with (tmp_path / "run.tdms").open("ab") as file:
+        file.write(3 * empty)
+    monkeypatch.setattr(tdms_segments, "MOST_NODES", 4)
+    with pytest.raises(MeasurementError, match="more than 4 segments"):
         read_measurement(tmp_path / "run.tdms")
     write_plain_mat(tmp_path / "run.mat", RECORD)
     monkeypatch.setattr(mat_elements, "MOST_NODES", 3)
@@ -241,6 +244,12 @@ def test_samples_read_are_compared_even_where_the_walk_saw_nothing(
     write_mdf4(path, RECORD)
     monkeypatch.setattr(mdf4, "check_blocks", lambda path, size: None)
     refused(path, after(b"##CG", 80, "<Q", 301), "declares 301 samples and holds 300")
+    write_mdf4(path, RECORD)
+    refused(
+        path,
+        after(b"##CN", 92, "<I", 1000),
+        r"asammdf crashes on it or does not return|readable MDF 4 file|finite",
+    )
     path = tmp_path / "run.tdms"
     write_tdms(path, RECORD)
     monkeypatch.setattr(tdms, "walk", lambda path, size: tdms_segments.Declared({"/'rig'/'acc'": 301}))
@@ -511,16 +520,16 @@ def test_a_file_on_which_the_library_never_returns_is_given_up(
     with h5py.File(path, "w") as file:
         file["acc"] = np.arange(4.0)
         file["acc"].attrs["units"] = "m/s^2"
-    monkeypatch.setattr(hdf5, "PATIENCE", 10.0)
+    monkeypatch.setattr(apart, "PATIENCE", 10.0)
     assert read_measurement(path, sampling=1.0).channel().unit == "m/s^2"
     content = path.read_bytes()
     heap = content.index(b"GCOL")
     free = heap + 16 + 16 + 8
     assert content[free : free + 2] == b"\0\0"
     path.write_bytes(put(free + 8, "<Q", 0)(content))
-    monkeypatch.setattr(hdf5, "PATIENCE", 1.0)
+    monkeypatch.setattr(apart, "PATIENCE", 1.0)
     with pytest.raises(MeasurementError, match="crashes on it or does not return"):
         read_measurement(path, sampling=1.0)
     path.write_bytes(content)
-    monkeypatch.setattr(hdf5, "PATIENCE", 10.0)
+    monkeypatch.setattr(apart, "PATIENCE", 10.0)
     assert read_measurement(path, sampling=1.0).names == ("acc",)  # by a new process

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from acceptance.test_damaged_measurements import write_binary_uff, write_mdf4, write_tdms
-from gearplay.output.measurements import door, read_measurement, refusing, write_record
+from gearplay.output.measurements import door, mdf4_signals, read_measurement, refusing, write_record
 from gearplay.output.measurements.building import Request, make_channel
 from gearplay.study.signals.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, ResourceError
@@ -121,8 +121,9 @@ def test_a_missing_package_is_named_with_its_cure(
         return real(name, package)
 
     monkeypatch.setattr(refusing, "import_module", absent)
+    # asammdf works in another process, where it cannot be hidden
     with pytest.raises(InputError) as caught:
-        read_measurement(path)
+        mdf4_signals.read(Request(path, 1)) if suffix == ".mf4" else read_measurement(path)
     assert "is not installed" in str(caught.value)
     assert "pip install 'gearplay[measurements]'" in str(caught.value)
 

@@ -1,4 +1,4 @@
-"""The process that reads HDF5 files for `hdf5`: questions on the standard input, answers on the standard output."""
+"""The process that reads files for `apart`: questions on the standard input, answers on the standard output."""
 
 import json
 import os
@@ -6,19 +6,21 @@ import sys
 from pathlib import Path
 from typing import IO, Any
 
+from gearplay.output.measurements import hdf5_vectors, mdf4_signals
 from gearplay.output.measurements.building import Request
-from gearplay.output.measurements.hdf5_vectors import read
 from gearplay.study.signals.record import Channel, Record
 from gearplay.vocabulary.errors import NO_VALUE, InputError, MeasurementError
 
 
-def _asked(line: bytes) -> tuple[Request, str]:
+def _read(line: bytes) -> Record:
     said = json.loads(line)
     chosen = said["channels"]
-    path = Path(said["path"])
-    return Request(path, said["size"], None if chosen is None else tuple(chosen), said["sampling"]), said[
-        "kind"
-    ]
+    request = Request(
+        Path(said["path"]), said["size"], None if chosen is None else tuple(chosen), said["sampling"]
+    )
+    if said["reader"] == "mdf4":
+        return mdf4_signals.read(request)
+    return hdf5_vectors.read(request, kind="mat" if said["reader"] == "mat" else "")
 
 
 def _described(channel: Channel) -> dict[str, Any]:
@@ -35,8 +37,7 @@ def _described(channel: Channel) -> dict[str, Any]:
 def answer(line: bytes, pipe: IO[bytes]) -> None:
     """Answer one question: a line that describes the record and its samples, or a line that says why not."""
     try:
-        request, kind = _asked(line)
-        record: Record | None = read(request, kind=kind)
+        record: Record | None = _read(line)
         said: dict[str, Any] = {}
     except MeasurementError as error:
         record, said = None, {"refused": str(error)}
