@@ -187,7 +187,7 @@ def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "code", "words"),
     [
-        ({"conditions": [{"name": "a", "record": "missing.csv"}]}, 6, "missing.csv"),
+        ({"conditions": [{"name": "a", "record": "missing.csv"}]}, 2, "missing.csv"),
         ({"sensor": {"rotor": "rng"}}, 2, "must be a rotor of the case"),
     ],
 )

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def _named(path: Path) -> str:
+def shown_path(path: Path) -> str:
     """Return the path as messages show it: of a long one the end, which holds the name."""
     text = str(path)
     return text if len(text) <= 56 else f"...{text[-53:]}"
@@ -23,10 +23,10 @@ def check_new(path: Path, *, overwrite: bool) -> None:
     """Raise `InputError` where the file exists and may not be replaced, or its folder cannot be written."""
     if path.exists() and not overwrite:
         raise InputError(
-            [Fault("out", _named(path), "must not exist yet", "Choose another name, or say --overwrite.")]
+            [Fault("out", shown_path(path), "must not exist yet", "Choose another name, or say --overwrite.")]
         )
     if path.is_dir():
-        raise InputError([Fault("out", _named(path), "must be a file, not a folder", "Add a file name.")])
+        raise InputError([Fault("out", shown_path(path), "must be a file, not a folder", "Add a file name.")])
 
 
 def make_folder(path: Path) -> None:
@@ -38,7 +38,7 @@ def make_folder(path: Path) -> None:
             [
                 Fault(
                     "out",
-                    _named(path),
+                    shown_path(path),
                     f"must be a folder that can be written ({error.strerror})",
                     "Choose another place.",
                 )
@@ -68,7 +68,7 @@ def replacing(path: Path) -> Iterator[Path]:
             [
                 Fault(
                     "out",
-                    _named(path),
+                    shown_path(path),
                     f"must be writable ({error.strerror or error})",
                     "Free some space or choose another place.",
                 )
@@ -135,7 +135,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
             [
                 Fault(
                     "file",
-                    _named(path),
+                    shown_path(path),
                     f"must be a readable result file ({words})",
                     "Check the path, or write the result again.",
                 )

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Final, cast
 
+from gearplay.output.files import shown_path
 from gearplay.output.measurements.building import Request
 from gearplay.output.measurements.recognise import FORMATS, HEAD, recognise
 from gearplay.output.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, damaged
@@ -119,7 +120,7 @@ def _opened(path: Path) -> tuple[int, bytes]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         fault = Fault(
-            "file", shorten(str(path)), f"must be a file that can be read ({reason})", "Check the path"
+            "file", shown_path(path), f"must be a file that can be read ({reason})", "Check the path"
         )
         raise InputError([fault]) from None
     if not regular:
