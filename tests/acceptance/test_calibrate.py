@@ -198,3 +198,18 @@ def test_plans_at_fault(change: dict[str, Any], code: int, words: str, tmp_path:
     assert done.returncode == code, done.stderr
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_plan_can_be_asked_whether_it_finds_known_parameters(plan: Path, tmp_path: Path) -> None:
+    words = command(plan, tmp_path, "--recover", "3", "--evaluations", "24", "--json")
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert [row["name"] for row in document["parameters"]] == ["drag", "error"]
+    assert len(document["each"]) == document["data_sets"] == 3
+    assert document["trials"] == 24
+    for each in document["each"]:
+        for name, interval in zip(("drag", "error"), each["intervals"], strict=True):
+            assert interval["low"] <= interval["median"] <= interval["high"]
+            assert each["true"][name] > 0.0
+    assert len(trials(tmp_path)) == 24 * 4

@@ -1,18 +1,25 @@
 """`calibrate`: a plan, a folder that keeps finished work, and the document of what was found."""
 
+import json
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearplay.output.calibration_report import write_calibration
+from gearplay.output.calibration_report import finite, write_calibration
+from gearplay.output.files import write_text
 from gearplay.output.measured_conditions import measurements_of
 from gearplay.output.study_report import FolderStore
 from gearplay.output.trial_store import StudyStore, digest_of
 from gearplay.study.calibration.calibrate import Report, run_calibration
 from gearplay.study.calibration.plan import Plan
 from gearplay.study.calibration.reading import load_plan, plan_folder
+from gearplay.study.calibration.recovery import recover as run_recovery
+from gearplay.study.calibration.recovery import summary
+from gearplay.study.calibration.search import run_even
+from gearplay.study.calibration.trials import Problem
 
 
 def calibrate(
@@ -45,3 +52,43 @@ def calibrate(
         stop=stop,
     )
     return write_calibration(loaded, fits, place)
+
+
+def recover(
+    plan: Plan | str | os.PathLike[str] | Mapping[str, Any],
+    folder: str | os.PathLike[str],
+    sets: int,
+    *,
+    members: int = 16,
+    progress: Report | None = None,
+    stop: threading.Event | None = None,
+) -> dict[str, Any]:
+    """Say how well a plan finds known parameters again: ``sets`` synthetic data sets of its first model.
+
+    Evenly spread trials, as many as the plan's evaluations, are kept in ``folder`` and go on after an interruption; each
+    data set has ``members`` fresh members. Returns and writes ``recovery.json``.
+
+    Raises as `calibrate` does.
+    """
+    loaded = plan if isinstance(plan, Plan) else load_plan(plan)
+    model, place = loaded.models[0], Path(folder)
+    problem = Problem(loaded, model)
+    store = StudyStore(place, loaded, f"{model.name}, even", digest_of(loaded))
+
+    def tell(what: str) -> Callable[[float, float], None]:
+        return lambda done, total: progress(what, done, total) if progress is not None else None
+
+    trials = run_even(problem, store, report=tell("trials"), stop=stop)
+    found = run_recovery(problem, trials, sets, members=members, report=tell("data sets"), stop=stop)
+    rows = summary(found)
+    document: dict[str, Any] = {
+        "title": loaded.title,
+        "model": model.name,
+        "trials": len(trials),
+        "data_sets": sets,
+        "coverage": sum(row.coverage for row in rows) / len(rows),
+        "parameters": [finite(asdict(row)) for row in rows],
+        "each": [asdict(each) for each in found],
+    }
+    write_text(place / "recovery.json", json.dumps(document, indent=1, allow_nan=False))
+    return document

@@ -23,14 +23,21 @@ def calibrate(
     evaluations: Annotated[
         int | None, typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's.")
     ] = None,
+    recover: Annotated[
+        int | None,
+        typer.Option(
+            "--recover", min=1, help="Find known parameters again in this many synthetic data sets."
+        ),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget trials that are there.")] = False,
     json: Json = False,
 ) -> None:
     """Fit the free parameters of every model of a plan, and say which model explains the data.
 
-    The same command goes on where it was stopped.
+    The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
+    finds its parameters again.
     """
-    from gearplay.api.calibration import calibrate as run
+    from gearplay.api import calibration
     from gearplay.output.folder_lock import locked
     from gearplay.solver.simulate import prepare
     from gearplay.study.calibration.reading import load_plan, plan_folder
@@ -46,14 +53,19 @@ def calibrate(
             _forget(folder)
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
-                document = run(loaded, folder, records=plan_folder(plan), progress=report, stop=stop)
+                if recover is not None:
+                    document = calibration.recover(loaded, folder, recover, progress=report, stop=stop)
+                else:
+                    document = calibration.calibrate(
+                        loaded, folder, records=plan_folder(plan), progress=report, stop=stop
+                    )
         except KeyboardInterrupt:
             say(f"Interrupted. Finished trials are kept in {folder}: the same command goes on there.")
             raise typer.Exit(INTERRUPTED) from None
     if json:
         print_json(document)
     else:
-        print_text(_words(document, folder))
+        print_text(_words(document, folder) if recover is None else _recovery_words(document, folder))
 
 
 def _shortened(plan: str, evaluations: int) -> Any:
@@ -80,4 +92,17 @@ def _forget(folder: Path) -> None:
 def _words(document: dict[str, Any], folder: Path) -> str:
     lines = [document["title"] or "Calibration", *document["statement"]["words"]]
     lines.append(f"Report: {folder / 'report.html'}")
+    return "\n".join(lines)
+
+
+def _recovery_words(document: dict[str, Any], folder: Path) -> str:
+    count = document["data_sets"]
+    lines = [f"{document['title'] or 'Recovery'}: {count} data sets of the model {document['model']}"]
+    lines.append(f"{'parameter':<24}{'identified':>12}{'median error':>14}{'90 % intervals hold':>22}")
+    for row in document["parameters"]:
+        error = "-" if row["median_error"] is None else f"{row['median_error']:.1f} %"
+        lines.append(
+            f"{row['name']:<24}{row['identified']:>8}/{count:<3}{error:>14}{100 * row['coverage']:>20.0f} %"
+        )
+    lines.append(f"All intervals: {100 * document['coverage']:.1f} %. Written: {folder / 'recovery.json'}")
     return "\n".join(lines)

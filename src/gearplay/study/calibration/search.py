@@ -81,20 +81,12 @@ class Search:
         turn = number % len(self.comparisons)
         phase = self.phase(number)
         if phase == STARTUP:
-            return self._even(number)
+            return even_point(number, len(self.names), self.effort.seed)
         if phase == POLISH:
             point = self._refined(number, turn)
             if point is not None:
                 return point
         return self._guided(number, turn)
-
-    def _even(self, number: int) -> tuple[float, ...]:
-        from scipy.stats import qmc
-
-        sobol = qmc.Sobol(len(self.names), seed=self.effort.seed)
-        if number:
-            sobol.fast_forward(number)
-        return tuple(float(u) for u in sobol.random(1)[0])
 
     def _guided(self, number: int, turn: int) -> tuple[float, ...]:
         import warnings
@@ -127,6 +119,39 @@ class Search:
         best = int(np.argmin(values))
         generator = np.random.default_rng(_seed(self.effort.seed, number))
         return refine(Emulator.near(units, logs, values), comparison, units[best], generator)
+
+
+def even_point(number: int, parameters: int, seed: int) -> tuple[float, ...]:
+    """Return point ``number`` of a scrambled Sobol sequence in the unit cube."""
+    from scipy.stats import qmc
+
+    sobol = qmc.Sobol(parameters, seed=seed)
+    if number:
+        sobol.fast_forward(number)
+    return tuple(float(u) for u in sobol.random(1)[0])
+
+
+def run_even(
+    problem: Problem,
+    store: TrialStore,
+    *,
+    report: Report | None = None,
+    stop: threading.Event | None = None,
+) -> list[Trial]:
+    """Run or go on with evenly spread trials, as many as the plan's evaluations; return all of them.
+
+    Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
+    """
+    trials, effort = store.read(), problem.plan.effort
+    for number in range(len(trials), effort.evaluations):
+        if stop is not None and stop.is_set():
+            raise KeyboardInterrupt
+        point = even_point(number, len(problem.plan.parameters), effort.seed)
+        trials.append(problem.run(number, point, phase=STARTUP, stop=stop))
+        store.add(trials[-1])
+        if report is not None:
+            report(number + 1.0, float(effort.evaluations))
+    return trials
 
 
 def _seed(seed: int, number: int) -> int:
