@@ -33,15 +33,15 @@ class StudyStore:
             raise InputError(
                 Fault(
                     "out",
-                    str(path),
-                    f"must hold the trials of this calibration ({type(error).__name__})",
+                    str(folder),
+                    f"its {FILE} must hold the trials of this calibration ({type(error).__name__})",
                     _CURE,
                 )
             ) from None
         if known is None:
             self.study.set_user_attr("plan", digest)
         elif known != digest:
-            raise InputError(Fault("out", str(path), "must hold trials of the same plan", _CURE))
+            raise InputError(Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE))
 
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""

@@ -18,7 +18,7 @@ from gearplay.solver.trajectory import Trajectory
 from gearplay.study.calibration.observe import Ensemble, Observed, observe
 from gearplay.study.calibration.plan import Model, Parameter, Plan, Simulation, to_value
 from gearplay.study.rig.sensor import sensor_response
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
 Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
@@ -161,10 +161,8 @@ class Problem:
             return Trial(number, place, {}, str(error).splitlines()[0], phase)
 
 
-class TrialError(GearplayError):
+class TrialError(SimulationError):
     """A point at which too few members finish."""
-
-    exit_code = 3
 
 
 def as_sensed(accelerations: Floats, sampling: float, sensor: Accelerometer | None) -> Floats:
