@@ -41,7 +41,9 @@ class StudyStore:
         if known is None:
             self.study.set_user_attr("plan", digest)
         elif known != digest:
-            raise InputError(Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE))
+            raise InputError(
+                Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE)
+            )
 
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""
