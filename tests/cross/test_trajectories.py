@@ -43,7 +43,8 @@ def worst_difference(document: dict) -> float:
     return worst
 
 
-@pytest.mark.parametrize("seed", range(20))
+# 43 and 58: a damped flank lets go and takes hold again within one step, just before it opens.
+@pytest.mark.parametrize("seed", [*range(20), 43, 58])
 def test_trajectory_equals_the_independent_reference(seed: int, measured: Measured) -> None:
     worst = worst_difference(random_case(seed))
     measured("largest difference over 10 ms from an independent SciPy simulator [m]", worst, "1e-9")
@@ -56,14 +57,7 @@ RIPPLE = [
 ]  # in 10 ms the highest order has one to three periods
 
 
-# A damped flank that lets go and takes hold again just before it opens, all in one step: the margin is looked at only at
-# the ends of a step. A tolerance of 1e-13 sees it and agrees to 1e-14 rad.
-OVERLOOKED = pytest.param(
-    13, marks=pytest.mark.xfail(strict=True, reason="margin that turns twice in a step")
-)
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 6, 9, 11, OVERLOOKED, 16, 17, 18])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 6, 9, 11, 13, 16, 17, 18])
 def test_a_rippling_drive_equals_the_independent_reference(seed: int, measured: Measured) -> None:
     document = random_case(seed)
     drives = [r["drive"] for r in document["rotors"].values() if "drive" in r]

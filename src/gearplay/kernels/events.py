@@ -4,7 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled, compiled_inline
-from gearplay.kernels.layout import OPEN, RATE, System, contact_count
+from gearplay.kernels.layout import (
+    LOADED,
+    MARGIN,
+    OPEN,
+    PENETRATION,
+    RAMP_SMOOTH,
+    RATE,
+    System,
+    contact_count,
+)
 from gearplay.kernels.motion import press_mesh, press_sleeve
 from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run_state import CALLS, Motion, T
@@ -134,10 +143,68 @@ def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
     return 1.0
 
 
+@compiled
+def may_dip(system: System, motion: Motion, k: int) -> bool:
+    """Return whether flank contact k, pressing at both ends of the step, may have let go in between.
+
+    On the smooth ramp F / p = K - (C / d) u (3 - 2u) |dp/dt|, u = p / d, whose one minimum lies at u = 3/4.
+    """
+    n_s, n_m = system.sleeves.size, system.meshes.size
+    mesh = system.meshes[(k - n_s) // 2]
+    start, end = motion.contacts_0, motion.contacts
+    fastest = max(-start[k, RATE], -end[k, RATE])
+    damping = mesh.C_m * mesh.inv_depth * fastest
+    if damping <= 0.0 or mesh.ramp != RAMP_SMOOTH or motion.modes[2 * n_m + k] == 1:
+        return False
+    u_0, u_1 = start[k, PENETRATION] * mesh.inv_depth, end[k, PENETRATION] * mesh.inv_depth
+    deepest, slightest = min(max(u_0, u_1), 0.75), max(min(u_0, u_1), 0.0)
+    if slightest > 0.75:
+        deepest = slightest
+    # The least of both ends' stiffnesses, with a half to spare for what changes between them.
+    least = min(
+        start[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_0 * (3.0 - 2.0 * u_0), 0.0) * start[k, RATE],
+        end[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_1 * (3.0 - 2.0 * u_1), 0.0) * end[k, RATE],
+    )
+    return bool(0.5 * least < damping * deepest * (3.0 - 2.0 * deepest))
+
+
+@compiled
+def locate_dip(system: System, motion: Motion, h: float, s: int, place: float) -> float:
+    """Return an x in (0, place) where margin switch s is positive, or 1 without one (golden section; one hump)."""
+    low, high = 0.0, place
+    left, right = low + 0.381966 * place, low + 0.618034 * place
+    if not look(system, motion, h, left, s):
+        return 1.0
+    g_left = motion.g_try[s]
+    if g_left > 0.0:
+        return left
+    if not look(system, motion, h, right, s):
+        return 1.0
+    g_right = motion.g_try[s]
+    for _ in range(24):
+        if g_right > 0.0:
+            return right
+        if g_left > 0.0:
+            return left
+        if g_left > g_right:
+            high, right, g_right = right, left, g_left
+            left = low + high - right
+            if not look(system, motion, h, left, s):
+                return 1.0
+            g_left = motion.g_try[s]
+        else:
+            low, left, g_left = left, right, g_right
+            right = low + high - left
+            if not look(system, motion, h, right, s):
+                return 1.0
+            g_right = motion.g_try[s]
+    return 1.0
+
+
 @compiled_inline
 def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
-    n_c = contact_count(system)
+    n_c, n_s = contact_count(system), system.sleeves.size
     first, place = -1, 1.0
     roster = motion.roster
     for c in range(1, roster.switches[0] + 1):
@@ -159,6 +226,19 @@ def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
                 if peak < place:
                     look(system, motion, h, peak, k)
                     first, place = k, locate_root(system, motion, h, k, peak, motion.g_try[k])
+    for c in range(1, roster.meshes[0] + 1):
+        for k in range(n_s + 2 * roster.meshes[c], n_s + 2 * roster.meshes[c] + 2):
+            s = n_c + k
+            if (
+                motion.modes[k] == LOADED
+                and s != first
+                and motion.g_0[s] < 0.0
+                and may_dip(system, motion, k)
+            ):
+                dip = locate_dip(system, motion, h, s, place)
+                if dip < place:
+                    look(system, motion, h, dip, s)
+                    first, place = s, locate_root(system, motion, h, s, dip, motion.g_try[s])
     return first, place
 
 

@@ -114,6 +114,23 @@ def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
     return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p * mesh.inv_depth, past))
 
 
+@compiled_inline
+def flank_force(
+    mesh: Any, stiffness: float, p: float, rate: float, past: int, back: int
+) -> tuple[float, float]:
+    """Return the force K p + C(p) dp/dt [N] of a flank and its margin, positive while it presses.
+
+    On the smooth ramp the margin is F / p [N/m]: it keeps its sign where p vanishes, so that a flank which lets go and
+    takes hold again before it opens (the ramp ends with p^2) shows both.
+    """
+    if past == 1 or mesh.ramp != RAMP_SMOOTH:
+        force = stiffness * p + flank_damping(mesh, p, past, back) * rate
+        return force, force
+    u = max(p * mesh.inv_depth, 0.0)
+    margin = stiffness + mesh.C_m * mesh.inv_depth * u * (3.0 - 2.0 * u) * rate
+    return p * margin, margin
+
+
 NEARBY = 0.03  # rad, within which the series of `nearby_angle` is exact to rounding
 
 

@@ -20,7 +20,7 @@ from gearplay.kernels.layout import (
     RATE,
     System,
 )
-from gearplay.kernels.mesh import flank_damping, mesh_geometry, mesh_stiffness
+from gearplay.kernels.mesh import flank_force, mesh_geometry, mesh_stiffness
 from gearplay.kernels.ripple import follow_ripple
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.sleeve import sleeve_force, sleeve_geometry, smooth_sign
@@ -116,9 +116,9 @@ def press_mesh(
         past = modes[n_s + 2 * n_m + 2 * j + flank]
         # The printed damping follows g alone; the flank's own rate also holds the change of backlash.
         damping_rate = rate if not printed else (out[18] if flank == 0 else -out[18])
-        f = k_mesh * p + flank_damping(mesh, p, past, flank) * damping_rate
+        f, margin = flank_force(mesh, k_mesh, p, damping_rate, past, flank)
         contacts[row, PENETRATION], contacts[row, RATE] = p, rate
-        contacts[row, MARGIN] = 1.0 if printed else f
+        contacts[row, MARGIN] = 1.0 if printed else margin
         contacts[row, FORCE] = f if modes[row] == LOADED else 0.0
     return 0
 
