@@ -272,3 +272,17 @@ def test_emptying_the_log_leaves_no_trace(chunk: int, capacity: int, monkeypatch
     np.testing.assert_array_equal(parts.final_state, whole.final_state)
     np.testing.assert_array_equal(parts.values, whole.values)
     np.testing.assert_array_equal(parts.log, whole.log)
+
+
+def test_a_drive_without_a_ramp_keeps_its_speed_beside_one_that_ramps() -> None:
+    """Only what follows the ramp starts at rest: a prescribed speed is prescribed from the first instant."""
+    case = gp.load_case("external-pair")
+    document = case.model_dump(mode="json", exclude_unset=True)
+    steady = {"kind": "speed", "speed": "300 rpm"}
+    document["rotors"]["fan"] = {"mass": 1.0, "inertia": 0.01, "drive": steady}
+    run = simulate_one(
+        gp.replace(case_of(document), {"run.duration": 0.2, "run.transient": 0.0, "run.sampling": 1e3})
+    )
+    assert np.allclose(run.signal("omega", "fan"), 10.0 * np.pi, rtol=1e-12)
+    expected = np.minimum(run.time / 0.1, 1.0) * 1000.0 / 30.0 * np.pi
+    assert np.allclose(run.signal("omega", "input"), expected, rtol=1e-9, atol=1e-9)

@@ -28,18 +28,24 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
     ramped = any(
         r.drive is not None and r.drive.kind != "torque" and r.drive.ramp > 0.0 for r in case.rotors.values()
     )
+    # Where one drive ramps up, all but prescribed speeds without a ramp start at rest.
+    actual = [
+        0.0
+        if ramped and not (r.drive is not None and r.drive.kind == "speed" and r.drive.ramp == 0.0)
+        else speed
+        for r, speed in zip(case.rotors.values(), speeds, strict=True)
+    ]
     y = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):
         start = rotor.initial
-        actual = 0.0 if ramped else speeds[i]
         v_x, v_y = start.vx, start.vy
         carrier = geometry.carrier_of(case, name)
-        if carrier is not None and not ramped:
-            spin = speeds[names.index(carrier)]
+        if carrier is not None:
+            spin = actual[names.index(carrier)]
             v_x -= spin * (centres[name][1] - centres[carrier][1])
             v_y += spin * (centres[name][0] - centres[carrier][0])
         y[3 * i : 3 * i + 3] = start.x, start.y, start.theta or 0.0
-        omega = start.omega if start.omega is not None else actual
+        omega = start.omega if start.omega is not None else actual[i]
         if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
             swing = sum(term.amplitude * math.sin(term.phase) for term in rotor.drive.ripple)
             omega = speeds[i] * (1.0 + swing)
