@@ -74,6 +74,8 @@ def test_an_existing_record_is_kept_unless_told(tmp_path: Path, written: list[tu
     out.write_text("mine")
     with pytest.raises(InputError, match="must not exist yet"):
         run("han2021", "--out", str(out), *SHORT)
+    with pytest.raises(InputError, match="must end in one of"):
+        run("han2021", "--out", str(tmp_path / "record.xyz"), "--duration", "1e9")  # before it simulates
     assert not written
     run("han2021", "--out", str(out), *SHORT, "--overwrite")
     assert len(written) == 1

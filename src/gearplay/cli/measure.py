@@ -35,13 +35,12 @@ def measure(
     """Simulate a case and record it as a test rig would."""
     from gearplay.model.reading import load_case
     from gearplay.model.rig import load_rig
-    from gearplay.output.files import check_new
-    from gearplay.output.measurements import write_record
+    from gearplay.output.measurements import check_record_path, write_record
     from gearplay.solver.simulate import prepare
     from gearplay.study.rig import measure as record_of
 
     chosen, built = load_case(case, changes or ()), load_rig(rig)
-    check_new(out, overwrite=overwrite)
+    check_record_path(out, overwrite=overwrite)
     with compiling_notice():
         prepare(chosen)
     with interruptible() as stop, progress_bar(quiet=json) as report:

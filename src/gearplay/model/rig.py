@@ -41,8 +41,8 @@ SENSORS: Final[Mapping[str, Mapping[str, float]]] = MappingProxyType({
 })  # fmt: skip
 """Nominal data of PCB Piezotronics [SI]: band within 5 %, least resonance, rms resolution from 1 Hz to 10 kHz.
 
-Sensitivity and range of the 356A02 are also printed in Table 1 of Han et al. 2021. A calibration certificate goes before
-any of these.
+Sensitivity and range of the 356A02 are those of Table 1 of Han et al. 2021; the others were not checked against a printed
+data sheet. A calibration certificate goes before any of these.
 """
 
 

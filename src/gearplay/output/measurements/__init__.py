@@ -2,6 +2,6 @@
 
 from gearplay.output.measurements.door import read_measurement
 from gearplay.output.measurements.recognise import FORMATS
-from gearplay.output.measurements.writing import write_record
+from gearplay.output.measurements.writing import check_record_path, write_record
 
-__all__ = ["FORMATS", "read_measurement", "write_record"]
+__all__ = ["FORMATS", "check_record_path", "read_measurement", "write_record"]

@@ -47,17 +47,20 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
 
     """
     place = Path(path)
-    kind = next((kind for kind, suffixes in FORMATS.items() if place.suffix.lower() in suffixes), "")
-    writer = _WRITERS.get(kind)
-    if writer is None:
-        known = ", ".join(FORMATS[kind][0] for kind in _WRITERS)
-        raise InputError(
-            [Fault("out", place.name, f"must end in one of {known}", "Choose another extension")]
-        )
+    kind = check_record_path(place, overwrite=overwrite)
     if not record.channels:
         raise InputError([Fault("record", "no channels", "must hold at least one channel")])
-    check_new(place, overwrite=overwrite)
-    write_with(place, lambda temporary: writer(record, temporary))
+    write_with(place, lambda temporary: _WRITERS[kind](record, temporary))
+
+
+def check_record_path(path: Path, *, overwrite: bool = False) -> str:
+    """Return the kind of record that a path names, before anything is computed for it; `InputError` as `write_record`."""
+    kind = next((kind for kind, suffixes in FORMATS.items() if path.suffix.lower() in suffixes), "")
+    if kind not in _WRITERS:
+        known = ", ".join(FORMATS[kind][0] for kind in _WRITERS)
+        raise InputError([Fault("out", path.name, f"must end in one of {known}", "Choose another extension")])
+    check_new(path, overwrite=overwrite)
+    return kind
 
 
 def _common(record: Record) -> tuple[int, float, float]:
