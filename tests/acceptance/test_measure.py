@@ -1,7 +1,6 @@
 """The measure command: what it writes, what it says, what it refuses."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import typer
 
 from gearplay.cli import measure as command
 from gearplay.model.reading import load_case
+from gearplay.output import measurements
 from gearplay.study.rig import measure
 from gearplay.study.signals.record import Record
 from gearplay.vocabulary.errors import InputError
@@ -23,9 +23,7 @@ SHORT = [word for change in MOVING for word in ("--set", change)] + ["--duration
 def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Record, Path]]:
     """Keep what is written instead of writing it: the formats have their own tests."""
     kept: list[tuple[Record, Path]] = []
-    writer = type(sys)("gearplay.output.measurements")
-    writer.write_record = lambda record, path, **_: kept.append((record, path))  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "gearplay.output.measurements", writer)
+    monkeypatch.setattr(measurements, "write_record", lambda record, path, **_: kept.append((record, path)))
     return kept
 
 
