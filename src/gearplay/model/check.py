@@ -77,14 +77,6 @@ def check_case(case: Case) -> list[Finding]:
     return sorted(found, key=lambda finding: finding.severity != "warning")
 
 
-def mesh_frequency(case: Case, index: int, speeds: dict[str, float]) -> float:
-    """Return the nominal mesh frequency of mesh `index` [Hz], from nominal speeds [rad/s]."""
-    driver = case.meshes[index].driver
-    frame = geometry.mesh_frame(case, index)
-    relative = speeds[driver] - (speeds[frame] if frame is not None else 0.0)
-    return abs(relative) * geometry.teeth_of(case, driver) / (2.0 * math.pi)
-
-
 def _inertias(case: Case) -> Iterator[Finding]:
     checked: set[str] = set()
     for mesh in case.meshes:
@@ -189,7 +181,7 @@ def _errors(case: Case, index: int) -> Iterator[Finding]:
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
     for name, sleeve in case.sleeves.items():
         mine = [index for index, mesh in enumerate(case.meshes) if name in (mesh.driver, mesh.driven)]
-        for frequency in sorted({float(f"{mesh_frequency(case, index, speeds):.6g}") for index in mine}):
+        for frequency in sorted({float(f"{geometry.mesh_frequency(case, index):.6g}") for index in mine}):
             if sleeve.radial_clearance == 0.0 or frequency == 0.0:
                 continue
             bound = geometry.amplitude_bound(sleeve.radial_clearance, frequency)

@@ -81,6 +81,14 @@ def mesh_contact_ratio(case: "Case", j: int) -> float:
     return contact_ratio(z_1, z_2, ring_of(case, mesh) is not None, mesh.module, mesh.pressure_angle)
 
 
+def mesh_frequency(case: "Case", j: int = 0) -> float:
+    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
+    driver, speeds, names = case.meshes[j].driver, nominal_speeds(case), list(case.rotors)
+    frame = mesh_frame(case, j)
+    relative = speeds[names.index(driver)] - (speeds[names.index(frame)] if frame is not None else 0.0)
+    return abs(float(relative)) * teeth_of(case, driver) / (2.0 * math.pi)
+
+
 def jam_ratio(case: "Case", j: int) -> float:
     """Return 2 sin(alpha0) (sum of both radial clearances) / b0 of mesh j: wedging is possible above 1.
 

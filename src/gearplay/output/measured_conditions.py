@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from gearplay.model import geometry
 from gearplay.output.measurements import read_measurement
 from gearplay.study.calibration.objective import printed_measurements
 from gearplay.study.calibration.observe import Ensemble, Observed, observe
 from gearplay.study.calibration.plan import Condition, Plan, StatisticTarget
-from gearplay.study.calibration.trials import Problem, mesh_frequency
+from gearplay.study.calibration.trials import Problem
 from gearplay.study.signals.record import Channel, Floats
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -43,7 +44,9 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
             rule = "must be visible in a record, and those of contacts are not"
             raise InputError(Fault("targets", plan.targets, rule, "Add a line, a hump, a level or rms"))
         pieces = _pieces(plan, condition, at, folder)
-        ensemble = Ensemble(pieces, plan.simulation.sampling, mesh_frequency(case), plan.simulation.window)
+        ensemble = Ensemble(
+            pieces, plan.simulation.sampling, geometry.mesh_frequency(case), plan.simulation.window
+        )
         found[condition.name] = observe(targets, ensemble)
     return found
 

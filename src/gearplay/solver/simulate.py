@@ -227,6 +227,34 @@ def run_members(
     )[0]
 
 
+def run_one(
+    case: Case,
+    member: int = 0,
+    *,
+    signals: list[str] | None = None,
+    stop: threading.Event | None = None,
+) -> Trajectory:
+    """Simulate one member on the caller's thread, for callers with a pool of their own; see `run_members`.
+
+    The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
+    """
+    packed, run = pack(case), case.run
+    kept = choose_columns(packed, signals)
+    check_estimate(
+        estimate(
+            case,
+            packed,
+            columns=len(kept[0]),
+            members=1,
+            sampling=run.sampling,
+            duration=run.duration,
+            transient=run.transient,
+        )
+    )
+    one = _Run(0, case, packed, member, kept, run.sampling, run.duration, run.transient)
+    return one.run(_Watch(run.duration + run.transient, None, stop or threading.Event()))
+
+
 def run_batch(
     jobs: Sequence[tuple[Case, Sequence[int]]],
     *,

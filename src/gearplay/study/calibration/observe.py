@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.solver.trajectory import ContactStatistics
 from gearplay.study.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
+from gearplay.study.signals.levels import band_level
 from gearplay.study.signals.lines import find_hump, find_line
 from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 
@@ -103,17 +104,13 @@ def _of_target(target: AnyTarget, ensemble: Ensemble, spectrum: Spectrum) -> dic
 
 
 def _level(target: LevelTarget, ensemble: Ensemble, spectrum: Spectrum) -> dict[str, float]:
-    """Return the rms within the band: half the squared amplitudes, less the window's equivalent noise bandwidth."""
-    from scipy.signal import get_window
-
-    weights = get_window(ensemble.window, ensemble.accelerations.shape[1])
-    bandwidth = weights.size * float(np.sum(weights**2)) / float(np.sum(weights)) ** 2
-    inside = (spectrum.frequency >= target.band[0]) & (spectrum.frequency <= target.band[1])
-    f, a = spectrum.frequency[inside], spectrum.amplitude[inside]
-    x = a / (2.0 * np.pi * f) ** 2
+    """Return the rms within the band, of the acceleration and of the displacement behind it."""
+    samples = ensemble.accelerations.shape[1]
+    omega = 2.0 * np.pi * np.where(spectrum.frequency > 0.0, spectrum.frequency, np.inf)
+    displaced = replace(spectrum, amplitude=spectrum.amplitude / omega**2)
     return {
-        AMPLITUDE: float(np.sqrt(np.sum(a**2) / (2.0 * bandwidth))),
-        DISPLACEMENT: float(np.sqrt(np.sum(x**2) / (2.0 * bandwidth))),
+        AMPLITUDE: band_level(spectrum, samples, *target.band),
+        DISPLACEMENT: band_level(displaced, samples, *target.band),
     }
 
 

@@ -17,6 +17,7 @@ from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.calibration.observe import Ensemble, Observed, observe
 from gearplay.study.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.study.plan_values import changed, factor, number_in_si, value_at
 from gearplay.study.rig.sensor import sensor_response
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
@@ -59,7 +60,7 @@ class Problem:
     def __init__(self, plan: Plan, model: Model) -> None:
         self.plan, self.model = plan, model
         base = replace(load_case(plan.case), {**plan.set, **model.set})
-        self.cases = [_changed(base, c.set, f"conditions.{at}") for at, c in enumerate(plan.conditions)]
+        self.cases = [changed(base, c.set, f"conditions.{at}.set") for at, c in enumerate(plan.conditions)]
         self.bounds = [_bounds(p, at, self.cases[0]) for at, p in enumerate(plan.parameters)]
         if plan.sensor.rotor not in base.rotors:
             known = ", ".join(base.rotors)
@@ -139,7 +140,7 @@ class Problem:
                 np.diff(velocity, axis=1) * simulation.sampling, simulation.sampling, sensor.accelerometer
             ),
             simulation.sampling,
-            mesh_frequency(case),
+            geometry.mesh_frequency(case),
             simulation.window,
             [run.statistics for run in good],
         )
@@ -177,43 +178,15 @@ def as_sensed(accelerations: Floats, sampling: float, sensor: Accelerometer | No
     return np.asarray(np.fft.irfft(np.fft.rfft(accelerations, axis=1) * response, length, axis=1))
 
 
-def mesh_frequency(case: Case) -> float:
-    """Return the nominal mesh frequency [Hz] of the case's first mesh: teeth x speed of the driver."""
-    driver = case.meshes[0].driver
-    omega = float(geometry.nominal_speeds(case)[list(case.rotors).index(driver)])
-    return abs(omega) * float(case.rotors[driver].teeth or 0) / (2.0 * math.pi)
-
-
-def _changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
-    try:
-        return replace(base, changes)
-    except InputError as error:
-        raise InputError(
-            [Fault(f"{where}.set: {f.path}", f.value, f.rule, f.cure) for f in error.faults]
-        ) from None
-
-
 def _bounds(parameter: Parameter, at: int, case: Case) -> tuple[float, float]:
     """Return a parameter's bounds in SI, after trying each in the case."""
     bounds = []
     for name in ("low", "high"):
         raw, where = getattr(parameter, name), f"parameters.{at}.{name}"
         if parameter.mode == "scale":
-            if not isinstance(raw, (int, float)):
-                raise InputError(
-                    Fault(where, raw, "must be a plain number, as a factor", "Write it without quotes")
-                )
-            bounds.append(float(raw))
+            bounds.append(factor(raw, where))
             continue
-        changed = _changed(case, dict.fromkeys((parameter.path, *parameter.also), raw), where)
-        value = value_at(changed.resolved(), parameter.path)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise InputError(
-                Fault(
-                    f"parameters.{at}.path", parameter.path, "must lead to a number", "Add the field's name"
-                )
-            )
-        bounds.append(float(value))
+        bounds.append(number_in_si(case, (parameter.path, *parameter.also), raw, where))
     low, high = bounds
     if not low < high:
         raise InputError(Fault(f"parameters.{at}.high", parameter.high, "must be above low", "Swap them"))
@@ -227,16 +200,3 @@ def _bounds(parameter: Parameter, at: int, case: Case) -> tuple[float, float]:
             )
         )
     return low, high
-
-
-def value_at(document: Any, path: str) -> Any:
-    """Return the value at a dotted path of a resolved case; `InputError` where there is none."""
-    value = document
-    for part in path.split("."):
-        try:
-            value = value[int(part)] if isinstance(value, list) else value[part]
-        except (KeyError, IndexError, ValueError, TypeError):
-            raise InputError(
-                Fault("path", path, "must lead to a field of the case", "See gearplay schema")
-            ) from None
-    return value

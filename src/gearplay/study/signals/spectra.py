@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.study.signals.checks import check_window
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -35,24 +36,6 @@ class Spectrum:
     def resolution(self) -> float:
         """Distance of two lines [Hz]."""
         return float(self.frequency[1] - self.frequency[0])
-
-
-def _window(name: str, n: int) -> Floats:
-    from scipy.signal import get_window
-
-    try:
-        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
-    except ValueError:
-        raise InputError(
-            [
-                Fault(
-                    "window",
-                    name,
-                    "must be a window that scipy.signal knows",
-                    "Try 'hann', 'boxcar' or 'flattop'.",
-                )
-            ]
-        ) from None
 
 
 def amplitude_spectrum(
@@ -92,7 +75,7 @@ def amplitude_spectrum(
             ]
         )
     n = signal.size
-    weights = _window(window, n)
+    weights = check_window(window, n)
     transform: Floats = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
     if normalisation == "amplitude":
         transform *= 2.0 / np.sum(weights)

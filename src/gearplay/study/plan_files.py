@@ -1,0 +1,43 @@
+"""Plans as raw tables: a bundled name, the path of a TOML file, or a dictionary laid out as one."""
+
+import os
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from gearplay.model.toml_files import parse_toml, plain_copy, read_text
+from gearplay.model.wording import did_you_mean
+from gearplay.vocabulary.errors import Fault, InputError, shorten
+
+Source = str | os.PathLike[str] | Mapping[str, Any]
+
+
+def bundled(package: str) -> list[str]:
+    """Return the names of the plans that come with a package of the study floor.
+
+    >>> bundled("gearplay.study.calibration")
+    ['han2021', 'tutorial']
+    """
+    folder = files(package) / "plans"
+    return sorted(e.name.removesuffix(".toml") for e in folder.iterdir() if e.name.endswith(".toml"))
+
+
+def plan_document(source: Source, package: str) -> dict[str, Any]:
+    """Return the raw table behind a source; bundled plans are those of ``package``.
+
+    Raises `InputError` where there is no such plan or file, or it is no TOML.
+    """
+    if isinstance(source, Mapping):
+        copied: dict[str, Any] = plain_copy(source)
+        return copied
+    name, known = os.fspath(source), bundled(package)
+    if name in known:
+        text = (files(package) / "plans" / f"{name}.toml").read_text(encoding="utf-8")
+        where = name
+    elif not name.endswith(".toml") and not os.path.lexists(name):
+        rule = "must be a bundled plan or the path of a file"
+        raise InputError(Fault("plan", name, rule, did_you_mean(name, known, "Plans")))
+    else:
+        text, where = read_text(Path(name)), shorten(Path(name).name)
+    return plain_copy(parse_toml(text, where))  # type: ignore[no-any-return]

@@ -1,0 +1,53 @@
+"""Values in plans: tried in the case that they change, and read back in SI."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gearplay.model.case import Case
+from gearplay.model.reading import replace
+from gearplay.vocabulary.errors import Fault, InputError
+
+
+def changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
+    """Return a changed case; `InputError` names the place in the plan, ``where``, before that in the case."""
+    try:
+        return replace(base, changes)
+    except InputError as error:
+        raise InputError(
+            [Fault(f"{where}: {f.path}", f.value, f.rule, f.cure) for f in error.faults]
+        ) from None
+
+
+def value_at(document: Any, path: str) -> Any:
+    """Return the value at a dotted path of a resolved case; `InputError` where there is none."""
+    value = document
+    for part in path.split("."):
+        try:
+            value = value[int(part)] if isinstance(value, list) else value[part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            rule = "must lead to a field of the case"
+            raise InputError(Fault("path", path, rule, "See gearplay schema")) from None
+    return value
+
+
+def value_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> Any:
+    """Return what a value, perhaps with a unit, becomes at the first of ``paths``, after trying it at all of them."""
+    return value_at(changed(base, dict.fromkeys(paths, raw), where).resolved(), paths[0])
+
+
+def number_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> float:
+    """Return `value_in_si` where it is a number.
+
+    Raises `InputError` for a path to something else.
+    """
+    value = value_in_si(base, paths, raw, where)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(Fault(f"{where}: {paths[0]}", value, "must be a number there", "Correct the path"))
+    return float(value)
+
+
+def factor(raw: Any, where: str) -> float:
+    """Return a factor of what the case has; `InputError` where it is no plain number."""
+    if isinstance(raw, bool) or not isinstance(raw, (int, float)):
+        raise InputError(Fault(where, raw, "must be a plain number, as a factor", "Write it without quotes"))
+    return float(raw)

@@ -1,0 +1,1 @@
+"""Sweeps: many cases from one plan, reduced where they are simulated."""
