@@ -12,30 +12,41 @@ NAME = ".lock"
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder; `InputError` where another process does.
+def locked(folder: Path, *, part: str = "") -> Iterator[None]:
+    """Hold a folder, or with ``part`` one part of it beside others; `InputError` where another process does.
 
     The system drops the lock with its process, so a killed one leaves nothing behind that hinders.
     """
     make_folder(folder)
-    handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o644)
+    handles: list[int] = []
     try:
-        _lock(handle, folder)
+        handles.append(_lock(folder, NAME, shared=bool(part)))
+        if part:
+            handles.append(_lock(folder, f"{NAME}-{part}", shared=False))
         yield
     finally:
-        os.close(handle)
+        for handle in handles:
+            os.close(handle)
 
 
-def _lock(handle: int, folder: Path) -> None:
+def _lock(folder: Path, name: str, *, shared: bool) -> int:
+    try:
+        handle = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        rule = f"must be a folder that can be written ({error.strerror})"
+        raise InputError(Fault("out", str(folder), rule, "Choose another place")) from None
     try:
         if os.name == "nt":
             import msvcrt
 
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+            if not shared:
+                msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
         else:
             import fcntl
 
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except OSError:
+        os.close(handle)
         rule = "must not be in use by another process"
         raise InputError(Fault("out", str(folder), rule, "Wait for it, or choose another folder")) from None
+    return handle

@@ -2,7 +2,7 @@
 
 import queue
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -16,15 +16,13 @@ RETRIES = 3
 """How often work that a dying process took with it is begun again."""
 
 
-def run_threads(
-    sweep: Sweep, indices: Iterable[int], *, workers: int | None = None, stop: threading.Event
-) -> Iterator[Outcome]:
+def run_threads(sweep: Sweep, indices: Iterable[int], *, workers: int | None = None) -> Generator[Outcome]:
     """Evaluate points on threads, the default: the kernels run side by side, and nothing is copied.
 
-    Yields outcomes as they are done. Setting ``stop``, or closing the iterator, ends every run at its next chunk.
+    Yields outcomes as they are done. Closing the iterator ends every run at its next chunk.
     """
     prepare(sweep.template.base)
-    waiting, lock = iter(indices), threading.Lock()
+    waiting, lock, stop = iter(indices), threading.Lock(), threading.Event()
     done: queue.SimpleQueue[Outcome | BaseException | None] = queue.SimpleQueue()
     room = threading.Semaphore(1000)  # a consumer that cannot keep up must not fill the memory
 
@@ -65,9 +63,7 @@ def run_threads(
             thread.join()
 
 
-def run_processes(
-    sweep: Sweep, indices: Iterable[int], *, workers: int | None = None, stop: threading.Event
-) -> Iterator[Outcome]:
+def run_processes(sweep: Sweep, indices: Iterable[int], *, workers: int | None = None) -> Generator[Outcome]:
     """Evaluate points in processes of their own: slower to start, safe from what brings one process down.
 
     Raises `SimulationError` where processes die again and again.
@@ -83,7 +79,7 @@ def run_processes(
     while True:
         pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
         try:
-            while not stop.is_set():
+            while True:
                 while len(pending) < 2 * count:
                     batch = lost.pop() if lost else [int(i) for i in islice(waiting, 1)]
                     if not batch:
@@ -96,7 +92,6 @@ def run_processes(
                     outcomes = future.result()
                     del pending[future]
                     yield from outcomes
-            return
         except BrokenProcessPool:
             again += 1
             if again > RETRIES:
@@ -116,8 +111,7 @@ def run_dask(
     address: str,
     security: dict[str, Path] | None = None,
     batch: int = 8,
-    stop: threading.Event,
-) -> Iterator[Outcome]:
+) -> Generator[Outcome]:
     """Evaluate points on the Dask cluster whose scheduler is at ``address``; no port is opened here.
 
     ``security`` holds paths of ``tls_ca_file``, ``tls_client_cert`` and ``tls_client_key``, passed through.
@@ -149,7 +143,7 @@ def run_dask(
 
         for _ in range(4 * max(1, sum(client.nthreads().values()))):
             in_flight += submit()
-        while in_flight and not stop.is_set():
+        while in_flight:
             _, outcomes = next(pending)
             in_flight += submit() - 1
             yield from outcomes

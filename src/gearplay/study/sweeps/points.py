@@ -249,6 +249,7 @@ def quantile(p: Random, limits: _Limits, u: Floats) -> Floats:
     return np.asarray(np.exp(scores) if logarithmic else scores)
 
 
-def order_of(count: int) -> Sequence[int] | NDArray[np.int64]:
+def order_of(count: int) -> Sequence[int]:
     """Return a fixed shuffle of the points: costs come evenly, so that a progress bar's estimate holds."""
-    return np.random.default_rng(20210623).permutation(count)
+    order: Sequence[int] = np.random.default_rng(20210623).permutation(count)  # type: ignore[assignment]
+    return order

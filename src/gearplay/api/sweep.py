@@ -1,0 +1,208 @@
+"""`sweep`: many cases from one plan, in memory or in a folder that survives any interruption."""
+
+import json
+import os
+import threading
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearplay.model.case import Case
+from gearplay.output.files import write_text
+from gearplay.output.folder_lock import locked
+from gearplay.output.sweep_product import product_bytes, to_product, write_product
+from gearplay.output.sweep_store import PATTERN, RowStore, forget_failed, read_rows, store_name
+from gearplay.solver.simulate import worker_count
+from gearplay.study.plan_files import Source
+from gearplay.study.sweeps.engines import run_dask, run_processes, run_threads
+from gearplay.study.sweeps.evaluate import Outcome, Sweep
+from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.points import order_of
+from gearplay.study.sweeps.reading import load_sweep, make_plan
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PLAN, PRODUCT = "plan.json", "sweep.nc"
+Report = Callable[[str, float, float], None]
+Rows = dict[bytes, tuple[int, str, bytes]]
+
+
+@dataclass(frozen=True)
+class Policy:
+    """How to run a sweep; none of it changes the result.
+
+    ``engine`` is "threads" or "processes", with ``workers`` of them (the cores if not given); ``scheduler`` is the address of an
+    existing Dask cluster, with ``security`` its TLS files. ``shard`` (i, n) runs the i-th of n parts.
+    """
+
+    engine: str = "threads"
+    workers: int | None = None
+    scheduler: str | None = None
+    security: Mapping[str, Path] | None = None
+    shard: tuple[int, int] | None = None
+
+    def outcomes(self, made: Sweep, indices: Sequence[int]) -> Generator[Outcome]:
+        """Yield the outcomes of points as they are done."""
+        if self.scheduler is not None:
+            return run_dask(made, indices, address=self.scheduler, security=dict(self.security or {}))
+        run = {"threads": run_threads, "processes": run_processes}.get(self.engine)
+        if run is None:
+            raise InputError(Fault("engine", self.engine, "must be threads or processes", "Choose one"))
+        return run(made, indices, workers=self.workers)
+
+
+def sweep(
+    case: Source | Case | SweepPlan,
+    axes: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]] | None = None,
+    *,
+    reduce: Sequence[Mapping[str, Any]] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    policy: Policy | None = None,
+    progress: Report | None = None,
+    stop: threading.Event | None = None,
+    **more: Any,
+) -> "xr.Dataset":
+    """Simulate every combination of the axes and return what was kept, a dimension per axis.
+
+    Either ``case`` is a case, ``axes`` the values by path (or tables as in a plan file) and ``reduce`` what to keep, with
+    ``members``, ``design`` and ``set`` as in a plan file; or ``case`` alone is a plan: a `SweepPlan`, a bundled name, a path
+    or a mapping. With a ``folder`` finished cases are kept there and the same call goes on after an interruption; without,
+    all is in memory.
+    Failed cases are rows with ``status`` and ``reason``.
+
+    Raises `InputError` for a plan that does not fit, `ResourceError` for one that is too large or a full disk.
+
+    >>> found = sweep("han2021", {"meshes.0.backlash": ["50 um", "100 um"]}, set={"run.duration": 0.01, "run.transient": 0.0},
+    ...     reduce=[{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}])
+    >>> dict(found.sizes), found.rms.attrs["units"], found.status.values.tolist()
+    ({'backlash': 2}, 'm/s^2', [0, 0])
+    """
+    if isinstance(case, SweepPlan):
+        plan = case
+    elif axes is None and reduce is None:
+        plan = load_sweep(case.resolved() if isinstance(case, Case) else case)
+    else:
+        source = os.fspath(case) if isinstance(case, os.PathLike) else case
+        plan = make_plan(source, axes or {}, reduce or (), **more)
+    made, chosen = Sweep(plan), policy or Policy()
+    if folder is None:
+        rows: Rows = {}
+        for outcome in _watched(made, chosen, order_of(len(made.template.points)), 0, progress, stop):
+            rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
+        return to_product(made, rows)
+    place = Path(folder)
+    with locked(place):
+        run_in(made, place, chosen, progress=progress, stop=stop)
+        return gather(made, place)
+
+
+def run_in(
+    made: Sweep,
+    folder: Path,
+    policy: Policy,
+    *,
+    retry: bool = False,
+    progress: Report | None = None,
+    stop: threading.Event | None = None,
+) -> int:
+    """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
+
+    Every finished case is stored at once. ``retry`` runs those again that failed.
+    """
+    claim(made.plan, folder)
+    if retry:
+        forget_failed(folder)
+    name, points = store_name(policy.shard), made.template.points
+    mine = read_rows(folder, made.reducer.size, PATTERN if policy.shard is None else name)
+    known = {address for address, *_ in mine}
+    wanted = order_of(len(points))
+    if policy.shard is not None:
+        wanted = wanted[policy.shard[0] - 1 :: policy.shard[1]]
+    left = [int(i) for i in wanted if not known or made.template.address_of(int(i)) not in known]
+    store = RowStore(folder / name)
+    try:
+        for outcome in _watched(made, policy, left, len(wanted) - len(left), progress, stop):
+            store.add(outcome)
+    finally:
+        store.close()
+    return len(left)
+
+
+def _watched(
+    made: Sweep,
+    policy: Policy,
+    left: Sequence[int],
+    before: int,
+    progress: Report | None,
+    stop: threading.Event | None,
+) -> Iterator[Outcome]:
+    """Yield outcomes and tell of progress; `KeyboardInterrupt` once stopped."""
+    label, total = made.plan.title or "sweep", before + len(left)
+    with closing(policy.outcomes(made, left)) as outcomes:
+        for done, outcome in enumerate(outcomes, start=before + 1):
+            yield outcome
+            if progress is not None:
+                progress(label, done, total)
+            if stop is not None and stop.is_set():
+                raise KeyboardInterrupt
+
+
+def claim(plan: SweepPlan, folder: Path) -> None:
+    """Note the plan in its folder; `InputError` where the folder has another plan."""
+    text = plan.model_dump_json(exclude_none=True, indent=1)
+    path = folder / PLAN
+    if not path.exists():
+        write_text(path, text)
+    elif json.loads(path.read_text(encoding="utf-8")) != json.loads(text):
+        rule = "must hold the same plan"
+        raise InputError(Fault("out", str(folder), rule, "Choose another folder, or say --overwrite"))
+
+
+def plan_in(folder: Path) -> SweepPlan:
+    """Return the plan of a sweep's folder.
+
+    Raises `InputError` where there is none.
+    """
+    path = folder / PLAN
+    if not path.exists():
+        rule = f"must be a sweep's folder, with its {PLAN}"
+        raise InputError(Fault("folder", str(folder), rule, "Give the folder that gearplay sweep wrote"))
+    return load_sweep(json.loads(path.read_text(encoding="utf-8")))
+
+
+def gather(made: Sweep, folder: Path) -> "xr.Dataset":
+    """Return the product of all rows in a folder, and write it there."""
+    rows = {
+        address: (status, reason, row)
+        for address, status, reason, _, row in read_rows(folder, made.reducer.size)
+    }
+    product = to_product(made, rows)
+    write_product(product, folder / PRODUCT)
+    return product
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps."""
+
+    cases: int
+    pilots: int
+    seconds: float
+    workers: int
+    bytes: float
+
+
+def forecast(made: Sweep, *, workers: int | None = None, patience: float = 8.0) -> Forecast:
+    """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take."""
+    count, spent, pilots = len(made.template.points), 0.0, 0
+    with closing(run_threads(made, order_of(count)[:12], workers=1)) as outcomes:
+        for outcome in outcomes:
+            spent, pilots = spent + outcome.seconds, pilots + 1
+            if spent > patience:
+                break
+    cores = workers or worker_count()
+    return Forecast(count, pilots, count * spent / pilots / cores, cores, 1.1 * product_bytes(made))

@@ -1,0 +1,198 @@
+"""`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, safe to kill."""
+
+import re
+import shutil
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text, say
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.vocabulary.errors import Fault, InputError
+
+INTERRUPTED, PARTLY = 130, 4
+
+Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads or processes; the cores.")]
+Engine = Annotated[str, typer.Option("--engine", help="threads or processes.")]
+Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
+Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
+Tls = Annotated[Path | None, typer.Option(help="TLS file for the scheduler.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command()(sweep)
+    app.command()(resume)
+
+
+def sweep(
+    plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021-map.")],
+    out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/sweep-PLAN].")] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change the base case: --set run.duration=0.2s. May be repeated."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say how many cases, how long and how large; write nothing.")
+    ] = False,
+    engine: Engine = "threads",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    tls_ca: Tls = None,
+    tls_cert: Tls = None,
+    tls_key: Tls = None,
+    shard: Shard = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget what the folder holds.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate every case of a plan and keep what it asks for.
+
+    Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
+    """
+    from gearplay.api.sweep import Policy
+    from gearplay.study.sweeps.evaluate import Sweep
+    from gearplay.study.sweeps.reading import load_sweep
+
+    loaded = _changed(load_sweep(plan), changes or [])
+    made = Sweep(loaded)
+    if dry_run:
+        _forecast(made, workers, json=json)
+        return
+    folder = out if out is not None else Path("out") / f"sweep-{Path(plan).stem}"
+    policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
+    _run(made, folder, policy, json=json, overwrite=overwrite)
+
+
+def resume(
+    folder: Annotated[Path, typer.Argument(help="The folder of a sweep.")],
+    retry: Annotated[bool, typer.Option("--retry", help="Run failed cases again.")] = False,
+    engine: Engine = "threads",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    tls_ca: Tls = None,
+    tls_cert: Tls = None,
+    tls_key: Tls = None,
+    shard: Shard = None,
+    json: Json = False,
+) -> None:
+    """Go on with a sweep in its folder, and gather what its shards have done."""
+    from gearplay.api.sweep import Policy, plan_in
+    from gearplay.study.sweeps.evaluate import Sweep
+
+    policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
+    _run(Sweep(plan_in(folder)), folder, policy, json=json, retry=retry)
+
+
+def _run(
+    made: Any, folder: Path, policy: Any, *, json: bool, retry: bool = False, overwrite: bool = False
+) -> None:
+    from gearplay.api.sweep import gather, run_in
+    from gearplay.output.folder_lock import locked
+    from gearplay.solver.simulate import prepare
+
+    if policy.scheduler is None and policy.engine == "threads":
+        with compiling_notice():
+            prepare(made.template.base)
+    part = "" if policy.shard is None else f"{policy.shard[0]}-of-{policy.shard[1]}"
+    with locked(folder, part=part):
+        if overwrite:
+            _forget(folder)
+        try:
+            with interruptible() as stop, progress_bar(quiet=json) as report:
+                count = run_in(made, folder, policy, retry=retry, progress=report, stop=stop)
+        except KeyboardInterrupt:
+            say(f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there.")
+            raise typer.Exit(INTERRUPTED) from None
+        if policy.shard is not None:
+            document = {"title": made.plan.title, "shard": f"{part}", "ran": count, "out": str(folder)}
+            words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
+            print_json(document) if json else print_text(words)
+            return
+        document = _summary(made, gather(made, folder), count, folder)
+    print_json(document) if json else print_text(_words(document))
+    if document["failed"]:
+        raise typer.Exit(PARTLY)
+
+
+def _summary(made: Any, product: Any, count: int, folder: Path) -> dict[str, Any]:
+    from gearplay.api.sweep import PRODUCT
+
+    status = product["status"].values.ravel()
+    reasons = [str(r) for r in product["reason"].values.ravel()[status != 0]]
+    return {
+        "title": made.plan.title,
+        "cases": int(status.size),
+        "ran": count,
+        "failed": int((status != 0).sum()),
+        "reasons": sorted(set(reasons))[:5],
+        "out": str(folder / PRODUCT),
+    }
+
+
+def _words(d: dict[str, Any]) -> str:
+    lines = [f"{d['title'] or 'Sweep'}: {d['cases']} cases, {d['ran']} run now, {d['failed']} failed"]
+    lines += [f"  {reason}" for reason in d["reasons"]]
+    lines.append(f"Written: {d['out']}")
+    return "\n".join(lines)
+
+
+def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
+    from dataclasses import asdict
+
+    from gearplay.api.sweep import forecast
+    from gearplay.solver.simulate import prepare
+
+    with compiling_notice():
+        prepare(made.template.base)
+    found = forecast(made, workers=workers)
+    if json:
+        print_json({"title": made.plan.title, **asdict(found)})
+        return
+    print_text(
+        f"{made.plan.title or 'Sweep'}: {found.cases} cases, about {_duration(found.seconds)} on {found.workers} workers "
+        f"(from {found.pilots} of them), {found.bytes / 1e6:.3g} MB. Nothing was written."
+    )
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60.0:.2g} min" if seconds < 5400.0 else f"{seconds / 3600.0:.2g} h"
+
+
+def _changed(plan: Any, changes: list[str]) -> Any:
+    if not changes:
+        return plan
+    from gearplay.model.overrides import parse_override
+    from gearplay.study.sweeps.reading import load_sweep
+
+    document = plan.model_dump(mode="json", exclude_none=True)
+    document["set"] = {**document["set"], **dict(parse_override(text) for text in changes)}
+    return load_sweep(document)
+
+
+def _security(ca: Path | None, cert: Path | None, key: Path | None) -> dict[str, Path] | None:
+    given = {"tls_ca_file": ca, "tls_client_cert": cert, "tls_client_key": key}
+    return {name: path for name, path in given.items() if path is not None} or None
+
+
+def _shard(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        rule = "must be i/n with 1 <= i <= n"
+        raise InputError(Fault("--shard", text, rule, "Write for example --shard 3/8"))
+    return int(found[1]), int(found[2])
+
+
+def _forget(folder: Path) -> None:
+    from gearplay.api.sweep import PLAN, PRODUCT
+    from gearplay.output.sweep_store import PATTERN
+
+    for name in (PLAN, PRODUCT):
+        (folder / name).unlink(missing_ok=True)
+    for path in folder.glob(f"{PATTERN}*"):
+        path.unlink()
+    shutil.rmtree(folder / "figures", ignore_errors=True)

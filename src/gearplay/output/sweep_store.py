@@ -1,0 +1,103 @@
+"""Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gearplay.study.sweeps.evaluate import Outcome
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+
+PATTERN = "rows*.sqlite"
+_TABLE = (
+    "create table if not exists rows "
+    "(address blob primary key, status integer not null, reason text not null, seconds real not null, row blob not null)"
+)
+
+
+def store_name(shard: tuple[int, int] | None) -> str:
+    """Return the file name of a writer: of the whole sweep, or of shard i of n.
+
+    >>> store_name(None), store_name((2, 8))
+    ('rows.sqlite', 'rows-2-of-8.sqlite')
+    """
+    return "rows.sqlite" if shard is None else f"rows-{shard[0]}-of-{shard[1]}.sqlite"
+
+
+class RowStore:
+    """One writer's file. Each outcome is one transaction: what `add` returned from is not lost by a kill.
+
+    One process holds the file (write-ahead log, exclusive). Raises `InputError` where it is damaged or in use, `ResourceError`
+    where the disk is full.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with _in_words(path):
+            self.connection = sqlite3.connect(path, isolation_level=None)
+            try:
+                self.connection.execute("pragma locking_mode = exclusive")
+                self.connection.execute("pragma journal_mode = wal")
+                self.connection.execute("pragma synchronous = normal")
+                self.connection.execute(_TABLE)
+            except sqlite3.Error:
+                self.connection.close()
+                raise
+
+    def add(self, outcome: Outcome) -> None:
+        """Store one finished point."""
+        row = (outcome.address, outcome.status, outcome.reason, outcome.seconds, outcome.row.tobytes())
+        with _in_words(self.path):
+            self.connection.execute("insert or ignore into rows values (?, ?, ?, ?, ?)", row)
+
+    def close(self) -> None:
+        """Bring the log into the file and let go of it."""
+        with _in_words(self.path):
+            self.connection.close()
+
+
+def read_rows(
+    folder: Path, size: int, pattern: str = PATTERN
+) -> Iterator[tuple[bytes, int, str, float, bytes]]:
+    """Yield (address, status, reason, seconds, row) of every writer's file; rows of another ``size`` are left out.
+
+    Raises `InputError` for a damaged file or one that another process holds.
+    """
+    for path in sorted(folder.glob(pattern)):
+        with _in_words(path):
+            connection = sqlite3.connect(path, isolation_level=None)
+            try:
+                for found in connection.execute("select address, status, reason, seconds, row from rows"):
+                    if len(found[4]) == 8 * size:
+                        yield found
+            finally:
+                connection.close()
+
+
+@contextmanager
+def _in_words(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.Error as error:
+        words = str(error)
+        if "full" in words or "disk I/O" in words:
+            raise ResourceError(
+                f"out = {path}: the disk is full or cannot be written ({words}). "
+                "What is stored stays valid: free some space, then gearplay resume goes on."
+            ) from None
+        if "locked" in words:
+            rule = f"its {path.name} must not be in use by another process"
+            raise InputError(
+                Fault("out", str(path.parent), rule, "Wait for it, or choose another folder")
+            ) from None
+        rule = f"its {path.name} must be a sweep's readable store ({words})"
+        raise InputError(Fault("out", str(path.parent), rule, "Choose another folder with --out")) from None
+
+
+def forget_failed(folder: Path) -> None:
+    """Remove points that failed, so that they run again."""
+    for path in sorted(folder.glob(PATTERN)):
+        with _in_words(path):
+            connection = sqlite3.connect(path, isolation_level=None)
+            connection.execute("delete from rows where status != 0")
+            connection.close()
