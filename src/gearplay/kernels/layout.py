@@ -42,6 +42,7 @@ ROTOR = np.dtype(
         ("eccentricity_phase", "f8"),  # rad
         ("drive_speed", "f8"),  # rad/s, target of a servo
         ("ramp_time", "f8"),  # s
+        ("ramp_start", "f8"),  # rad/s, speed at t = 0
         ("ramp_acceleration", "f8"),  # rad/s^2 during the ramp
         ("servo_gain", "f8"),  # N m s
         ("servo_integral_gain", "f8"),  # N m

@@ -31,9 +31,9 @@ Ints = NDArray[np.int64]
 
 @compiled_inline
 def drive_target(rotor: Any, t: float, ramping: int) -> float:
-    """Return the commanded speed [rad/s] of a servo at time t [s], with its linear ramp from rest."""
+    """Return the commanded speed [rad/s] of a servo at time t [s], with its linear ramp."""
     if ramping == 1:
-        return rotor.ramp_acceleration * t
+        return rotor.ramp_start + rotor.ramp_acceleration * t
     return rotor.drive_speed
 
 

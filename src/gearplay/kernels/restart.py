@@ -129,8 +129,8 @@ def begin(system: System, motion: Motion) -> int:
     status = check_states(motion)
     if status != DONE:
         return status
-    for k in range(system.sleeves.size):
-        motion.latch[k] = system.sleeves[k].minimum_speed
+    for k in range(system.sleeves.size):  # what another run has latched stays
+        motion.latch[k] = max(motion.latch[k], system.sleeves[k].minimum_speed)
     for j in range(system.meshes.size):
         know_angles(system, j, t, motion.y)
     # A new roster has every rotor active and every element touching.

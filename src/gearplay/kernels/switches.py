@@ -148,11 +148,12 @@ def settle_segment(system: System, j: int, t: float, y: Floats, modes: Ints) -> 
 def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 
-    A sleeve that starts in contact latches its present rate of penetration.
+    A sleeve that starts in contact latches its present rate of penetration, unless it goes on from another run.
     """
     n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
     for k in range(n_c):
-        latch_speed(system, k, contacts[k, RATE], latch)
+        if k < n_s and latch[k] <= system.sleeves[k].minimum_speed:
+            latch_speed(system, k, contacts[k, RATE], latch)
         bearing = k < n_s and system.sleeves[k].clearance == 0.0  # always touches, even at its centre
         modes[k] = LOADED if bearing or contacts[k, PENETRATION] > 0.0 else OPEN
     settle_printed_flanks(system, modes, contacts)

@@ -25,16 +25,7 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
     n, speeds = len(case.rotors), geometry.nominal_speeds(case)
     centres, names = geometry.centres(case), list(case.rotors)
-    ramped = any(
-        r.drive is not None and r.drive.kind != "torque" and r.drive.ramp > 0.0 for r in case.rotors.values()
-    )
-    # Where one drive ramps up, all but prescribed speeds without a ramp start at rest.
-    actual = [
-        0.0
-        if ramped and not (r.drive is not None and r.drive.kind == "speed" and r.drive.ramp == 0.0)
-        else speed
-        for r, speed in zip(case.rotors.values(), speeds, strict=True)
-    ]
+    actual = geometry.starting_speeds(case)
     y = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):
         start = rotor.initial

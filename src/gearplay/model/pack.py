@@ -80,7 +80,8 @@ def _pack_rotors(case: "Case") -> Any:
             continue
         r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
         r.drive_speed, r.ramp_time = drive.speed, drive.ramp
-        r.ramp_acceleration = drive.speed / drive.ramp if drive.ramp > 0.0 else 0.0
+        r.ramp_start = drive.start_speed
+        r.ramp_acceleration = (drive.speed - drive.start_speed) / drive.ramp if drive.ramp > 0.0 else 0.0
         if drive.kind == "servo":
             r.servo_gain, r.servo_integral_gain = drive.proportional_gain, drive.integral_gain
             r.servo_limit, r.servo_slot = drive.torque_limit, slot

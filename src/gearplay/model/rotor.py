@@ -10,7 +10,10 @@ from gearplay.model.fields import ByKind, Listed, Measure, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
-Ramp = Annotated[float, Measure(q.TIME, "time of constant acceleration from rest; 0 starts at speed", ge=0.0)]
+Ramp = Annotated[
+    float, Measure(q.TIME, "time of constant acceleration from start_speed; 0 starts at speed", ge=0.0)
+]
+StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp begins")]
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
 
 
@@ -27,11 +30,12 @@ class RippleTerm(Part):
 
 
 class SpeedDrive(Part):
-    """Prescribed rotation: ``theta = speed t`` after the ramp, or the integral of a speed that ripples."""
+    """Prescribed rotation: ``theta = speed t`` after the ramp from ``start_speed``, or the integral of a speed that ripples."""
 
     kind: Literal["speed"] = "speed"
     speed: Speed
     ramp: Ramp = 0.0
+    start_speed: StartSpeed = 0.0
     ripple: Annotated[tuple[RippleTerm, ...], Listed(0, 8, "terms of the ripple of the speed")] = ()
 
     @model_validator(mode="after")
@@ -44,7 +48,7 @@ class SpeedDrive(Part):
         if self.ripple and self.ramp > 0.0:
             rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
             problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
-        refuse(problems)
+        refuse([*problems, *_start_problems(self.start_speed, self.ramp)])
         return self
 
 
@@ -64,6 +68,19 @@ class ServoDrive(Part):
     integral_gain: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "gain on its integral", ge=0.0)]
     torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
     ramp: Ramp = 0.0
+    start_speed: StartSpeed = 0.0
+
+    @model_validator(mode="after")
+    def _check(self) -> ServoDrive:
+        refuse(_start_problems(self.start_speed, self.ramp))
+        return self
+
+
+def _start_problems(start_speed: float, ramp: float) -> list[Problem]:
+    if start_speed == 0.0 or ramp > 0.0:
+        return []
+    rule = "must be 0 for a drive without a ramp, which starts at its speed"
+    return [Problem(("start_speed",), rule, "Give the ramp's time, or remove it")]
 
 
 Drive = Annotated[

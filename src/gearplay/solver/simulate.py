@@ -15,6 +15,7 @@ from gearplay.kernels import run_state, stepper
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
+from gearplay.solver.carry import End, end_of, follow, start_from
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, Counters, Trajectory, choose_columns, statistics_of
@@ -39,13 +40,15 @@ class _Run:
         sampling: float,
         duration: float,
         transient: float,
+        origin: End | None = None,
     ) -> None:
         self.place, self.case, self.packed, self.member = place, case, packed, member
         self.columns, self.places = kept
         self.duration, self.transient, self.sampling = duration, transient, sampling
         self.samples = max(1, int(duration * sampling + 0.5))
         # Only member 0 can be refused; the others are drawn when their turn comes.
-        self.start = initial_state(case, packed, member=0) if member == 0 else None
+        self.origin = origin
+        self.start = initial_state(case, packed, member=0) if member == 0 and origin is None else None
         self.log: list[Floats] = []
 
     def _begin(self) -> None:
@@ -55,7 +58,9 @@ class _Run:
         meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
         self.system = packed.system._replace(meshes=meshes, known_angles=known)
         start = self.start
-        if start is None:
+        if self.origin is not None:
+            start = start_from(self.origin, packed)
+        elif start is None:
             start = initial_state(self.case, packed, member=self.member)
         self.motion = run_state.make_motion(
             self.system,
@@ -68,6 +73,8 @@ class _Run:
             LOG_CAPACITY,
             self.case.run.tolerance,
         )
+        if self.origin is not None:
+            follow(self.system, self.motion.latch, self.origin)
 
     def _empty_log(self, keep: bool) -> None:
         logged = int(self.motion.counts[run_state.LOGGED])
@@ -127,6 +134,7 @@ class _Run:
             reached=reached,
             wall_time=time.perf_counter() - started,
             final_state=motion.y.copy(),
+            end=end_of(self.system, motion.y, motion.latch, reached),
         )
 
 
@@ -233,9 +241,11 @@ def run_one(
     *,
     signals: list[str] | None = None,
     stop: threading.Event | None = None,
+    origin: End | None = None,
 ) -> Trajectory:
     """Simulate one member on the caller's thread, for callers with a pool of their own; see `run_members`.
 
+    ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
     packed, run = pack(case), case.run
@@ -251,7 +261,7 @@ def run_one(
             transient=run.transient,
         )
     )
-    one = _Run(0, case, packed, member, kept, run.sampling, run.duration, run.transient)
+    one = _Run(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
     return one.run(_Watch(run.duration + run.transient, None, stop or threading.Event()))
 
 

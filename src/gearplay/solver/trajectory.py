@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gearplay.kernels.layout import MESH_SIGNALS, ROTOR_SIGNALS, SLEEVE_SIGNALS
 from gearplay.kernels.run_state import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
 from gearplay.model.pack import Packed
+from gearplay.solver.carry import End
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -123,6 +124,7 @@ class Trajectory:
     reached: float  # s, simulated time
     wall_time: float  # s
     final_state: Floats = field(repr=False)
+    end: End = field(repr=False)
 
     @property
     def time(self) -> Floats:
