@@ -45,14 +45,14 @@ class Policy:
     security: Mapping[str, Path] | None = None
     shard: tuple[int, int] | None = None
 
-    def outcomes(self, made: Sweep, indices: Sequence[int]) -> Generator[Outcome]:
-        """Yield the outcomes of points as they are done."""
+    def outcomes(self, made: Sweep, jobs: Sequence[int]) -> Generator[list[Outcome]]:
+        """Yield the outcomes of jobs as they are done."""
         if self.scheduler is not None:
-            return run_dask(made, indices, address=self.scheduler, security=dict(self.security or {}))
+            return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}))
         run = {"threads": run_threads, "processes": run_processes}.get(self.engine)
         if run is None:
             raise InputError(Fault("engine", self.engine, "must be threads or processes", "Choose one"))
-        return run(made, indices, workers=self.workers)
+        return run(made, jobs, workers=self.workers)
 
 
 def sweep(
@@ -91,8 +91,9 @@ def sweep(
     made, chosen = Sweep(plan), policy or Policy()
     if folder is None:
         rows: Rows = {}
-        for outcome in _watched(made, chosen, order_of(len(made.template.points)), 0, progress, stop):
-            rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
+        for outcomes in _watched(made, chosen, order_of(made.template.points.jobs), 0, progress, stop):
+            for outcome in outcomes:
+                rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
         return to_product(made, rows)
     place = Path(folder)
     with locked(place):
@@ -119,17 +120,22 @@ def run_in(
     name, points = store_name(policy.shard), made.template.points
     mine = read_rows(folder, made.reducer.size, PATTERN if policy.shard is None else name)
     known = {address for address, *_ in mine}
-    wanted = order_of(len(points))
+    wanted, each = order_of(points.jobs), len(points) // points.jobs
     if policy.shard is not None:
         wanted = wanted[policy.shard[0] - 1 :: policy.shard[1]]
-    left = [int(i) for i in wanted if not known or made.template.address_of(int(i)) not in known]
+    left = [int(job) for job in wanted if not known or not _is_done(made, int(job), known)]
     store = RowStore(folder / name)
     try:
-        for outcome in _watched(made, policy, left, len(wanted) - len(left), progress, stop):
-            store.add(outcome)
+        for outcomes in _watched(made, policy, left, len(wanted) - len(left), progress, stop):
+            store.add(outcomes)
     finally:
         store.close()
-    return len(left)
+    return each * len(left)
+
+
+def _is_done(made: Sweep, job: int, known: set[bytes]) -> bool:
+    """Return whether every point of a job is stored."""
+    return all(made.template.address_of(i) in known for i in made.template.points.job(job))
 
 
 def _watched(
@@ -139,12 +145,12 @@ def _watched(
     before: int,
     progress: Report | None,
     stop: threading.Event | None,
-) -> Iterator[Outcome]:
-    """Yield outcomes and tell of progress; `KeyboardInterrupt` once stopped."""
+) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
-    with closing(policy.outcomes(made, left)) as outcomes:
-        for done, outcome in enumerate(outcomes, start=before + 1):
-            yield outcome
+    with closing(policy.outcomes(made, left)) as finished:
+        for done, outcomes in enumerate(finished, start=before + 1):
+            yield outcomes
             if progress is not None:
                 progress(label, done, total)
             if stop is not None and stop.is_set():
@@ -199,9 +205,9 @@ class Forecast:
 def forecast(made: Sweep, *, workers: int | None = None, patience: float = 8.0) -> Forecast:
     """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take."""
     count, spent, pilots = len(made.template.points), 0.0, 0
-    with closing(run_threads(made, order_of(count)[:12], workers=1)) as outcomes:
-        for outcome in outcomes:
-            spent, pilots = spent + outcome.seconds, pilots + 1
+    with closing(run_threads(made, order_of(made.template.points.jobs)[:12], workers=1)) as finished:
+        for outcomes in finished:
+            spent, pilots = spent + sum(o.seconds for o in outcomes), pilots + len(outcomes)
             if spent > patience:
                 break
     cores = workers or worker_count()

@@ -92,6 +92,9 @@ def _coordinates(sweep: Sweep) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for axis, values in zip(plan.axes, points.values, strict=True):
         found[axis.name] = (axis.name, _array(values), _attributes(sweep, axis))
+    if points.directions:
+        words = {"long_name": "way along the carried axis"}
+        found["direction"] = ("direction", np.array(points.directions, dtype=object), words)
     if plan.design is not None:
         found["sample"] = ("sample", np.arange(len(points.sample)), {"long_name": "drawn point"})
         for at, drawn in enumerate(plan.design.parameters):

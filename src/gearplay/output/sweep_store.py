@@ -1,7 +1,7 @@
 """Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def store_name(shard: tuple[int, int] | None) -> str:
 
 
 class RowStore:
-    """One writer's file. Each outcome is one transaction: what `add` returned from is not lost by a kill.
+    """One writer's file. Each job is one transaction: what `add` returned from is not lost by a kill.
 
     One process holds the file (write-ahead log, exclusive). Raises `InputError` where it is damaged or in use, `ResourceError`
     where the disk is full.
@@ -44,11 +44,13 @@ class RowStore:
                 self.connection.close()
                 raise
 
-    def add(self, outcome: Outcome) -> None:
-        """Store one finished point."""
-        row = (outcome.address, outcome.status, outcome.reason, outcome.seconds, outcome.row.tobytes())
+    def add(self, outcomes: Sequence[Outcome]) -> None:
+        """Store what was finished together, in one transaction."""
+        rows = [(o.address, o.status, o.reason, o.seconds, o.row.tobytes()) for o in outcomes]
         with _in_words(self.path):
-            self.connection.execute("insert or ignore into rows values (?, ?, ?, ?, ?)", row)
+            self.connection.execute("begin")
+            self.connection.executemany("insert or ignore into rows values (?, ?, ?, ?, ?)", rows)
+            self.connection.execute("commit")
 
     def close(self) -> None:
         """Bring the log into the file and let go of it."""

@@ -16,27 +16,27 @@ RETRIES = 3
 """How often work that a dying process took with it is begun again."""
 
 
-def run_threads(sweep: Sweep, indices: Iterable[int], *, workers: int | None = None) -> Generator[Outcome]:
-    """Evaluate points on threads, the default: the kernels run side by side, and nothing is copied.
+def run_threads(sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None) -> Generator[list[Outcome]]:
+    """Evaluate jobs on threads, the default: the kernels run side by side, and nothing is copied.
 
-    Yields outcomes as they are done. Closing the iterator ends every run at its next chunk.
+    Yields the outcomes of each job as it is done. Closing the iterator ends every run at its next chunk.
     """
     prepare(sweep.template.base)
-    waiting, lock, stop = iter(indices), threading.Lock(), threading.Event()
-    done: queue.SimpleQueue[Outcome | BaseException | None] = queue.SimpleQueue()
+    waiting, lock, stop = iter(jobs), threading.Lock(), threading.Event()
+    done: queue.SimpleQueue[list[Outcome] | BaseException | None] = queue.SimpleQueue()
     room = threading.Semaphore(1000)  # a consumer that cannot keep up must not fill the memory
 
     def work() -> None:
         try:
             while not stop.is_set():
                 with lock:
-                    index = next(waiting, None)
-                if index is None:
+                    job = next(waiting, None)
+                if job is None:
                     break
-                outcome = sweep.evaluate(int(index), stop)
-                if outcome is not None:
+                outcomes = sweep.evaluate(int(job), stop)
+                if outcomes:
                     room.acquire()
-                    done.put(outcome)
+                    done.put(outcomes)
         except BaseException as error:
             done.put(error)
         finally:
@@ -63,8 +63,10 @@ def run_threads(sweep: Sweep, indices: Iterable[int], *, workers: int | None = N
             thread.join()
 
 
-def run_processes(sweep: Sweep, indices: Iterable[int], *, workers: int | None = None) -> Generator[Outcome]:
-    """Evaluate points in processes of their own: slower to start, safe from what brings one process down.
+def run_processes(
+    sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None
+) -> Generator[list[Outcome]]:
+    """Evaluate jobs in processes of their own: slower to start, safe from what brings one process down.
 
     Raises `SimulationError` where processes die again and again.
     """
@@ -73,7 +75,7 @@ def run_processes(sweep: Sweep, indices: Iterable[int], *, workers: int | None =
     from multiprocessing import get_context
 
     count, document = workers or worker_count(), sweep.plan.model_dump_json()
-    waiting, again = iter(indices), 0
+    waiting, again = iter(jobs), 0
     pending: dict[Any, list[int]] = {}
     lost: list[list[int]] = []
     while True:
@@ -91,7 +93,7 @@ def run_processes(sweep: Sweep, indices: Iterable[int], *, workers: int | None =
                 for future in finished:
                     outcomes = future.result()
                     del pending[future]
-                    yield from outcomes
+                    yield outcomes
         except BrokenProcessPool:
             again += 1
             if again > RETRIES:
@@ -106,13 +108,13 @@ def run_processes(sweep: Sweep, indices: Iterable[int], *, workers: int | None =
 
 def run_dask(
     sweep: Sweep,
-    indices: Iterable[int],
+    jobs: Iterable[int],
     *,
     address: str,
     security: dict[str, Path] | None = None,
     batch: int = 8,
-) -> Generator[Outcome]:
-    """Evaluate points on the Dask cluster whose scheduler is at ``address``; no port is opened here.
+) -> Generator[list[Outcome]]:
+    """Evaluate jobs on the Dask cluster whose scheduler is at ``address``; no port is opened here.
 
     ``security`` holds paths of ``tls_ca_file``, ``tls_client_cert`` and ``tls_client_key``, passed through.
 
@@ -129,7 +131,7 @@ def run_dask(
         raise InputError(
             Fault("scheduler", address, f"must be reached ({words})", "Start it, or correct the address")
         ) from None
-    document, waiting = sweep.plan.model_dump_json(), iter(indices)
+    document, waiting = sweep.plan.model_dump_json(), iter(jobs)
     with client:
         pending = distributed.as_completed(loop=client.loop, with_results=True)
         in_flight = 0
@@ -146,4 +148,4 @@ def run_dask(
         while in_flight:
             _, outcomes = next(pending)
             in_flight += submit() - 1
-            yield from outcomes
+            yield outcomes

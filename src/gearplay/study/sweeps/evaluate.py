@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.pack import pack
+from gearplay.model.reading import replace
+from gearplay.solver.carry import End
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
 from gearplay.study.sweeps.plan import SweepPlan
@@ -43,24 +45,73 @@ class Sweep:
         self.template = Template(plan)
         self.reducer = Reducer(plan, self.template.base, pack(self.template.base))
 
-    def evaluate(self, index: int, stop: threading.Event | None = None) -> Outcome | None:
-        """Simulate and reduce point ``index``; None once stopped. A point that fails is an outcome with its reason."""
-        started = time.perf_counter()
-        address = self.template.address_of(index)
-        nothing = np.full(self.reducer.size, np.nan)
+    def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Outcome]:
+        """Simulate and reduce the points of a job; nothing once stopped. A point that fails is an outcome with its reason."""
+        outcomes: list[Outcome] = []
+        points = self.template.points.job(job)
+        try:
+            origin = self._lead(points[0], stop)
+            for index in points:
+                outcome, origin = self._point(index, origin, stop)
+                outcomes.append(outcome)
+                if outcome.status and len(points) > 1:
+                    reason = f"the case before it did not finish: {outcome.reason}"
+                    rest = points[len(outcomes) :]
+                    return outcomes + [self._failed(i, outcome.status, reason, 0.0) for i in rest]
+        except _StoppedError:
+            return []
+        return outcomes
+
+    def _lead(self, index: int, stop: threading.Event | None) -> End | None:
+        """Run what comes before a chain's first case, if anything does."""
+        chain, (values, member) = self.template.chain, self.template.points.at(index)
+        changes = chain.lead(values["direction"]) if chain is not None else None
+        if changes is None:
+            return None
+        case = replace(self.template.base, {**self.template.changes(values), **changes, **self._steady()})
+        run = run_one(case, member, signals=[], stop=stop)
+        if run.status == Status.INTERRUPTED:
+            raise _StoppedError
+        return run.end
+
+    def _steady(self) -> dict[str, float]:
+        chain = self.template.chain
+        return {} if chain is None else {f"{chain.drive}.ramp": 0.0, f"{chain.drive}.start_speed": 0.0}
+
+    def _point(
+        self, index: int, origin: End | None, stop: threading.Event | None
+    ) -> tuple[Outcome, End | None]:
+        started, end = time.perf_counter(), None
         try:
             case, member = self.template.case_at(index)
-            run = run_one(case, member, signals=self.reducer.signals, stop=stop)
+            run = run_one(case, member, signals=self.reducer.signals, stop=stop, origin=origin)
             if run.status == Status.INTERRUPTED:
-                return None
-            status, reason, row = int(run.status), "", nothing
-            if run.success:
-                row = self.reducer.row(case, run)
-            else:
-                reason = run.message
+                raise _StoppedError
+            if not run.success:
+                failed = self._failed(index, int(run.status), run.message, time.perf_counter() - started)
+                return failed, None
+            row, end = self.reducer.row(case, run, slowness=self._slowness(index)), run.end
         except GearplayError as error:
-            status, reason, row = REFUSED, str(error).splitlines()[0], nothing
-        return Outcome(index, address, status, reason, row, time.perf_counter() - started)
+            reason = str(error).splitlines()[0]
+            return self._failed(index, REFUSED, reason, time.perf_counter() - started), end
+        address = self.template.address_of(index)
+        return Outcome(
+            index, address, 0, "", row, time.perf_counter() - started
+        ), end if self.template.chain else None
+
+    def _failed(self, index: int, status: int, reason: str, seconds: float) -> Outcome:
+        nothing = np.full(self.reducer.size, np.nan)
+        return Outcome(index, self.template.address_of(index), status, reason, nothing, seconds)
+
+    def _slowness(self, index: int) -> float:
+        chain, values = self.template.chain, self.template.points.at(index)[0]
+        if chain is None:
+            return 1.0
+        return chain.slowness(values[chain.carry.axis], values["direction"])
+
+
+class _StoppedError(Exception):
+    """The wish to stop reached a run."""
 
 
 @lru_cache(maxsize=4)
@@ -69,8 +120,7 @@ def sweep_of(plan: str) -> Sweep:
     return Sweep(SweepPlan.model_validate_json(plan))
 
 
-def evaluate_many(plan: str, indices: list[int]) -> list[Outcome]:
-    """Evaluate points of a plan written as JSON: what leaves the process."""
+def evaluate_many(plan: str, jobs: list[int]) -> list[Outcome]:
+    """Evaluate jobs of a plan written as JSON: what leaves the process."""
     sweep = sweep_of(plan)
-    found = (sweep.evaluate(index) for index in indices)
-    return [outcome for outcome in found if outcome is not None]
+    return [outcome for job in jobs for outcome in sweep.evaluate(job)]

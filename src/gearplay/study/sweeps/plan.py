@@ -213,6 +213,19 @@ Reduction = Annotated[
 ]
 
 
+class Carry(Part):
+    """Go along one axis, a drive's speed, without starting anew: each case goes on where the one before it ended.
+
+    ``steps`` holds each speed and ramps to the next one within ``ramp``, a part of the transient (quasi-static, hysteresis).
+    ``run-up`` ramps all the time; each case is the window in which the speed passes half-way to its neighbours.
+    """
+
+    axis: Name
+    mode: Literal["steps", "run-up"] = "steps"
+    directions: Annotated[tuple[Literal["up", "down"], ...], Listed(1, 2, "directions")] = ("up", "down")
+    ramp: Annotated[float, Measure(q.TIME, "time from one speed to the next", gt=0.0)] = 0.1
+
+
 class SweepPlan(Part):
     """A sweep: every combination of the axes, for every drawn point, for every member of the ensemble."""
 
@@ -221,6 +234,7 @@ class SweepPlan(Part):
     set: Changes = Field(default_factory=dict)
     axes: Annotated[tuple[Axis, ...], Listed(0, 16, "axes")] = ()
     design: Design | None = None
+    carry: Carry | None = None
     members: Annotated[int, Field(ge=1, le=100_000)] = 1
     reduce: Annotated[tuple[Reduction, ...], Listed(1, 200, "reductions")]
 
@@ -233,7 +247,7 @@ class SweepPlan(Part):
         for at, drawn in enumerate(self.design.parameters if self.design else ()):
             named.append((("design", "parameters", at, "name"), drawn.name))
         named += [(("reduce", at, "name"), reduction.name) for at, reduction in enumerate(self.reduce)]
-        seen: set[str] = {"sample", "member", "status", "reason", "time"}
+        seen: set[str] = {"sample", "member", "direction", "status", "reason", "time"}
         for place, name in named:
             if name in seen:
                 problems.append(Problem(place, "must be a name of its own", "Rename it"))
@@ -245,5 +259,20 @@ class SweepPlan(Part):
                     rule = f"must be varied once: {path} belongs to {paths[path]} too"
                     problems.append(Problem(("axes",), rule, "Remove one of them"))
                 paths[path] = each.name
+        if self.carry is not None:
+            problems += _carry_problems(self.carry, {axis.name: axis for axis in self.axes})
         refuse(problems)
         return self
+
+
+def _carry_problems(carry: Carry, axes: dict[str, Axis]) -> list[Problem]:
+    axis = axes.get(carry.axis)
+    if axis is None:
+        return [Problem(("carry", "axis"), "must be the name of an axis", f"Axes: {', '.join(axes)}")]
+    problems = []
+    if not axis.path.endswith(".drive.speed") or axis.also or axis.mode != "set":
+        rule = "must set the speed of one drive: other fields cannot change while the parts move"
+        problems.append(Problem(("carry", "axis"), rule, "Carry along rotors.NAME.drive.speed"))
+    if len(set(carry.directions)) < len(carry.directions):
+        problems.append(Problem(("carry", "directions"), "must not name a direction twice", "Remove one"))
+    return problems

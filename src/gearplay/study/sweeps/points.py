@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Points:
-    """All points of a plan, in C order of ``shape``: the axes, then ``sample``, then ``member`` where there are any.
+    """All points of a plan, in C order of ``shape``: the axes, then ``direction``, ``sample``, ``member`` where there are any.
 
-    ``values`` holds each axis's values in SI (or factors), ``sample`` the drawn ones, shape [sample, parameter].
+    ``values`` holds each axis's values in SI (or factors), ``sample`` the drawn ones, shape [sample, parameter]. A *job* is what
+    must run in one go: a point, or all points along the axis ``carried`` in one direction.
     """
 
     axes: tuple[str, ...]
@@ -30,30 +32,57 @@ class Points:
     parameters: tuple[str, ...]
     sample: Floats
     members: int
+    directions: tuple[str, ...] = ()
+    carried: int = -1  # place of the carried axis
 
     @property
     def dims(self) -> tuple[str, ...]:
         """Names of the dimensions; a design and several members have one each."""
-        drawn = ("sample",) if self.parameters else ()
+        drawn = (*(("direction",) if self.directions else ()), *(("sample",) if self.parameters else ()))
         return (*self.axes, *drawn, *(("member",) if self.members > 1 else ()))
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Length of each dimension."""
         drawn = (len(self.sample),) if self.parameters else ()
-        return (*map(len, self.values), *drawn, *((self.members,) if self.members > 1 else ()))
+        turned = (len(self.directions),) if self.directions else ()
+        return (*map(len, self.values), *turned, *drawn, *((self.members,) if self.members > 1 else ()))
 
     def __len__(self) -> int:
         return math.prod(self.shape)
 
     def at(self, index: int) -> tuple[dict[str, Any], int]:
-        """Return the varied values by name, and the member, of point ``index``."""
+        """Return the varied values by name, and the member, of point ``index``; a carried one has its ``direction`` too."""
         place = [int(i) for i in np.unravel_index(index, self.shape)] if self.shape else []
-        found = {n: v[i] for n, v, i in zip(self.axes, self.values, place[: len(self.axes)], strict=True)}
+        number = len(self.axes)
+        found = {n: v[i] for n, v, i in zip(self.axes, self.values, place[:number], strict=True)}
+        if self.directions:
+            found["direction"] = self.directions[place[number]]
+            number += 1
         if self.parameters:
-            row = self.sample[place[len(self.axes)]]
+            row = self.sample[place[number]]
             found |= {name: float(x) for name, x in zip(self.parameters, row, strict=True)}
         return found, place[-1] if self.members > 1 else 0
+
+    @property
+    def jobs(self) -> int:
+        """Number of jobs."""
+        return len(self) // len(self.values[self.carried]) if self.directions else len(self)
+
+    def job(self, number: int) -> list[int]:
+        """Return the points of a job, in the order in which they run."""
+        if not self.directions:
+            return [number]
+        shape = list(self.shape)
+        length = shape.pop(self.carried)
+        place = [int(i) for i in np.unravel_index(number, shape)]
+        steps = (
+            range(length) if self.directions[place[len(self.axes) - 1]] == "up" else reversed(range(length))
+        )
+        return [
+            int(np.ravel_multi_index((*place[: self.carried], step, *place[self.carried :]), self.shape))
+            for step in steps
+        ]
 
 
 def points_of(plan: SweepPlan, base: Case) -> Points:
@@ -64,16 +93,26 @@ def points_of(plan: SweepPlan, base: Case) -> Points:
     values = tuple(axis_values(axis, at, base) for at, axis in enumerate(plan.axes))
     drawn = plan.design.parameters if plan.design else ()
     count = math.prod(map(len, values)) * plan.members * (sample_size(plan.design) if plan.design else 1)
+    count *= len(plan.carry.directions) if plan.carry else 1
     if count > MOST:
         raise ResourceError(
             f"sweep: {count:.3g} cases are more than the limit of {MOST:.0e}. Coarsen an axis."
         )
+    names = [axis.name for axis in plan.axes]
+    carried = names.index(plan.carry.axis) if plan.carry else -1
+    if plan.carry and (len(values[carried]) < 2 or any(b <= a for a, b in pairwise(values[carried]))):
+        rule = "must have at least two values, rising, where it is carried along"
+        raise InputError(
+            Fault(f"axes.{carried}", names[carried], rule, "Sort them; carry.directions has the way down")
+        )
     return Points(
-        axes=tuple(axis.name for axis in plan.axes),
+        axes=tuple(names),
         values=values,
         parameters=tuple(p.name for p in drawn),
         sample=draw(plan.design, base) if plan.design else np.zeros((1, 0)),
         members=plan.members,
+        directions=tuple(plan.carry.directions) if plan.carry else (),
+        carried=carried,
     )
 
 

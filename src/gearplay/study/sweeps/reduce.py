@@ -81,9 +81,10 @@ class Reducer:
         """Numbers in a row."""
         return sum(kept.size for kept in self.layout)
 
-    def row(self, case: Case, run: Trajectory) -> Floats:
-        """Return the row of one finished run, shape [number]."""
-        parts = [part for each in self.reductions for part in _values(each, case, run)]
+    def row(self, case: Case, run: Trajectory, *, slowness: float = 1.0) -> Floats:
+        """Return the row of one finished run, shape [number]; orders count from ``slowness`` times the nominal speed."""
+        fundamental = slowness * geometry.mesh_frequency(case) if case.meshes else math.nan
+        parts = [part for each in self.reductions for part in _values(each, fundamental, run)]
         return np.concatenate([np.atleast_1d(part) for part in parts]).astype(np.float64)
 
 
@@ -176,7 +177,7 @@ def _signal(reduction: OfSignal, run: Trajectory) -> Floats:
     return np.diff(run.signal(velocity, reduction.at)) * run.sampling
 
 
-def _values(reduction: Any, case: Case, run: Trajectory) -> list[Any]:
+def _values(reduction: Any, fundamental: float, run: Trajectory) -> list[Any]:
     if isinstance(reduction, ContactReduction):
         table = getattr(run.statistics, reduction.statistic)
         return [table[run.statistics.labels.index(reduction.contact)]]
@@ -195,11 +196,7 @@ def _values(reduction: Any, case: Case, run: Trajectory) -> list[Any]:
     if isinstance(reduction, HumpReduction):
         line = find_hump(spectrum, *reduction.band, width=reduction.width)
     else:
-        near = (
-            reduction.near
-            if reduction.near is not None
-            else (reduction.order or 1) * geometry.mesh_frequency(case)
-        )
+        near = reduction.near if reduction.near is not None else (reduction.order or 1) * fundamental
         line = find_line(spectrum, near, search=reduction.search)
     return [line.amplitude, line.frequency]
 

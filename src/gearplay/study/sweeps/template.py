@@ -8,8 +8,10 @@ from gearplay import __version__
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
 from gearplay.study.plan_values import changed, value_at
+from gearplay.study.sweeps.chains import Chain
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.points import Points, points_of
+from gearplay.vocabulary.errors import InputError
 
 MARK = "\x00"
 
@@ -36,14 +38,22 @@ class Template:
         ]
         kept = json.dumps(plan.model_dump(mode="json", include={"reduce"}), sort_keys=True)
         self.kept = hashlib.sha256(f"{__version__}\n{kept}".encode()).hexdigest()
+        self.chain: Chain | None = None
+        if plan.carry is not None:
+            axis = plan.axes[self.points.carried]
+            self.chain = Chain(plan.carry, axis.path, self.points.values[self.points.carried], self.base)
         self.pieces: list[str] = []
-        self._cut()
+        if self.chain is None:
+            self._cut()
 
     def changes(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return the changes of the base case, by path, at varied values by name."""
-        return {
+        found = {
             path: values[name] if base is None else base * values[name] for path, name, base in self.fields
         }
+        if self.chain is not None and self.plan.carry is not None:
+            found |= self.chain.changes(values[self.plan.carry.axis], values["direction"])
+        return found
 
     def case_at(self, index: int) -> tuple[Case, int]:
         """Return the case and the member of a point; `InputError` where the case does not take its values."""
@@ -90,9 +100,16 @@ class Template:
         return hashlib.sha256(self._text(index).encode("ascii")).hexdigest()
 
     def address_of(self, index: int) -> bytes:
-        """Return the address of a point's result, 32 bytes."""
-        _, member = self.points.at(index)
-        return hashlib.sha256(f"{self.digest_of(index)} {member} {self.kept}".encode()).digest()
+        """Return the address of a point's result, 32 bytes; one that the case refuses goes by its values."""
+        values, member = self.points.at(index)
+        try:
+            digest = self.digest_of(index)
+        except InputError:
+            digest = f"{self.base.sha256} {values}"
+        words = f"{digest} {member} {self.kept}"
+        if self.chain is not None and self.plan.carry is not None:
+            words += f" {self.chain.story(values[self.plan.carry.axis], values['direction'])}"
+        return hashlib.sha256(words.encode()).digest()
 
 
 def _json(document: Any) -> str:
