@@ -23,6 +23,7 @@ _HOME = {
     "write_record": "gearplay.output.measurements",
     "calibrate": "gearplay.api.calibration",
     "load_plan": "gearplay.study.calibration.reading",
+    "sweep": "gearplay.api.sweep",
     "GearplayError": "gearplay.vocabulary.errors",
     "InputError": "gearplay.vocabulary.errors",
     "SimulationError": "gearplay.vocabulary.errors",
@@ -50,6 +51,7 @@ __all__ = [
     "read_result",
     "replace",
     "simulate",
+    "sweep",
     "write_record",
 ]
 
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
+    from gearplay.api.sweep import sweep
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace

@@ -17,6 +17,7 @@ Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads o
 Engine = Annotated[str, typer.Option("--engine", help="threads or processes.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
 Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
+Zarr = Annotated[bool, typer.Option("--zarr", help="Also write sweep.zarr.")]
 Tls = Annotated[Path | None, typer.Option(help="TLS file for the scheduler.")]
 
 
@@ -43,6 +44,7 @@ def sweep(
     tls_cert: Tls = None,
     tls_key: Tls = None,
     shard: Shard = None,
+    zarr: Zarr = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget what the folder holds.")] = False,
     json: Json = False,
 ) -> None:
@@ -61,7 +63,7 @@ def sweep(
         return
     folder = out if out is not None else Path("out") / f"sweep-{Path(plan).stem}"
     policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
-    _run(made, folder, policy, json=json, overwrite=overwrite)
+    _run(made, folder, policy, json=json, overwrite=overwrite, zarr=zarr)
 
 
 def resume(
@@ -74,6 +76,7 @@ def resume(
     tls_cert: Tls = None,
     tls_key: Tls = None,
     shard: Shard = None,
+    zarr: Zarr = False,
     json: Json = False,
 ) -> None:
     """Go on with a sweep in its folder, and gather what its shards have done."""
@@ -81,14 +84,22 @@ def resume(
     from gearplay.study.sweeps.evaluate import Sweep
 
     policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
-    _run(Sweep(plan_in(folder)), folder, policy, json=json, retry=retry)
+    _run(Sweep(plan_in(folder)), folder, policy, json=json, retry=retry, zarr=zarr)
 
 
 def _run(
-    made: Any, folder: Path, policy: Any, *, json: bool, retry: bool = False, overwrite: bool = False
+    made: Any,
+    folder: Path,
+    policy: Any,
+    *,
+    json: bool,
+    retry: bool = False,
+    overwrite: bool = False,
+    zarr: bool = False,
 ) -> None:
     from gearplay.api.sweep import gather, run_in
     from gearplay.output.folder_lock import locked
+    from gearplay.output.sweep_product import write_zarr
     from gearplay.solver.simulate import prepare
 
     if policy.scheduler is None and policy.engine == "threads":
@@ -109,7 +120,10 @@ def _run(
             words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
             print_json(document) if json else print_text(words)
             return
-        document = _summary(made, gather(made, folder), count, folder)
+        product = gather(made, folder)
+        if zarr:
+            write_zarr(product, folder / "sweep.zarr")
+        document = _summary(made, product, count, folder)
     print_json(document) if json else print_text(_words(document))
     if document["failed"]:
         raise typer.Exit(PARTLY)
