@@ -6,7 +6,9 @@ The public names below are the interface; everything else may move. Heavy parts 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from gearplay.vocabulary.version import VERSION
+
+__version__ = VERSION
 
 _HOME = {
     "Case": "gearplay.model.case",

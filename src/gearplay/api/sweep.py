@@ -3,17 +3,18 @@
 import json
 import os
 import threading
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.model.case import Case
-from gearplay.output.files import write_text
+from gearplay.model.reading import bundled_names, load_case
+from gearplay.output.files import shown_path, write_text
 from gearplay.output.folder_lock import locked
 from gearplay.output.sweep_product import product_bytes, to_product, write_product
-from gearplay.output.sweep_store import PATTERN, RowStore, forget_failed, read_rows, store_name
+from gearplay.output.sweep_store import RowStore, forget_failed, read_rows, store_name
 from gearplay.solver.simulate import worker_count
 from gearplay.study.plan_files import Source
 from gearplay.study.sweeps.engines import run_dask, run_processes, run_threads
@@ -45,13 +46,15 @@ class Policy:
     security: Mapping[str, Path] | None = None
     shard: tuple[int, int] | None = None
 
+    def __post_init__(self) -> None:
+        if self.engine not in ("threads", "processes"):
+            raise InputError(Fault("engine", self.engine, "must be threads or processes", "Choose one"))
+
     def outcomes(self, made: Sweep, jobs: Sequence[int]) -> Generator[list[Outcome]]:
         """Yield the outcomes of jobs as they are done."""
         if self.scheduler is not None:
             return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}))
-        run = {"threads": run_threads, "processes": run_processes}.get(self.engine)
-        if run is None:
-            raise InputError(Fault("engine", self.engine, "must be threads or processes", "Choose one"))
+        run = run_threads if self.engine == "threads" else run_processes
         return run(made, jobs, workers=self.workers)
 
 
@@ -88,11 +91,13 @@ def sweep(
     else:
         source = os.fspath(case) if isinstance(case, os.PathLike) else case
         plan = make_plan(source, axes or {}, reduce or (), **more)
-    made, chosen = Sweep(plan), policy or Policy()
+    made, chosen = Sweep(freeze(plan)), policy or Policy()
     if folder is None:
         rows: Rows = {}
-        for outcomes in _watched(made, chosen, order_of(made.template.points.jobs), 0, progress, stop):
-            for outcome in outcomes:
+        with closing(
+            _watched(made, chosen, order_of(made.template.points.jobs), 0, progress, stop)
+        ) as finished:
+            for outcome in (each for outcomes in finished for each in outcomes):
                 rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
         return to_product(made, rows)
     place = Path(folder)
@@ -116,20 +121,18 @@ def run_in(
     """
     claim(made.plan, folder)
     if retry:
-        forget_failed(folder)
-    name, points = store_name(policy.shard), made.template.points
-    mine = read_rows(folder, made.reducer.size, PATTERN if policy.shard is None else name)
-    known = {address for address, *_ in mine}
+        forget_failed(folder, policy.shard)
+    points = made.template.points
+    known = {address for address, *_ in read_rows(folder, made.reducer.size, policy.shard)}
     wanted, each = order_of(points.jobs), len(points) // points.jobs
     if policy.shard is not None:
         wanted = wanted[policy.shard[0] - 1 :: policy.shard[1]]
     left = [int(job) for job in wanted if not known or not _is_done(made, int(job), known)]
-    store = RowStore(folder / name)
-    try:
-        for outcomes in _watched(made, policy, left, len(wanted) - len(left), progress, stop):
+    finished = _watched(made, policy, left, len(wanted) - len(left), progress, stop)
+    # Whatever ends the loop ends the workers before the store is closed.
+    with closing(RowStore(folder / store_name(policy.shard))) as store, closing(finished):
+        for outcomes in finished:
             store.add(outcomes)
-    finally:
-        store.close()
     return each * len(left)
 
 
@@ -145,7 +148,7 @@ def _watched(
     before: int,
     progress: Report | None,
     stop: threading.Event | None,
-) -> Iterator[list[Outcome]]:
+) -> Generator[list[Outcome]]:
     """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
     with closing(policy.outcomes(made, left)) as finished:
@@ -157,15 +160,22 @@ def _watched(
                 raise KeyboardInterrupt
 
 
+def freeze(plan: SweepPlan) -> SweepPlan:
+    """Return a plan with its case file in it: what goes on later, or elsewhere, must not depend on where the file lies."""
+    if not isinstance(plan.case, str) or plan.case in bundled_names():
+        return plan
+    return plan.model_copy(update={"case": load_case(plan.case).resolved()})
+
+
 def claim(plan: SweepPlan, folder: Path) -> None:
     """Note the plan in its folder; `InputError` where the folder has another plan."""
     text = plan.model_dump_json(exclude_none=True, indent=1)
     path = folder / PLAN
     if not path.exists():
         write_text(path, text)
-    elif json.loads(path.read_text(encoding="utf-8")) != json.loads(text):
+    elif _read_plan(path) != json.loads(text):
         rule = "must hold the same plan"
-        raise InputError(Fault("out", str(folder), rule, "Choose another folder, or say --overwrite"))
+        raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or say --overwrite"))
 
 
 def plan_in(folder: Path) -> SweepPlan:
@@ -176,8 +186,22 @@ def plan_in(folder: Path) -> SweepPlan:
     path = folder / PLAN
     if not path.exists():
         rule = f"must be a sweep's folder, with its {PLAN}"
-        raise InputError(Fault("folder", str(folder), rule, "Give the folder that gearplay sweep wrote"))
-    return load_sweep(json.loads(path.read_text(encoding="utf-8")))
+        raise InputError(
+            Fault("folder", shown_path(folder), rule, "Give the folder that gearplay sweep wrote")
+        )
+    return load_sweep(_read_plan(path))
+
+
+def _read_plan(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        document = None
+    if not isinstance(document, dict):
+        rule = f"its {path.name} must be a plan that gearplay sweep wrote"
+        cure = "Choose another folder with --out, or say --overwrite"
+        raise InputError(Fault("out", shown_path(path.parent), rule, cure))
+    return document
 
 
 def gather(made: Sweep, folder: Path) -> "xr.Dataset":
@@ -187,6 +211,9 @@ def gather(made: Sweep, folder: Path) -> "xr.Dataset":
         for address, status, reason, _, row in read_rows(folder, made.reducer.size)
     }
     product = to_product(made, rows)
+    for stale in folder.glob(".*.part"):  # of a run that was killed while it wrote
+        if stale.is_file():
+            stale.unlink()
     write_product(product, folder / PRODUCT)
     return product
 

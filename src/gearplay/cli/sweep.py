@@ -52,16 +52,18 @@ def sweep(
 
     Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
     """
-    from gearplay.api.sweep import Policy
+    from gearplay.api.sweep import Policy, freeze
     from gearplay.study.sweeps.evaluate import Sweep
     from gearplay.study.sweeps.reading import load_sweep
 
-    loaded = _changed(load_sweep(plan), changes or [])
-    made = Sweep(loaded)
+    made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
     if dry_run:
         _forecast(made, workers, json=json)
         return
     folder = out if out is not None else Path("out") / f"sweep-{Path(plan).stem}"
+    if overwrite and shard is not None:
+        rule = "must not be given with --shard: it would forget what other shards have done"
+        raise InputError(Fault("--overwrite", True, rule, "Remove it, or choose another folder"))
     policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
     _run(made, folder, policy, json=json, overwrite=overwrite, zarr=zarr)
 
@@ -100,6 +102,7 @@ def _run(
     from gearplay.api.sweep import gather, run_in
     from gearplay.output.folder_lock import locked
     from gearplay.output.sweep_product import write_zarr
+    from gearplay.output.sweep_report import write_sweep_report
     from gearplay.solver.simulate import prepare
 
     if policy.scheduler is None and policy.engine == "threads":
@@ -121,6 +124,7 @@ def _run(
             print_json(document) if json else print_text(words)
             return
         product = gather(made, folder)
+        write_sweep_report(made, product, folder)
         if zarr:
             write_zarr(product, folder / "sweep.zarr")
         document = _summary(made, product, count, folder)
@@ -141,13 +145,14 @@ def _summary(made: Any, product: Any, count: int, folder: Path) -> dict[str, Any
         "failed": int((status != 0).sum()),
         "reasons": sorted(set(reasons))[:5],
         "out": str(folder / PRODUCT),
+        "report": str(folder / "report.html"),
     }
 
 
 def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Sweep'}: {d['cases']} cases, {d['ran']} run now, {d['failed']} failed"]
     lines += [f"  {reason}" for reason in d["reasons"]]
-    lines.append(f"Written: {d['out']}")
+    lines.append(f"Written: {d['out']}, {d['report']}")
     return "\n".join(lines)
 
 
@@ -205,8 +210,9 @@ def _forget(folder: Path) -> None:
     from gearplay.api.sweep import PLAN, PRODUCT
     from gearplay.output.sweep_store import PATTERN
 
-    for name in (PLAN, PRODUCT):
+    for name in (PLAN, PRODUCT, "report.html"):
         (folder / name).unlink(missing_ok=True)
     for path in folder.glob(f"{PATTERN}*"):
         path.unlink()
-    shutil.rmtree(folder / "figures", ignore_errors=True)
+    for name in ("figures", "sweep.zarr"):
+        shutil.rmtree(folder / name, ignore_errors=True)

@@ -1,9 +1,6 @@
 """Figures of a calibration, as PNG bytes for the report and as files beside it."""
 
-import io
 import math
-import textwrap
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,63 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibration_spans import Span, Spans, label_of, short, wrapped
-from gearplay.output.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain, tidy
+from gearplay.output.canvas import (
+    PALETTE,
+    SMALL,
+    TEXT,
+    WIDTH,
+    legend_mark,
+    make_figure,
+    set_legend,
+    set_title,
+    to_png,
+)
+from gearplay.output.plots import CLEARANCE, TEST, plain
 from gearplay.study.calibration.calibrate import Fit, Row
 from gearplay.study.calibration.plan import Plan
 
 Floats = NDArray[np.float64]
-PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",
-           "#6fa8dc", "#eda566", "#7fc99a", "#c393d6", "#e58aa0", "#b9b95a", "#7fd0d8", "#a5a9b3")  # fmt: skip
 MARKERS = "os^Dv<>Pp*X"
-SMALL, TEXT = 7.5, 8.5  # points; a page 900 px wide shows figures of 9 inches
-WIDTH = 9.0  # inches
 MOST_PAIRS = 8  # parameters in a pair plot; of more, those that the data tell best
-MOST_NAMES = 24  # entries of a legend
 BAND = math.log10(0.9), math.log10(1.1)  # decades
 WIDEST = 2.0  # decades: what lies further off is drawn at the edge
-
-
-def _figure(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for ax in axes.flat:
-        tidy(ax).tick_params(labelsize=SMALL)
-    return figure, axes
-
-
-def _png(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
-    return buffer.getvalue()
-
-
-def _title(figure: Any, text: str) -> None:
-    figure.suptitle(plain("\n".join(textwrap.wrap(text, 100))), fontsize=9.5)
-
-
-def _legend(figure: Any, handles: Mapping[str, Any]) -> None:
-    """Draw one legend under the figure, which grows with it; of many entries the first."""
-    names = list(handles)[:MOST_NAMES]
-    shown = [short(name) for name in names]
-    columns = max(1, min(6, 130 // (max(map(len, shown)) + 8)))
-    figure.set_figheight(figure.get_figheight() + 0.16 * (-(-len(names) // columns) - 1))
-    labels = list(map(plain, shown))
-    if len(handles) > len(names):
-        labels[-1] += f" and {len(handles) - len(names)} more"
-    figure.legend([handles[name] for name in names], labels, loc="outside lower center",
-                  ncols=min(columns, len(names)), fontsize=SMALL, frameon=False)  # fmt: skip
-
-
-def _mark(color: str, *, marker: str = "", line: Any = "none") -> Any:
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], color=color, marker=marker, linestyle=line, markersize=5)
 
 
 def colors_of(fits: Sequence[Fit]) -> dict[str, str]:
@@ -79,7 +39,7 @@ def colors_of(fits: Sequence[Fit]) -> dict[str, str]:
 def convergence_figure(fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
     """Draw the least objective against the number of finished trials, a panel per reading."""
     readings = list(dict.fromkeys(fit.reading for fit in fits))
-    figure, axes = _figure(1, len(readings), 3.6, width=WIDTH if len(readings) > 1 else 6.0)
+    figure, axes = make_figure(1, len(readings), 3.6, width=WIDTH if len(readings) > 1 else 6.0)
     for ax, reading in zip(axes[0], readings, strict=True):
         own = [fit for fit in fits if fit.reading == reading]
         for fit in own:
@@ -96,9 +56,9 @@ def convergence_figure(fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
         ax.set_title(reading, fontsize=TEXT, loc="left")
         ax.set_xlabel("finished trials [1]", fontsize=TEXT)
     axes[0, 0].set_ylabel("least objective, −2 ln likelihood + constant [1]", fontsize=TEXT)
-    _title(figure, "Convergence of the search")
-    _legend(figure, {model: _mark(color, line="-") for model, color in colors.items()})
-    return _png(figure)
+    set_title(figure, "Convergence of the search")
+    set_legend(figure, {model: legend_mark(color, line="-") for model, color in colors.items()})
+    return to_png(figure)
 
 
 def density_of(units: Floats) -> tuple[Floats, Floats]:
@@ -120,7 +80,7 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
     number = len(fits[0].unit)
     columns = min(number, 3)
     rows = -(-number // columns)
-    figure, axes = _figure(rows, columns, 0.9 + 1.9 * rows, width=WIDTH if columns > 1 else 6.0)
+    figure, axes = make_figure(rows, columns, 0.9 + 1.9 * rows, width=WIDTH if columns > 1 else 6.0)
     for ax in axes.flat[number:]:
         ax.remove()
     for at, ax in enumerate(axes.flat[:number]):
@@ -149,12 +109,12 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
         )
         if at % columns == 0:
             ax.set_ylabel("density [prior = 1]", fontsize=TEXT)
-    handles = {model: _mark(colors[model], line="-") for model in dict.fromkeys(f.model for f in fits)}
-    handles["prior"] = _mark(TEST, line=":")
-    handles["best point"] = _mark(CLEARANCE, marker="^")
-    _title(figure, f"Posterior of each parameter over the range searched, reading {fits[0].reading}")
-    _legend(figure, handles)
-    return _png(figure)
+    handles = {model: legend_mark(colors[model], line="-") for model in dict.fromkeys(f.model for f in fits)}
+    handles["prior"] = legend_mark(TEST, line=":")
+    handles["best point"] = legend_mark(CLEARANCE, marker="^")
+    set_title(figure, f"Posterior of each parameter over the range searched, reading {fits[0].reading}")
+    set_legend(figure, handles)
+    return to_png(figure)
 
 
 def pairs_of(fit: Fit) -> list[int]:
@@ -168,7 +128,7 @@ def pair_figure(fit: Fit, spans: Sequence[Span], color: str) -> bytes:
     sample, chosen = np.array(fit.sample), pairs_of(fit)
     number = len(chosen)
     size = {2: 5.5, 3: 7.0}.get(number, WIDTH)
-    figure, axes = _figure(number, number, size, width=size)
+    figure, axes = make_figure(number, number, size, width=size)
     for row, i in enumerate(chosen):
         for column, j in enumerate(chosen):
             ax = axes[row, column]
@@ -195,9 +155,9 @@ def pair_figure(fit: Fit, spans: Sequence[Span], color: str) -> bytes:
     left_out = (
         "" if number == sample.shape[1] else f", the {number} of {sample.shape[1]} parameters told best"
     )
-    _title(figure, f"Pairs of parameters, {short(fit.model)}, reading {fit.reading}{left_out}")
+    set_title(figure, f"Pairs of parameters, {short(fit.model)}, reading {fit.reading}{left_out}")
     figure.align_labels()
-    return _png(figure)
+    return to_png(figure)
 
 
 def _pair_ticks(ax: Any, row: int, column: int, number: int, across: Span, up: Span) -> None:
@@ -227,7 +187,7 @@ def match_figure(
     groups = list(dict.fromkeys((row.key, unit_of(row)) for fit in fits for row in fit.rows))
     columns = min(2, len(groups))
     rows = -(-len(groups) // columns)
-    figure, axes = _figure(rows, columns, 0.9 + 3.9 * rows, width=WIDTH if columns > 1 else 5.5)
+    figure, axes = make_figure(rows, columns, 0.9 + 3.9 * rows, width=WIDTH if columns > 1 else 5.5)
     for ax in axes.flat[len(groups) :]:
         ax.remove()
     markers = markers_of(plan)
@@ -254,9 +214,11 @@ def match_figure(
         _round_ticks(ax)
         ax.set_xlabel(f"measured {key} [{unit}]", fontsize=TEXT)
         ax.set_ylabel(f"simulated {key} [{unit}]", fontsize=TEXT)
-    _title(figure, f"Measured against simulated at the best point, fresh members, reading {fits[0].reading}")
-    _legend(figure, _handles(plan, fits, colors))
-    return _png(figure)
+    set_title(
+        figure, f"Measured against simulated at the best point, fresh members, reading {fits[0].reading}"
+    )
+    set_legend(figure, _handles(plan, fits, colors))
+    return to_png(figure)
 
 
 def _match(ax: Any, row: Row, uncertainty: float, color: str, marker: str) -> None:
@@ -303,16 +265,16 @@ def markers_of(plan: Plan) -> dict[str, str]:
 
 def _handles(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> dict[str, Any]:
     """Return legend entries: a line for each model, a marker for each target."""
-    handles = {fit.model: _mark(colors[fit.model], line="-") for fit in fits}
+    handles = {fit.model: legend_mark(colors[fit.model], line="-") for fit in fits}
     for target, marker in markers_of(plan).items():
-        handles[target if target not in handles else f"target {target}"] = _mark(TEST, marker=marker)
+        handles[target if target not in handles else f"target {target}"] = legend_mark(TEST, marker=marker)
     return handles
 
 
 def left_out_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
     """Draw how far each condition, predicted from all the others, is off: simulated over measured, of one reading."""
     conditions = list(dict.fromkeys(each.condition for fit in fits for each in fit.left_out))
-    figure, axes = _figure(1, 1, 1.6 + 0.22 * len(conditions) * max(2, len(fits)))
+    figure, axes = make_figure(1, 1, 1.6 + 0.22 * len(conditions) * max(2, len(fits)))
     ax, markers = axes[0, 0], markers_of(plan)
     everything = [abs(r) for f in fits for each in f.left_out for r in each.residuals if math.isfinite(r)]
     edge = min(WIDEST, 1.15 * max([*everything, 2.0 * BAND[1]]))
@@ -343,6 +305,6 @@ def left_out_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) 
         FuncFormatter(lambda v, _: f"{v:+g}\n(× {10.0**v:.3g})" if v else "0\n(× 1)")
     )
     ax.set_xlabel("predicted over measured [decades]; hollow: frequencies; grey: ± 10 %", fontsize=TEXT)
-    _title(figure, f"Each condition predicted from all the others, reading {fits[0].reading}")
-    _legend(figure, _handles(plan, fits, colors))
-    return _png(figure)
+    set_title(figure, f"Each condition predicted from all the others, reading {fits[0].reading}")
+    set_legend(figure, _handles(plan, fits, colors))
+    return to_png(figure)

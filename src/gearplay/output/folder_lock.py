@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gearplay.output.files import make_folder
+from gearplay.output.files import make_folder, shown_path
 from gearplay.vocabulary.errors import Fault, InputError
 
 NAME = ".lock"
@@ -34,7 +34,7 @@ def _lock(folder: Path, name: str, *, shared: bool) -> int:
         handle = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
         rule = f"must be a folder that can be written ({error.strerror})"
-        raise InputError(Fault("out", str(folder), rule, "Choose another place")) from None
+        raise InputError(Fault("out", shown_path(folder), rule, "Choose another place")) from None
     try:
         if os.name == "nt":
             import msvcrt
@@ -48,5 +48,7 @@ def _lock(folder: Path, name: str, *, shared: bool) -> int:
     except OSError:
         os.close(handle)
         rule = "must not be in use by another process"
-        raise InputError(Fault("out", str(folder), rule, "Wait for it, or choose another folder")) from None
+        raise InputError(
+            Fault("out", shown_path(folder), rule, "Wait for it, or choose another folder")
+        ) from None
     return handle

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay import __version__
 from gearplay.model.field_units import unit_at
 from gearplay.output.files import write_with
 from gearplay.solver.status import Status
 from gearplay.study.sweeps.evaluate import REFUSED, Sweep
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.optional import load_optional
+from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,7 @@ def to_product(sweep: Sweep, rows: Mapping[bytes, tuple[int, str, bytes]]) -> "x
     coordinates = _coordinates(sweep)
     at = 0
     for kept in reducer.layout:
-        block = table[:, at : at + kept.size].reshape(*points.shape, *((kept.size,) if kept.along else ()))
+        block = table[:, at : at + kept.size].reshape((*points.shape, *((kept.size,) if kept.along else ())))
         at += kept.size
         dims = (*points.dims, *((kept.along,) if kept.along else ()))
         variables[kept.name] = (dims, block, {"units": kept.unit, "long_name": kept.long_name})
@@ -82,7 +82,7 @@ def to_product(sweep: Sweep, rows: Mapping[bytes, tuple[int, str, bytes]]) -> "x
         "plan": sweep.plan.model_dump_json(exclude_none=True),
         "base_case": json.dumps(sweep.template.base.resolved()),
         "base_case_sha256": sweep.template.base.sha256,
-        "gearplay_version": __version__,
+        "gearplay_version": VERSION,
     }
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
 

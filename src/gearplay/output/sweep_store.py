@@ -2,9 +2,10 @@
 
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
+from gearplay.output.files import shown_path
 from gearplay.study.sweeps.evaluate import Outcome
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
@@ -59,21 +60,33 @@ class RowStore:
 
 
 def read_rows(
-    folder: Path, size: int, pattern: str = PATTERN
+    folder: Path, size: int, shard: tuple[int, int] | None = None
 ) -> Iterator[tuple[bytes, int, str, float, bytes]]:
     """Yield (address, status, reason, seconds, row) of every writer's file; rows of another ``size`` are left out.
 
+    A shard reads its own file and that of the whole sweep: other shards may hold theirs.
+
     Raises `InputError` for a damaged file or one that another process holds.
     """
-    for path in sorted(folder.glob(pattern)):
-        with _in_words(path):
-            connection = sqlite3.connect(path, isolation_level=None)
-            try:
-                for found in connection.execute("select address, status, reason, seconds, row from rows"):
-                    if len(found[4]) == 8 * size:
-                        yield found
-            finally:
-                connection.close()
+    for path in _files(folder, shard):
+        with _in_words(path), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            if not _has_rows(connection):
+                continue
+            for found in connection.execute("select address, status, reason, seconds, row from rows"):
+                if len(found[4]) == 8 * size:
+                    yield found
+
+
+def _files(folder: Path, shard: tuple[int, int] | None) -> list[Path]:
+    """Return the writers' files that a run may open: all, or for a shard those that no other shard holds."""
+    mine = {store_name(None), store_name(shard)}
+    return [path for path in sorted(folder.glob(PATTERN)) if shard is None or path.name in mine]
+
+
+def _has_rows(connection: sqlite3.Connection) -> bool:
+    """Return whether a file has its table: a writer killed at once leaves an empty one."""
+    found = connection.execute("select 1 from sqlite_master where type = 'table' and name = 'rows'")
+    return found.fetchone() is not None
 
 
 @contextmanager
@@ -90,16 +103,17 @@ def _in_words(path: Path) -> Iterator[None]:
         if "locked" in words:
             rule = f"its {path.name} must not be in use by another process"
             raise InputError(
-                Fault("out", str(path.parent), rule, "Wait for it, or choose another folder")
+                Fault("out", shown_path(path.parent), rule, "Wait for it, or choose another folder")
             ) from None
         rule = f"its {path.name} must be a sweep's readable store ({words})"
-        raise InputError(Fault("out", str(path.parent), rule, "Choose another folder with --out")) from None
+        raise InputError(
+            Fault("out", shown_path(path.parent), rule, "Choose another folder with --out")
+        ) from None
 
 
-def forget_failed(folder: Path) -> None:
-    """Remove points that failed, so that they run again."""
-    for path in sorted(folder.glob(PATTERN)):
-        with _in_words(path):
-            connection = sqlite3.connect(path, isolation_level=None)
-            connection.execute("delete from rows where status != 0")
-            connection.close()
+def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:
+    """Remove points that failed, so that they run again; a shard leaves other shards' files alone."""
+    for path in _files(folder, shard):
+        with _in_words(path), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            if _has_rows(connection):
+                connection.execute("delete from rows where status != 0")

@@ -4,7 +4,6 @@ import hashlib
 import json
 from typing import Any
 
-from gearplay import __version__
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
 from gearplay.study.plan_values import changed, value_at
@@ -12,6 +11,7 @@ from gearplay.study.sweeps.chains import Chain
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.points import Points, points_of
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.version import VERSION
 
 MARK = "\x00"
 
@@ -37,7 +37,7 @@ class Template:
             for path in (each.path, *each.also)
         ]
         kept = json.dumps(plan.model_dump(mode="json", include={"reduce"}), sort_keys=True)
-        self.kept = hashlib.sha256(f"{__version__}\n{kept}".encode()).hexdigest()
+        self.kept = hashlib.sha256(f"{VERSION}\n{kept}".encode()).hexdigest()
         self.chain: Chain | None = None
         if plan.carry is not None:
             axis = plan.axes[self.points.carried]

@@ -1,0 +1,63 @@
+"""What all figures of reports share: size, fonts, colours, legends, and the way to PNG bytes."""
+
+import io
+import textwrap
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from gearplay.output.calibration_spans import short
+from gearplay.output.plots import COUPLED, UNCOUPLED, plain, tidy
+
+PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",
+           "#6fa8dc", "#eda566", "#7fc99a", "#c393d6", "#e58aa0", "#b9b95a", "#7fd0d8", "#a5a9b3")  # fmt: skip
+SMALL, TEXT = 7.5, 8.5  # points; a page 900 px wide shows figures of 9 inches
+WIDTH = 9.0  # inches
+MOST_NAMES = 24  # entries of a legend
+
+
+def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Any, Any]:
+    """Return a figure [inches] and its axes, shape [rows, columns], without pyplot's state."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for ax in axes.flat:
+        tidy(ax).tick_params(labelsize=SMALL)
+    return figure, axes
+
+
+def to_png(figure: Any) -> bytes:
+    """Return a figure as PNG."""
+    buffer = io.BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
+        figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
+    return buffer.getvalue()
+
+
+def set_title(figure: Any, text: str) -> None:
+    """Set a figure's title, in lines of at most 100 characters."""
+    figure.suptitle(plain("\n".join(textwrap.wrap(text, 100))), fontsize=9.5)
+
+
+def set_legend(figure: Any, handles: Mapping[str, Any]) -> None:
+    """Draw one legend under the figure, which grows with it; of many entries the first."""
+    names = list(handles)[:MOST_NAMES]
+    shown = [short(name) for name in names]
+    columns = max(1, min(6, 130 // (max(map(len, shown)) + 8)))
+    figure.set_figheight(figure.get_figheight() + 0.16 * (-(-len(names) // columns) - 1))
+    labels = list(map(plain, shown))
+    if len(handles) > len(names):
+        labels[-1] += f" and {len(handles) - len(names)} more"
+    figure.legend([handles[name] for name in names], labels, loc="outside lower center",
+                  ncols=min(columns, len(names)), fontsize=SMALL, frameon=False)  # fmt: skip
+
+
+def legend_mark(color: str, *, marker: str = "", line: Any = "none") -> Any:
+    """Return a line or marker for a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=color, marker=marker, linestyle=line, markersize=5)

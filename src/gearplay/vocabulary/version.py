@@ -1,0 +1,3 @@
+"""The version of gearplay."""
+
+VERSION = "0.1.0"

@@ -1,0 +1,114 @@
+"""The jam line of maps: wherever it is drawn, `geometry.jam_ratio` is 1, and above 1 on the side that it says."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gearplay.model import geometry
+from gearplay.model.reading import load_case, replace
+from gearplay.output import sweep_maps
+from gearplay.output.sweep_figures import map_axes
+from gearplay.output.sweep_jam import jam_excess, jam_lines
+from gearplay.output.sweep_maps import JAM, map_figure
+from gearplay.output.sweep_product import to_product
+from gearplay.output.sweep_view import View
+from gearplay.study.sweeps.evaluate import Sweep
+from gearplay.study.sweeps.reading import load_sweep
+
+RMS = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
+UM = {"low": "20 um", "high": "400 um", "count": 5}
+RING, PINION, BACKLASH, ANGLE = (
+    "sleeves.ring.radial_clearance",
+    "sleeves.pinion.radial_clearance",
+    "meshes.0.backlash",
+    "meshes.0.pressure_angle",
+)
+
+
+def sweep_of(*axes: dict[str, Any], **more: Any) -> Sweep:
+    """Return a sweep of the article's rig with a second sleeve, of 30 um."""
+    case = load_case("han2021").resolved()
+    case["sleeves"]["pinion"] = {**case["sleeves"]["ring"], "radial_clearance": 30e-6}
+    return Sweep(load_sweep({"case": case, "axes": list(axes), "reduce": [RMS], **more}))
+
+
+def axis(name: str, path: str, **more: Any) -> dict[str, Any]:
+    return {"name": name, "path": path, **UM, **more}
+
+
+FACTOR = {"mode": "scale", "low": 0.2, "high": 4.0}
+TILT = {"low": "14 deg", "high": "26 deg"}
+SPEED = {"name": "y", "path": "rotors.pinion.drive.speed", "low": 5.0, "high": 30.0, "count": 3}
+PAIRS = {
+    "clearance and backlash": (axis("x", RING), axis("y", BACKLASH), (1, -1)),
+    "the other way round": (axis("x", BACKLASH), axis("y", PINION), (-1, 1)),
+    "logarithmic": (axis("x", RING, scale="log"), axis("y", BACKLASH, scale="log"), (1, -1)),
+    "both clearances": (axis("x", RING), axis("y", PINION), (1, 1)),
+    "both at once": (axis("x", RING, also=[PINION]), axis("y", BACKLASH), (1, -1)),
+    "factors": (axis("x", RING, **FACTOR), axis("y", BACKLASH, **FACTOR), (1, -1)),
+    "backlash alone": (axis("x", BACKLASH), SPEED, (-1, 0)),
+    "clearance alone": ({**SPEED, "name": "x"}, axis("y", RING), (0, 1)),
+    "angle and backlash": (axis("x", ANGLE, **TILT), axis("y", BACKLASH), (1, -1)),
+    "backlash and angle": (axis("x", BACKLASH), axis("y", ANGLE, **TILT), (-1, 1)),
+}
+
+
+@pytest.mark.parametrize(("x", "y", "sides"), PAIRS.values(), ids=PAIRS.keys())
+def test_on_the_line_the_jam_ratio_is_one(
+    x: dict[str, Any], y: dict[str, Any], sides: tuple[int, int]
+) -> None:
+    sweep = sweep_of(x, y)
+    (low, *_, high), (bottom, *_, top) = sweep.template.points.values
+    (line,) = jam_lines(sweep, ("x", low, high), ("y", bottom, top), {})
+    assert (line.mesh, line.sides) == ("pinion-ring", sides)
+    assert np.ptp(line.across) + np.ptp(line.up) > 0.0
+    inside = (line.across >= low) & (line.across <= high) & (line.up >= bottom) & (line.up <= top)
+    assert inside.sum() > 20
+    for at in np.flatnonzero(inside)[::40]:
+        place = {"x": float(line.across[at]), "y": float(line.up[at])}
+        case = replace(sweep.template.base, sweep.template.changes(place))
+        assert geometry.jam_ratio(case, 0) == pytest.approx(1.0, abs=1e-9)
+        beside = {"x": place["x"] * (1.0 + 0.01 * sides[0]), "y": place["y"] * (1.0 + 0.01 * sides[1])}
+        assert geometry.jam_ratio(replace(case, sweep.template.changes(beside)), 0) > 1.005
+        assert jam_excess(sweep, 0, beside) > 0.0
+
+
+def test_the_line_follows_what_other_axes_are_held_at() -> None:
+    sweep = sweep_of(axis("x", RING), axis("y", BACKLASH), axis("z", PINION))
+    spans = ("x", 2e-5, 4e-4), ("y", 2e-5, 4e-4)
+    near, far = (jam_lines(sweep, *spans, {"z": z})[0] for z in (0.0, 100e-6))
+    assert far.up - near.up == pytest.approx(2.0 * np.sin(np.radians(20.0)) * 100e-6)
+
+
+def test_there_is_no_line_where_nothing_or_something_random_decides() -> None:
+    drawn = {"name": "z", "path": PINION, "low": "10 um", "high": "50 um"}
+    random = sweep_of(axis("x", RING), axis("y", BACKLASH), design={"count": 4, "parameters": [drawn]})
+    assert jam_lines(random, ("x", 2e-5, 4e-4), ("y", 2e-5, 4e-4), {}) == []
+    other = axis("x", "sleeves.ring.restitution", low=0.5, high=0.9)
+    assert jam_lines(sweep_of(other, SPEED), ("x", 0.5, 0.9), ("y", 5.0, 30.0), {}) == []
+    angle = sweep_of(axis("x", ANGLE, **TILT), SPEED)  # the angle alone is neither backlash nor clearance
+    assert jam_lines(angle, ("x", 0.2, 0.5), ("y", 5.0, 30.0), {}) == []
+
+
+def test_the_map_shows_the_line_in_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    figures: list[Any] = []
+    plain = sweep_maps.to_png
+    monkeypatch.setattr(sweep_maps, "to_png", lambda figure: (figures.append(figure), plain(figure))[1])
+    sweep = sweep_of(axis("play", RING), axis("b", BACKLASH, scale="log"), axis("z", PINION, count=3))
+    count, size = len(sweep.template.points), sweep.reducer.size
+    rows = {sweep.template.address_of(i): (0, "", np.full(size, 1.0 + i).tobytes()) for i in range(count)}
+    view = View(sweep, to_product(sweep, rows))
+    assert map_axes(view) == ("play", "b")
+    assert map_figure(view, "rms", "play", "b") is not None
+    panels = [ax for ax in figures[0].axes if ax.get_label() != "<colorbar>"]
+    for ax, other in zip(panels, (20e-6, 210e-6, 400e-6), strict=True):
+        (line,) = [line for line in ax.lines if line.get_color() == JAM]
+        play, b = (1e-6 * np.asarray(values) for values in line.get_data())
+        case = replace(sweep.template.base, {RING: float(play[200]), BACKLASH: float(b[200]), PINION: other})
+        assert geometry.jam_ratio(case, 0) == pytest.approx(1.0)
+        assert ax.get_ylim()[1] < 1000.0  # the line does not widen the picture
+    assert any("can jam" in text.get_text() for ax in panels for text in ax.texts)
+    assert "jam line 2 sin α₀ (c₁ + c₂) = b₀" in [
+        text.get_text() for text in figures[0].legends[0].get_texts()
+    ]
