@@ -100,11 +100,14 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.api.sweep import gather, run_in
+    from gearplay.api.tolerance import answer, limit_of
     from gearplay.output.folder_lock import locked
     from gearplay.output.sweep_product import write_zarr
     from gearplay.output.sweep_report import write_sweep_report
     from gearplay.solver.simulate import prepare
 
+    if made.plan.tolerance is not None:
+        limit_of(made)  # a wrong unit is said now, not after the simulations
     if policy.scheduler is None and policy.engine == "threads":
         with compiling_notice():
             prepare(made.template.base)
@@ -115,19 +118,22 @@ def _run(
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
                 count = run_in(made, folder, policy, retry=retry, progress=report, stop=stop)
+                if policy.shard is not None:
+                    document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
+                    words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
+                    print_json(document) if json else print_text(words)
+                    return
+                product = gather(made, folder)
+                write_sweep_report(made, product, folder)
+                if zarr:
+                    write_zarr(product, folder / "sweep.zarr")
+                document = _summary(made, product, count, folder)
+                if made.plan.tolerance is not None:
+                    found = answer(made, product, folder, policy=policy, progress=report, stop=stop)
+                    document["tolerance"] = found
         except KeyboardInterrupt:
             say(f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there.")
             raise typer.Exit(INTERRUPTED) from None
-        if policy.shard is not None:
-            document = {"title": made.plan.title, "shard": f"{part}", "ran": count, "out": str(folder)}
-            words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
-            print_json(document) if json else print_text(words)
-            return
-        product = gather(made, folder)
-        write_sweep_report(made, product, folder)
-        if zarr:
-            write_zarr(product, folder / "sweep.zarr")
-        document = _summary(made, product, count, folder)
     print_json(document) if json else print_text(_words(document))
     if document["failed"]:
         raise typer.Exit(PARTLY)
@@ -152,8 +158,16 @@ def _summary(made: Any, product: Any, count: int, folder: Path) -> dict[str, Any
 def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Sweep'}: {d['cases']} cases, {d['ran']} run now, {d['failed']} failed"]
     lines += [f"  {reason}" for reason in d["reasons"]]
+    for each in d.get("tolerance", {}).get("conditions", [])[:10]:
+        lines += _sentences(each["words"])
+    if d.get("tolerance", {}).get("search"):
+        lines += _sentences(d["tolerance"]["search"]["words"])
     lines.append(f"Written: {d['out']}, {d['report']}")
     return "\n".join(lines)
+
+
+def _sentences(words: Any) -> list[str]:
+    return [words] if isinstance(words, str) else list(words)
 
 
 def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
@@ -210,9 +224,9 @@ def _forget(folder: Path) -> None:
     from gearplay.api.sweep import PLAN, PRODUCT
     from gearplay.output.sweep_store import PATTERN
 
-    for name in (PLAN, PRODUCT, "report.html"):
+    for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
         (folder / name).unlink(missing_ok=True)
     for path in folder.glob(f"{PATTERN}*"):
         path.unlink()
-    for name in ("figures", "sweep.zarr"):
+    for name in ("figures", "sweep.zarr", "tolerance"):
         shutil.rmtree(folder / name, ignore_errors=True)

@@ -210,7 +210,7 @@ def search_figure(found: Allowable, title: str) -> bytes:
     axes = both[0]
     for ax in axes:
         _search(ax, found)
-        ax.set_xlabel("factor of the clearances that grow [1]", fontsize=TEXT)
+        ax.set_xlabel("factor of what grows [1]", fontsize=TEXT)
     axes[0].set_ylabel("share that keeps to the limit [%]", fontsize=TEXT)
     axes[0].set_ylim(max(-2.0, 100.0 * min(found.wanted, *(s.low for s in found.steps)) - 4.0), 102.0)
     if near:

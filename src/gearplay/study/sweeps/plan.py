@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.study.sweeps.tolerance_plan import Tolerance, tolerance_problems
 from gearplay.vocabulary import quantities as q
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]
@@ -235,6 +236,7 @@ class SweepPlan(Part):
     axes: Annotated[tuple[Axis, ...], Listed(0, 16, "axes")] = ()
     design: Design | None = None
     carry: Carry | None = None
+    tolerance: Tolerance | None = None
     members: Annotated[int, Field(ge=1, le=100_000)] = 1
     reduce: Annotated[tuple[Reduction, ...], Listed(1, 200, "reductions")]
 
@@ -259,6 +261,8 @@ class SweepPlan(Part):
                     rule = f"must be varied once: {path} belongs to {paths[path]} too"
                     problems.append(Problem(("axes",), rule, "Remove one of them"))
                 paths[path] = each.name
+        if self.tolerance is not None:
+            problems += tolerance_problems(self, self.tolerance)
         if self.carry is not None:
             problems += _carry_problems(self.carry, {axis.name: axis for axis in self.axes})
         refuse(problems)
