@@ -14,7 +14,7 @@ from gearplay.output.files import make_folder, write_bytes, write_text
 from gearplay.output.sweep_figures import Picture, pictures_of
 from gearplay.output.sweep_view import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
 from gearplay.study.sweeps.evaluate import Sweep
-from gearplay.study.sweeps.plan import Random
+from gearplay.study.sweeps.plan_design import Random
 
 if TYPE_CHECKING:
     import xarray as xr

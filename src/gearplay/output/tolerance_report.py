@@ -19,8 +19,8 @@ from gearplay.output.files import make_folder, write_bytes, write_text
 from gearplay.output.tolerance_figures import Scale, percent
 from gearplay.study.sweeps.allowable import Allowable
 from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.plan_tolerance import Tolerance
 from gearplay.study.sweeps.tolerance import Answers, answers_of
-from gearplay.study.sweeps.tolerance_plan import Tolerance
 from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:

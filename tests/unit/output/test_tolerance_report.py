@@ -18,10 +18,10 @@ from gearplay.study.sweeps.allowable import largest_scale
 from gearplay.study.sweeps.distribution import distribution
 from gearplay.study.sweeps.exceedance import exceedance
 from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.plan_tolerance import Tolerance
 from gearplay.study.sweeps.points import draw
 from gearplay.study.sweeps.reading import load_sweep
 from gearplay.study.sweeps.sobol_indices import Indices
-from gearplay.study.sweeps.tolerance_plan import Tolerance
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
 SPEEDS = [2.0 * math.pi, 4.0 * math.pi]

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.study.sweeps.exceedance import as_table, proportion
-from gearplay.study.sweeps.plan import Design, Random, SweepPlan
+from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.plan_design import Design, Random
+from gearplay.study.sweeps.plan_tolerance import Tolerance
 from gearplay.study.sweeps.sobol_indices import independent_rows
-from gearplay.study.sweeps.tolerance_plan import Tolerance
 
 Floats = NDArray[np.float64]
 Evaluate = Callable[[float], Floats]

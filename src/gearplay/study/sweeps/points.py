@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.study.plan_values import factor, number_in_si, value_in_si
-from gearplay.study.sweeps.plan import MOST, Axis, Design, Random, SweepPlan
+from gearplay.study.sweeps.plan import MOST, Axis, SweepPlan
+from gearplay.study.sweeps.plan_design import Design, Random
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 from gearplay.vocabulary.optional import load_optional
 

@@ -16,7 +16,8 @@ from gearplay.study.signals.lines import find_hump, find_line
 from gearplay.study.signals.record import Channel
 from gearplay.study.signals.spectra import amplitude_spectrum
 from gearplay.study.signals.statistics import signal_statistics
-from gearplay.study.sweeps.plan import (
+from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.plan_kept import (
     ContactReduction,
     HistoryReduction,
     HumpReduction,
@@ -25,7 +26,6 @@ from gearplay.study.sweeps.plan import (
     LineReduction,
     SpectrumReduction,
     StatisticReduction,
-    SweepPlan,
 )
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import RESULT_VARIABLES

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.study.sweeps.distribution import Distribution, distribution
 from gearplay.study.sweeps.exceedance import Exceedance, as_table, exceedance
-from gearplay.study.sweeps.plan import Design
+from gearplay.study.sweeps.plan_design import Design
 from gearplay.study.sweeps.sobol_indices import Indices, independent_rows, indices_of
 
 Floats = NDArray[np.float64]

@@ -20,12 +20,14 @@ from gearplay.study.sweeps.allowable import (
 )
 from gearplay.study.sweeps.distribution import distribution
 from gearplay.study.sweeps.exceedance import as_table, exceedance, member_variance, proportion
-from gearplay.study.sweeps.plan import Design, SweepPlan
+from gearplay.study.sweeps.plan import SweepPlan
+from gearplay.study.sweeps.plan_design import Design
+from gearplay.study.sweeps.plan_kept import scalar_names
+from gearplay.study.sweeps.plan_tolerance import Tolerance, tolerance_problems
 from gearplay.study.sweeps.points import draw, sample_size, unit_points
 from gearplay.study.sweeps.reading import load_sweep
 from gearplay.study.sweeps.sobol_indices import emulated_indices, independent_rows, indices_of, sobol_indices
 from gearplay.study.sweeps.tolerance import answers_of, cuts_of
-from gearplay.study.sweeps.tolerance_plan import Tolerance, scalar_names, tolerance_problems
 from gearplay.vocabulary.errors import InputError
 
 NAMES = ("a", "b", "c")
@@ -309,13 +311,13 @@ def test_a_part_survives_json() -> None:
 
 def test_the_part_must_fit_its_plan() -> None:
     plan = plan_of()
-    assert scalar_names(plan) == ["rms", "mesh_amplitude", "mesh_frequency"]
-    assert tolerance_problems(plan, None) == []
+    assert scalar_names(plan.reduce) == ["rms", "mesh_amplitude", "mesh_frequency"]
     good = Tolerance(measure="mesh_amplitude", limit=1.0, scale=("clearance",), scaling="high")
-    assert tolerance_problems(plan, good) == []
+    assert tolerance_problems(good, plan.reduce, plan.design, axes=False) == []
 
     def places(plan: SweepPlan, **part: Any) -> list[tuple[str | int, ...]]:
-        return [p.at for p in tolerance_problems(plan, Tolerance(**{"measure": "rms", "limit": 1.0, **part}))]
+        asked = Tolerance(**{"measure": "rms", "limit": 1.0, **part})
+        return [p.at for p in tolerance_problems(asked, plan.reduce, plan.design, axes=bool(plan.axes))]
 
     assert places(plan, measure="mesh") == [("tolerance", "measure")]
     assert places(plan, measure="bands") == [("tolerance", "measure")]

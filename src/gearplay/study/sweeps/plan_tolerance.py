@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from gearplay.model.fields import Listed, Measure, Name, Part, Problem, refuse
 from gearplay.model.units import LONGEST, UnitError, parse_quantity
 from gearplay.model.wording import did_you_mean
+from gearplay.study.sweeps.plan_design import Design
+from gearplay.study.sweeps.plan_kept import Reduction, scalar_names
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import Quantity
-
-if TYPE_CHECKING:
-    from gearplay.study.sweeps.plan import SweepPlan
 
 
 def _read_limit(value: Any) -> float | str:
@@ -86,33 +86,22 @@ class Tolerance(Part):
             raise InputError(Fault("tolerance.limit", self.limit, error.rule, error.cure)) from None
 
 
-def scalar_names(plan: SweepPlan) -> list[str]:
-    """Return the names of what a plan keeps that have one number per case."""
-    found: list[str] = []
-    for each in plan.reduce:
-        if each.kind in ("line", "hump"):
-            found += [f"{each.name}_amplitude", f"{each.name}_frequency"]
-        elif each.kind not in ("spectrum", "history"):
-            found.append(each.name)
-    return found
-
-
-def tolerance_problems(plan: SweepPlan, tolerance: Tolerance | None) -> list[Problem]:
-    """Return where the part ``[tolerance]`` does not fit the rest of its plan."""
-    if tolerance is None:
-        return []
-    problems, names = [], scalar_names(plan)
+def tolerance_problems(
+    tolerance: Tolerance, reductions: Sequence[Reduction], design: Design | None, *, axes: bool
+) -> list[Problem]:
+    """Return where the part ``[tolerance]`` does not fit the rest of its plan; ``axes``: whether it has any."""
+    problems, names = [], scalar_names(reductions)
     if tolerance.measure not in names:
         rule = "must be a reduction with one number per case"
         problems.append(
             Problem(("tolerance", "measure"), rule, did_you_mean(tolerance.measure, names, "Choose from"))
         )
-    if plan.design is None:
+    if design is None:
         problems.append(
             Problem(("tolerance",), "needs drawn parameters", "Add a [design] with what scatters")
         )
         return problems
-    drawn = {p.name: p for p in plan.design.parameters}
+    drawn = {p.name: p for p in design.parameters}
     for at, name in enumerate(tolerance.scale):
         place = ("tolerance", "scale", at)
         if name not in drawn:
@@ -120,7 +109,7 @@ def tolerance_problems(plan: SweepPlan, tolerance: Tolerance | None) -> list[Pro
         elif tolerance.scaling == "high" and drawn[name].high is None:
             rule = 'must have a high bound for scaling "high"'
             problems.append(Problem(place, rule, "Give it one, or scale the size"))
-    if tolerance.scale and plan.axes:
+    if tolerance.scale and axes:
         rule = "must be empty for a plan with axes: the search is for one condition"
         problems.append(Problem(("tolerance", "scale"), rule, "Put the condition into [set], without axes"))
     return problems
