@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearplay.output.sweep_product import to_product
+from gearplay.output.sweeps.product import to_product
 from gearplay.study.sweeps.evaluate import REFUSED, Sweep
 from gearplay.study.sweeps.reading import load_sweep
 

@@ -8,11 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearplay.output.calibration_report import finite, write_calibration
+from gearplay.output.calibrations.conditions import measurements_of
+from gearplay.output.calibrations.report import finite, write_calibration
+from gearplay.output.calibrations.store import StudyStore, digest_of
 from gearplay.output.files import write_text
-from gearplay.output.measured_conditions import measurements_of
 from gearplay.output.study_report import FolderStore
-from gearplay.output.trial_store import StudyStore, digest_of
 from gearplay.study.calibration.calibrate import Report, run_calibration
 from gearplay.study.calibration.plan import Plan
 from gearplay.study.calibration.reading import load_plan, plan_folder

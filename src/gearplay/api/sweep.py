@@ -13,8 +13,8 @@ from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.output.files import shown_path, write_text
 from gearplay.output.folder_lock import locked
-from gearplay.output.sweep_product import product_bytes, to_product, write_product
-from gearplay.output.sweep_store import RowStore, forget_failed, read_rows, store_name
+from gearplay.output.sweeps.product import product_bytes, to_product, write_product
+from gearplay.output.sweeps.store import RowStore, forget_failed, read_rows, store_name
 from gearplay.solver.simulate import worker_count
 from gearplay.study.plan_files import Source
 from gearplay.study.sweeps.engines import run_dask, run_processes, run_threads

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.api.sweep import Policy, Report, sweep
-from gearplay.output.tolerance_report import values_of, write_tolerance
+from gearplay.output.tolerances.report import values_of, write_tolerance
 from gearplay.study.sweeps.allowable import Floats, largest_scale, search_plan
 from gearplay.study.sweeps.evaluate import Sweep
 

@@ -83,7 +83,7 @@ def _shortened(plan: str, evaluations: int) -> Any:
 
 
 def _forget(folder: Path) -> None:
-    from gearplay.output.trial_store import FILE
+    from gearplay.output.calibrations.store import FILE
 
     (folder / FILE).unlink(missing_ok=True)
     shutil.rmtree(folder / "parts", ignore_errors=True)

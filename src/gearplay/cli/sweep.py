@@ -102,8 +102,8 @@ def _run(
     from gearplay.api.sweep import gather, run_in
     from gearplay.api.tolerance import answer, limit_of
     from gearplay.output.folder_lock import locked
-    from gearplay.output.sweep_product import write_zarr
-    from gearplay.output.sweep_report import write_sweep_report
+    from gearplay.output.sweeps.product import write_zarr
+    from gearplay.output.sweeps.report import write_sweep_report
     from gearplay.solver.simulate import prepare
 
     if made.plan.tolerance is not None:
@@ -222,7 +222,7 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 def _forget(folder: Path) -> None:
     from gearplay.api.sweep import PLAN, PRODUCT
-    from gearplay.output.sweep_store import PATTERN
+    from gearplay.output.sweeps.store import PATTERN
 
     for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
         (folder / name).unlink(missing_ok=True)

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.output.calibration_spans import short
+from gearplay.output.calibrations.spans import short
 from gearplay.output.plots import COUPLED, UNCOUPLED, plain, tidy
 
 PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",

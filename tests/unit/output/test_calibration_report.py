@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case, replace
-from gearplay.output.calibration_figures import colors_of, density_of, left_out_figure, pairs_of
-from gearplay.output.calibration_report import write_calibration
-from gearplay.output.calibration_spans import Span, short, unit_at, wrapped
+from gearplay.output.calibrations.figures import colors_of, density_of, left_out_figure, pairs_of
+from gearplay.output.calibrations.report import write_calibration
+from gearplay.output.calibrations.spans import Span, short, unit_at, wrapped
 from gearplay.study.calibration.calibrate import Fit, Row
 from gearplay.study.calibration.objective import data_of, printed_measurements
 from gearplay.study.calibration.plan import Model, Plan

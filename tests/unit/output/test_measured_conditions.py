@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from calibration_problems import small_plan
-from gearplay.output.measured_conditions import measurements_of
+from gearplay.output.calibrations.conditions import measurements_of
 from gearplay.output.measurements import write_record
 from gearplay.study.signals.record import Channel, Record
 from gearplay.vocabulary.errors import InputError

@@ -7,12 +7,12 @@ import pytest
 
 from gearplay.model import geometry
 from gearplay.model.reading import load_case, replace
-from gearplay.output import sweep_maps
-from gearplay.output.sweep_figures import map_axes
-from gearplay.output.sweep_jam import jam_excess, jam_lines
-from gearplay.output.sweep_maps import JAM, map_figure
-from gearplay.output.sweep_product import to_product
-from gearplay.output.sweep_view import View
+from gearplay.output.sweeps import maps as sweep_maps
+from gearplay.output.sweeps.figures import map_axes
+from gearplay.output.sweeps.jam import jam_excess, jam_lines
+from gearplay.output.sweeps.maps import JAM, map_figure
+from gearplay.output.sweeps.product import to_product
+from gearplay.output.sweeps.view import View
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.study.sweeps.reading import load_sweep
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from gearplay.api.sweep import sweep as run_sweep
-from gearplay.output import sweep_lines
-from gearplay.output.sweep_report import failures_of, summary_of, varied_of, write_sweep_report
+from gearplay.output.sweeps import lines as sweep_lines
+from gearplay.output.sweeps.report import failures_of, summary_of, varied_of, write_sweep_report
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.study.sweeps.reading import load_sweep
 from sweep_products import BOUNCE, DRAG, MODEL, PLAY, RMS, SPECTRUM, SPEED, made, plan_of

@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 
 from gearplay.model.reading import load_case
-from gearplay.output.tolerance_figures import Scale, distribution_figure, search_figure
-from gearplay.output.tolerance_report import values_of, write_tolerance
-from gearplay.output.tolerance_words import EXCEEDED, KEPT, OPEN, indices_words, search_words, verdict_of
+from gearplay.output.tolerances.figures import Scale, distribution_figure, search_figure
+from gearplay.output.tolerances.report import values_of, write_tolerance
+from gearplay.output.tolerances.words import EXCEEDED, KEPT, OPEN, indices_words, search_words, verdict_of
 from gearplay.study.sweeps.allowable import largest_scale
 from gearplay.study.sweeps.distribution import distribution
 from gearplay.study.sweeps.exceedance import exceedance

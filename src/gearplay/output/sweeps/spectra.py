@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.reading import replace
-from gearplay.output.calibration_spans import wrapped
+from gearplay.output.calibrations.spans import wrapped
 from gearplay.output.canvas import (
     PALETTE,
     SMALL,
@@ -20,7 +20,7 @@ from gearplay.output.canvas import (
     to_png,
 )
 from gearplay.output.plots import plain, thinned
-from gearplay.output.sweep_maps import (
+from gearplay.output.sweeps.maps import (
     Panel,
     color_bar,
     draw_cells,
@@ -30,7 +30,7 @@ from gearplay.output.sweep_maps import (
     scale_axis,
     title_of,
 )
-from gearplay.output.sweep_view import View, edges_of, logarithmic_range, spread_places
+from gearplay.output.sweeps.view import View, edges_of, logarithmic_range, spread_places
 from gearplay.vocabulary.errors import GearplayError
 
 Floats = NDArray[np.float64]

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from gearplay.output.sweep_clouds import MOST_LINES, parallel_figure, scatter_figure
-from gearplay.output.sweep_lines import PER_PAGE, carried_axis, hysteresis_figure, line_figure
-from gearplay.output.sweep_maps import map_figure
-from gearplay.output.sweep_spectra import curves_figure, order_figure, waterfall_figure
-from gearplay.output.sweep_view import DIRECTION, View, spread_places
+from gearplay.output.sweeps.clouds import MOST_LINES, parallel_figure, scatter_figure
+from gearplay.output.sweeps.lines import PER_PAGE, carried_axis, hysteresis_figure, line_figure
+from gearplay.output.sweeps.maps import map_figure
+from gearplay.output.sweeps.spectra import curves_figure, order_figure, waterfall_figure
+from gearplay.output.sweeps.view import DIRECTION, View, spread_places
 from gearplay.study.sweeps.evaluate import Sweep
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibration_spans import wrapped
+from gearplay.output.calibrations.spans import wrapped
 from gearplay.output.canvas import (
     PALETTE,
     TEXT,
@@ -18,8 +18,8 @@ from gearplay.output.canvas import (
     to_png,
 )
 from gearplay.output.plots import CLEARANCE, COUPLED, UNCOUPLED, plain
-from gearplay.output.sweep_maps import JAM, JAM_WORDS, jam_lines_of, round_ticks, scale_axis, title_of
-from gearplay.output.sweep_view import DIRECTION, View, edges_of, logarithmic_range, spread_places
+from gearplay.output.sweeps.maps import JAM, JAM_WORDS, jam_lines_of, round_ticks, scale_axis, title_of
+from gearplay.output.sweeps.view import DIRECTION, View, edges_of, logarithmic_range, spread_places
 
 Floats = NDArray[np.float64]
 PER_PAGE = 6  # numbers on one picture

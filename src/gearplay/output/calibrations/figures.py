@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibration_spans import Span, Spans, label_of, short, wrapped
+from gearplay.output.calibrations.spans import Span, Spans, label_of, short, wrapped
 from gearplay.output.canvas import (
     PALETTE,
     SMALL,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibration_spans import short, wrapped
+from gearplay.output.calibrations.spans import short, wrapped
 from gearplay.output.canvas import (
     PALETTE,
     SMALL,
@@ -20,8 +20,8 @@ from gearplay.output.canvas import (
     to_png,
 )
 from gearplay.output.plots import plain
-from gearplay.output.sweep_maps import MAP, color_bar, norm_of, round_ticks, title_of
-from gearplay.output.sweep_view import SAMPLE, Along, View, logarithmic_range
+from gearplay.output.sweeps.maps import MAP, color_bar, norm_of, round_ticks, title_of
+from gearplay.output.sweeps.view import SAMPLE, Along, View, logarithmic_range
 
 Floats = NDArray[np.float64]
 MOST_LINES, MOST_DOTS, FEW = 2000, 4000, 100

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output import tolerance_figures as figures_of
-from gearplay.output import tolerance_words as words_of
-from gearplay.output.calibration_report import finite
+from gearplay.output.calibrations.report import finite
 from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.tolerance_figures import Scale, percent
+from gearplay.output.tolerances import figures as figures_of
+from gearplay.output.tolerances import words as words_of
+from gearplay.output.tolerances.figures import Scale, percent
 from gearplay.study.sweeps.allowable import Allowable
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.plan_tolerance import Tolerance

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.output import calibration_figures as figures_of
-from gearplay.output.calibration_spans import Span, Spans, datum_unit, spans_of
+from gearplay.output.calibrations import figures as figures_of
+from gearplay.output.calibrations.spans import Span, Spans, datum_unit, spans_of
 from gearplay.output.files import make_folder, write_bytes, write_text
 from gearplay.study.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
 from gearplay.study.calibration.plan import Plan

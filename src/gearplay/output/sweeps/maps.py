@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibration_spans import short, wrapped
+from gearplay.output.calibrations.spans import short, wrapped
 from gearplay.output.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.output.plots import plain
-from gearplay.output.sweep_jam import JamLine, jam_lines
-from gearplay.output.sweep_view import Along, Place, View, edges_of, logarithmic_range, spread_places
+from gearplay.output.sweeps.jam import JamLine, jam_lines
+from gearplay.output.sweeps.view import Along, Place, View, edges_of, logarithmic_range, spread_places
 
 Floats = NDArray[np.float64]
 JAM, GREY, HATCH = "#e0263c", "#e9ebee", "#aab0b9"

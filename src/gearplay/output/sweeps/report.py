@@ -11,8 +11,8 @@ import numpy as np
 
 from gearplay.model.toml_files import write_toml
 from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.sweep_figures import Picture, pictures_of
-from gearplay.output.sweep_view import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
+from gearplay.output.sweeps.figures import Picture, pictures_of
+from gearplay.output.sweeps.view import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.study.sweeps.plan_design import Random
 

@@ -2,7 +2,7 @@
 
 import math
 
-from gearplay.output.tolerance_figures import Scale, percent
+from gearplay.output.tolerances.figures import Scale, percent
 from gearplay.study.sweeps.allowable import ALL, NONE, UNKNOWN, Allowable
 from gearplay.study.sweeps.exceedance import Exceedance
 from gearplay.study.sweeps.sobol_indices import Indices

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibration_spans import short
+from gearplay.output.calibrations.spans import short
 from gearplay.output.canvas import SMALL, TEXT, make_figure, set_title, to_png
 from gearplay.output.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain
-from gearplay.output.sweep_view import shown_in
+from gearplay.output.sweeps.view import shown_in
 from gearplay.study.sweeps.allowable import ALL, Allowable
 from gearplay.study.sweeps.distribution import Distribution
 from gearplay.study.sweeps.exceedance import Exceedance, as_table, interval_of

@@ -1,0 +1,1 @@
+"""What sweeps write: their store, product, pictures and report."""

@@ -1,0 +1,1 @@
+"""What tolerance answers write: figures, sentences and page."""
