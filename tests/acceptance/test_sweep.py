@@ -17,7 +17,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -68,8 +68,8 @@ FEW: dict[str, Any] = {
     "axes": [{**SPEED, "count": 3}],
     "reduce": [RMS],
 }
-ENDLESS = ["--set", "run.duration=5e4 s", "--set", "run.sampling=1 Hz"]
-"""Each case would take minutes."""
+ENDLESS = ["--set", "run.duration=5e5 s", "--set", "run.sampling=1 Hz"]
+"""Each case would take half an hour."""
 
 CLUSTER = """
 import sys
@@ -98,19 +98,25 @@ def begin() -> Iterator[Begin]:
 
     yield begin
     for process in begun:
-        if process.poll() is None:
-            kill(process)
+        kill(process)
 
 
 def kill(process: subprocess.Popen[str]) -> None:
     """Kill a command with all its processes."""
-    os.killpg(process.pid, signal.SIGKILL)
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
 
 
 def do(*words: object) -> int:
     """Run a command in this process and return its exit code."""
     return run([str(word) for word in words])
+
+
+def finish(plan: Path, folder: Path, **policy: Any) -> None:
+    """Run a sweep in its folder to its end, without its report."""
+    found = door.sweep(plan, folder=folder, policy=door.Policy(**policy))
+    assert not found.status.any()
 
 
 def content(folder: Path) -> bytes:
@@ -128,11 +134,10 @@ def rows(folder: Path) -> list[tuple[bytes, int]]:
     return sorted(found)
 
 
-def leftovers(folder: Path) -> set[str]:
-    """Return the names of files that a sweep that ended should not leave."""
-    names = {path.name for path in folder.iterdir()}
-    own = {"plan.json", "sweep.nc"}
-    return {n for n in names - own if not n.startswith(".lock") and not n.endswith(".sqlite")}
+def leftovers(folder: Path) -> list[str]:
+    """Return the names of files that a sweep which ended should not leave."""
+    ends = (".part", "-wal", "-shm", "-journal")
+    return [path.name for path in folder.rglob("*") if path.name.endswith(ends)]
 
 
 def wait_for(what: Callable[[], object], process: subprocess.Popen[str] | None = None) -> None:
@@ -176,9 +181,9 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def whole(plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a sweep that nothing interrupted."""
     out = tmp_path_factory.mktemp("whole")
-    assert do("sweep", plan, "--out", out, "--workers", 1, "--json") == 0
+    finish(plan, out, workers=1)
     assert len(set(rows(out))) == CASES
-    assert leftovers(out) == set()
+    assert leftovers(out) == []
     return out
 
 
@@ -214,11 +219,11 @@ def cluster() -> Iterator[Cluster]:
 # The same bytes in every way
 
 
-@pytest.mark.parametrize("way", [["--workers", "2"], ["--engine", "processes", "--workers", "2"]])
+@pytest.mark.parametrize("engine", ["threads", "processes"])
 def test_threads_and_processes_give_the_same_bytes(
-    way: list[str], plan: Path, whole: Path, tmp_path: Path
+    engine: str, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
-    assert do("sweep", plan, "--out", tmp_path, *way) == 0
+    assert do("sweep", plan, "--out", tmp_path, "--engine", engine, "--workers", 2) == 0
     assert content(tmp_path) == content(whole)
     assert rows(tmp_path) == rows(whole)
 
@@ -234,7 +239,7 @@ def test_shards_give_the_same_bytes(
     assert json.loads(capsys.readouterr().out)["ran"] == 0
     assert content(tmp_path) == content(whole)
     assert rows(tmp_path) == rows(whole)
-    assert leftovers(tmp_path) == set()
+    assert leftovers(tmp_path) == []
 
 
 def test_a_cluster_gives_the_same_bytes(
@@ -338,9 +343,9 @@ def test_a_hundred_kills_change_nothing(tmp_path: Path) -> None:
     kept = rows(out)
     assert len({address for address, _ in kept}) == len(kept) == CASES
     assert stored <= {address.hex() for address, _ in kept}
-    assert leftovers(out) == set()
+    assert leftovers(out) == []
 
-    assert do("sweep", slow, "--out", tmp_path / "whole") == 0
+    finish(slow, tmp_path / "whole")
     assert content(out) == content(tmp_path / "whole")
 
 
@@ -355,19 +360,20 @@ def test_kills_of_the_command_change_nothing(
         wait_for(lambda cases=cases: log_size(tmp_path) > 10_000 * cases, process)  # type: ignore[misc]
         kill(process)
         assert set(before) <= set(rows(tmp_path))
-    assert do("resume", tmp_path) == 0
+    finish(plan, tmp_path)
     assert content(tmp_path) == content(whole)
     assert rows(tmp_path) == rows(whole)
-    assert leftovers(tmp_path) == set()
+    assert leftovers(tmp_path) == []
 
 
 def test_what_a_killed_start_leaves_does_not_hinder(few: Path, tmp_path: Path) -> None:
     """A store that is not made yet, and temporary files of the plan and the product."""
-    for name in ("rows.sqlite", ".plan.json.abc.part", ".sweep.nc.abc.part"):
+    (tmp_path / "figures").mkdir()
+    for name in ("rows.sqlite", ".plan.json.abc.part", ".sweep.nc.abc.part", "figures/.rms.png.abc.part"):
         (tmp_path / name).touch()
-    assert do("sweep", few, "--out", tmp_path) == 0
+    finish(few, tmp_path)
     assert len(rows(tmp_path)) == 3
-    assert leftovers(tmp_path) == set()
+    assert leftovers(tmp_path) == []
 
 
 def test_a_killed_worker_of_a_cluster_changes_nothing(
@@ -418,7 +424,7 @@ def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_pa
     wait_for(lambda: len(workers_of(process)) > 1, process)
     workers = workers_of(process)
     process.kill()
-    process.communicate(timeout=60)  # a worker that lives on would hold the pipe
+    process.wait()
     wait_for(lambda: all(not w.is_running() or w.status() == psutil.STATUS_ZOMBIE for w in workers))
 
 
@@ -435,7 +441,7 @@ def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: 
     assert words.strip() == f"Interrupted. Finished cases are kept: gearplay resume {tmp_path} goes on there."
     kept = rows(tmp_path)
     assert 0 < len(kept) < CASES
-    assert leftovers(tmp_path) == set()
+    assert leftovers(tmp_path) == []
     assert do("resume", tmp_path) == 0
     assert content(tmp_path) == content(whole)
 
@@ -446,7 +452,7 @@ def test_ctrl_c_does_not_wait_for_long_cases(begin: Begin, engine: str, plan: Pa
     wait_for((tmp_path / "rows.sqlite").exists, process)
     if engine == "processes":
         wait_for(lambda: len(workers_of(process)) > 1, process)
-    os.killpg(process.pid, signal.SIGINT)
+    process.send_signal(signal.SIGINT)
     _, words = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "Traceback" not in words
@@ -473,7 +479,7 @@ def test_shards_at_once_cooperate(begin: Begin, plan: Path, whole: Path, tmp_pat
         words, complaint = process.communicate(timeout=120)
         assert process.returncode == 0, complaint
         assert f"{CASES // 2} cases run. gearplay resume {tmp_path} gathers all shards." in words
-    assert do("resume", tmp_path) == 0
+    finish(plan, tmp_path)
     assert content(tmp_path) == content(whole)
 
 
@@ -530,10 +536,10 @@ def test_a_full_disk_is_one_sentence(
     kept = rows(tmp_path)
     assert bool(kept) == (limit > 10_000)
     assert not (tmp_path / "sweep.nc").exists()
-    assert do("sweep", plan, "--out", tmp_path) == 0
+    finish(plan, tmp_path)
     assert content(tmp_path) == content(whole)
     assert rows(tmp_path) == rows(whole)
-    assert leftovers(tmp_path) == set()
+    assert leftovers(tmp_path) == []
 
 
 def test_a_folder_that_cannot_be_written(
@@ -583,7 +589,7 @@ def rename(path: Path) -> None:
 def test_a_damaged_store_is_named_and_left_alone(
     damage: Callable[[Path], None], few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert do("sweep", few, "--out", tmp_path) == 0
+    finish(few, tmp_path)
     product, store = content(tmp_path), tmp_path / "rows.sqlite"
     damage(store)
     damaged = store.read_bytes()
@@ -657,7 +663,7 @@ def test_failed_cases_are_rows_and_run_again_when_asked(
 
 def test_a_folder_keeps_to_one_plan(few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, other = tmp_path / "out", ["--set", "run.duration=0.03 s"]
-    assert do("sweep", few, "--out", out) == 0
+    finish(few, out)
     before = rows(out)
     assert do("sweep", few, "--out", out, *other) == 2
     said = capsys.readouterr().err
@@ -703,14 +709,8 @@ def test_json_is_one_document(few: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert do("sweep", few, "--out", tmp_path, "--json") == 0
     printed = capsys.readouterr()
     document = json.loads(printed.out)
-    assert document == {
-        "title": "",
-        "cases": 3,
-        "ran": 3,
-        "failed": 0,
-        "reasons": [],
-        "out": str(tmp_path / "sweep.nc"),
-    }
+    assert [document[key] for key in ("title", "cases", "ran", "failed", "reasons")] == ["", 3, 3, 0, []]
+    assert document["out"] == str(tmp_path / "sweep.nc")
     assert printed.err == ""
     assert do("sweep", few, "--out", tmp_path, "--shard", "0/3", "--json") == 2
     assert json.loads(capsys.readouterr().out)["faults"][0]["path"] == "--shard"
@@ -811,8 +811,14 @@ def test_a_scheduler_that_cannot_be_reached_is_one_sentence(
     capfd: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """And no client is made, which would wait for half a minute and complain when it is collected."""
+
+    def client(*_: object, **__: object) -> None:
+        raise RuntimeError("a client was made")
+
     assert engines.PATIENCE <= 10.0
     monkeypatch.setattr(engines, "PATIENCE", 0.3)
+    monkeypatch.setattr("distributed.Client", client)
     assert do("sweep", few, "--out", tmp_path, "--scheduler", address, *more) == 2
     (said,) = capfd.readouterr().err.splitlines()
     assert said.startswith(

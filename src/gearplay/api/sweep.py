@@ -211,8 +211,8 @@ def gather(made: Sweep, folder: Path) -> "xr.Dataset":
         for address, status, reason, _, row in read_rows(folder, made.reducer.size)
     }
     product = to_product(made, rows)
-    for stale in folder.glob(".*.part"):  # of a run that was killed while it wrote
-        if stale.is_file():
+    for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
+        if stale.is_file():  # a run was killed while it wrote
             stale.unlink()
     write_product(product, folder / PRODUCT)
     return product

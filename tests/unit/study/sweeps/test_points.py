@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case
-from gearplay.study.sweeps.points import Points, order_of, points_of
+from gearplay.study.sweeps.points import Points, order_of, points_of, sample_size
 from gearplay.study.sweeps.reading import load_sweep, make_plan
 from gearplay.study.sweeps.template import Template
 from gearplay.vocabulary.errors import InputError, ResourceError
@@ -122,8 +122,9 @@ def test_one_member_and_no_design_have_no_dimension() -> None:
 
 def test_saltelli_has_points_for_every_parameter() -> None:
     parameters = [{**GAP, "low": 1e-5, "high": 2e-5}, {**SPEED, "low": "1 rpm", "high": "2 rpm"}]
-    found = points(design={"kind": "saltelli", "count": 8, "parameters": parameters})
-    assert found.shape == (8 * (2 + 2),)
+    plan = load_sweep(document(design={"kind": "saltelli", "count": 8, "parameters": parameters}))
+    assert plan.design is not None
+    assert points_of(plan, BASE).shape == (sample_size(plan.design),) == (8 * (2 + 2),)
 
 
 def test_carried_points_are_in_one_job_each() -> None:
