@@ -1,0 +1,73 @@
+"""`gearplay sweep` with `[tolerance]`: the answers are written, printed, kept, and a wrong limit is told before anything runs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gearplay.cli.main import run
+from gearplay.model.toml_files import write_toml
+from gearplay.study.plan_files import bundled
+from gearplay.study.sweeps.evaluate import Sweep
+from gearplay.study.sweeps.reading import PACKAGE, load_sweep
+
+PLAN: dict[str, Any] = {
+    "title": "tolerances",
+    "case": "han2021",
+    "members": 2,
+    "set": {"run.duration": 0.05, "run.transient": 0.0, "run.sampling": 1e3, "run.tolerance": 1e-6},
+    "design": {
+        "kind": "monte-carlo",
+        "count": 16,
+        "parameters": [
+            {
+                "name": "error",
+                "path": "meshes.0.transmission_error.0.amplitude",
+                "distribution": "uniform",
+                "low": "0.5 um",
+                "high": "4 um",
+            }
+        ],
+    },
+    "reduce": [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}],
+    "tolerance": {"measure": "rms", "limit": "0.2 m/s^2", "probability": 0.5, "scale": ["error"], "steps": 5},
+}
+
+
+def written(folder: Path, plan: dict[str, Any]) -> Path:
+    path = folder / "plan.toml"
+    path.write_text(write_toml(plan), encoding="utf-8")
+    return path
+
+
+def test_the_answers_are_written_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan, out = written(tmp_path, PLAN), tmp_path / "out"
+    assert run(["sweep", str(plan), "--out", str(out)]) == 0
+    assert "rms exceeds 0.2 m/s² with probability" in capsys.readouterr().out
+    document = json.loads((out / "tolerance.json").read_text(encoding="utf-8"))
+    assert document["search"] is not None
+    runs = sorted(path.name for path in (out / "tolerance").iterdir())
+    assert sum(name.startswith("factor-") for name in runs) >= 5
+    before = {path: path.stat().st_mtime_ns for path in (out / "tolerance").glob("*/rows.sqlite")}
+    assert run(["resume", str(out), "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["ran"] == 0
+    assert again["tolerance"]["search"] == document["search"]
+    assert {path: path.stat().st_mtime_ns for path in before} == before  # nothing was simulated twice
+
+
+def test_a_limit_in_a_wrong_unit_is_told_before_anything_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = written(tmp_path, {**PLAN, "tolerance": {**PLAN["tolerance"], "limit": "3 um"}})
+    assert run(["sweep", str(plan), "--out", str(tmp_path / "out")]) == 2
+    assert "tolerance.limit" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", bundled(PACKAGE))
+def test_bundled_plans_fit_their_cases(name: str) -> None:
+    made = Sweep(load_sweep(name))
+    assert len(made.template.points) >= 3000
+    assert made.template.pieces  # digests by pieces
