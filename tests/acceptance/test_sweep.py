@@ -542,6 +542,25 @@ def test_a_full_disk_is_one_sentence(
     assert leftovers(tmp_path) == []
 
 
+def test_a_disk_that_is_full_for_the_product_only(begin: Begin, tmp_path: Path) -> None:
+    """80 kB of samples in the product, 40 kB for each file: the store is read, which takes 32 kB, and nothing written."""
+    history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
+    many = {**FEW, "set": {**RUN, "run.duration": "0.1 s"}, "axes": [{**SPEED, "count": 100}]}
+    finish(write_plan({**many, "reduce": [history]}, tmp_path / "plan.toml"), tmp_path / "out")
+    product, kept = content(tmp_path / "out"), rows(tmp_path / "out")
+    assert len(product) > 40_000
+    process = begin(
+        *("resume", tmp_path / "out"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)),
+    )
+    _, words = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert words.startswith("out = ")
+    assert words.count("\n") == 1
+    assert (content(tmp_path / "out"), rows(tmp_path / "out")) == (product, kept)
+    assert leftovers(tmp_path / "out") == []
+
+
 def test_a_folder_that_cannot_be_written(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -658,6 +677,22 @@ def test_failed_cases_are_rows_and_run_again_when_asked(
         assert len(rows(out)) == 18
 
 
+def test_corners_of_a_plan_may_be_refused_and_lengths_may_differ(tmp_path: Path) -> None:
+    """The first and last cases are those that a plan's addresses are tried with."""
+    teeth = [
+        {"name": "pinion", "path": "rotors.pinion.teeth", "values": [58, 20]},
+        {"name": "ring", "path": "rotors.ring.teeth", "values": [56, 60]},
+    ]
+    found = door.sweep({**FEW, "axes": teeth})
+    assert found.status.values[0].tolist()[0] == found.sel(pinion=58, ring=56).status == REFUSED
+    assert found.sel(pinion=20, ring=60).status == 0
+    lengths = [{"name": "duration", "path": "run.duration", "values": [0.01, 0.02]}]
+    history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
+    found = door.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path)
+    assert found.status.values.tolist() == [REFUSED, 0]
+    assert "must keep the 20 numbers of the base case" in str(found.reason.values[0])
+
+
 # Plans and folders
 
 
@@ -716,6 +751,7 @@ def test_json_is_one_document(few: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert json.loads(capsys.readouterr().out)["faults"][0]["path"] == "--shard"
 
 
+LINE = {**RMS, "kind": "line", "order": 1}
 AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
 
 
@@ -735,6 +771,10 @@ AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
         ({"axes": [{**AXIS, "values": ["50 um", "50 kg"]}]}, "axes.0.values.1: meshes.0.backlash"),
         ({"axes": [{**AXIS, "values": ["50 um", -1e-4]}]}, "axes.0.values.1: meshes.0.backlash"),
         ({"axes": [{**AXIS, "mode": "scale"}]}, "must be a plain number, as a factor"),
+        ({"axes": [{**AXIS, "path": "title", "mode": "scale", "values": [2]}]}, "title = "),
+        ({"axes": [{**AXIS, "name": "rms_amplitude"}], "reduce": [LINE]}, 'reduce = "rms_amplitude"'),
+        ({"reduce": [LINE, {**RMS, "name": "rms_frequency"}]}, 'reduce = "rms_frequency"'),
+        ({"reduce": [{**RMS, "kind": "level", "band": [2, 1]}]}, "reduce.0.band"),
         ({"axes": [{**SPEED, "low": "20 um"}]}, "axes.0.low: rotors.pinion.drive.speed"),
         ({"axes": [{**SPEED, "scale": "log", "low": 0.0}]}, "axes.0.low"),
         ({"set": {"run.durtion": 1.0}}, "set: run.durtion: unknown field. Did you mean 'duration'?"),

@@ -118,13 +118,17 @@ def _array(values: Iterable[Any]) -> NDArray[Any]:
 
 
 def write_product(dataset: "xr.Dataset", path: Path) -> None:
-    """Write a product as netCDF-4, atomically, the same bytes for the same content."""
+    """Write a product as netCDF-4, atomically, the same bytes for the same content.
+
+    It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end.
+    """
     packed = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
         for name, variable in dataset.data_vars.items()
         if variable.dtype.kind in "fi" and variable.size > 1000
     }
-    write_with(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed))
+    content = dataset.to_netcdf(engine="h5netcdf", encoding=packed)
+    write_with(path, lambda temporary: temporary.write_bytes(content))
 
 
 def write_zarr(dataset: "xr.Dataset", path: Path) -> None:

@@ -5,14 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, model_validator
+from pydantic import AfterValidator, Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.study.sweeps.plan_design import Text
 from gearplay.vocabulary import quantities as q
 
 Frequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
-Band = Annotated[tuple[Frequency, Frequency], Listed(2, 2, "lowest and highest frequency")]
+
+
+def _rising(band: tuple[float, float]) -> tuple[float, float]:
+    if not band[0] < band[1]:
+        refuse([Problem((), "must rise from the lowest to the highest frequency", "Swap the two")])
+    return band
+
+
+Band = Annotated[
+    tuple[Frequency, Frequency], Listed(2, 2, "lowest and highest frequency"), AfterValidator(_rising)
+]
 
 
 class _Reduction(Part):

@@ -75,6 +75,7 @@ class Reducer:
         run = case.run
         samples = max(1, int(run.duration * run.sampling + 0.5))
         self.layout = [kept for each in plan.reduce for kept in _kept(each, samples, run.sampling)]
+        _check_names(plan, self.layout)
 
     @property
     def size(self) -> int:
@@ -85,7 +86,25 @@ class Reducer:
         """Return the row of one finished run, shape [number]; orders count from ``slowness`` times the nominal speed."""
         fundamental = slowness * geometry.mesh_frequency(case) if case.meshes else math.nan
         parts = [part for each in self.reductions for part in _values(each, fundamental, run)]
-        return np.concatenate([np.atleast_1d(part) for part in parts]).astype(np.float64)
+        row = np.concatenate([np.atleast_1d(part) for part in parts]).astype(np.float64)
+        if row.size != self.size:
+            rule = f"must keep the {self.size} numbers of the base case in every case"
+            cure = "Do not keep a history where run.duration or run.sampling varies"
+            raise InputError(Fault("reduce", f"{row.size} numbers", rule, cure))
+        return row
+
+
+def _check_names(plan: SweepPlan, layout: list[Kept]) -> None:
+    """Refuse names of the product that mean two things: a reduction may make several."""
+    drawn = plan.design.parameters if plan.design else ()
+    taken = {each.name for each in (*plan.axes, *drawn)}
+    for kept in layout:
+        for name in filter(None, (kept.name, kept.along)):
+            if name in taken:
+                raise InputError(
+                    Fault("reduce", name, "must be a name of its own in the product", "Rename one")
+                )
+            taken.add(name)
 
 
 def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:

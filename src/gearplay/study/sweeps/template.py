@@ -10,7 +10,7 @@ from gearplay.study.plan_values import changed, value_at
 from gearplay.study.sweeps.chains import Chain
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.points import Points, points_of
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
 
 MARK = "\x00"
@@ -32,7 +32,7 @@ class Template:
         drawn = plan.design.parameters if plan.design else ()
         document = self.base.resolved()
         self.fields: list[tuple[str, str, float | None]] = [  # path, name, base value of what scales
-            (path, each.name, float(value_at(document, path)) if each.mode == "scale" else None)
+            (path, each.name, _number_at(document, path) if each.mode == "scale" else None)
             for each in (*plan.axes, *drawn)
             for path in (each.path, *each.also)
         ]
@@ -83,7 +83,7 @@ class Template:
                 if self._text(index) != _json(self.case_at(index)[0].resolved()):
                     self.pieces = []
                     return
-            except ValueError:  # a point that the case does not take has no JSON to compare with
+            except InputError:  # a point that the case does not take has no JSON to compare with
                 continue
 
     def _text(self, index: int) -> str:
@@ -110,6 +110,15 @@ class Template:
         if self.chain is not None and self.plan.carry is not None:
             words += f" {self.chain.story(values[self.plan.carry.axis], values['direction'])}"
         return hashlib.sha256(words.encode()).digest()
+
+
+def _number_at(document: Any, path: str) -> float:
+    """Return the number that factors multiply; `InputError` where there is none."""
+    value = value_at(document, path)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        rule = "must be a number in the case, to be multiplied"
+        raise InputError(Fault(path, value, rule, 'Take mode = "set", or correct the path'))
+    return float(value)
 
 
 def _json(document: Any) -> str:
