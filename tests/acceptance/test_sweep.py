@@ -751,7 +751,7 @@ def test_json_is_one_document(few: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert json.loads(capsys.readouterr().out)["faults"][0]["path"] == "--shard"
 
 
-LINE = {**RMS, "kind": "line", "order": 1}
+TONE = {**RMS, "kind": "line", "order": 1}
 AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
 
 
@@ -772,8 +772,8 @@ AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
         ({"axes": [{**AXIS, "values": ["50 um", -1e-4]}]}, "axes.0.values.1: meshes.0.backlash"),
         ({"axes": [{**AXIS, "mode": "scale"}]}, "must be a plain number, as a factor"),
         ({"axes": [{**AXIS, "path": "title", "mode": "scale", "values": [2]}]}, "title = "),
-        ({"axes": [{**AXIS, "name": "rms_amplitude"}], "reduce": [LINE]}, 'reduce = "rms_amplitude"'),
-        ({"reduce": [LINE, {**RMS, "name": "rms_frequency"}]}, 'reduce = "rms_frequency"'),
+        ({"axes": [{**AXIS, "name": "rms_amplitude"}], "reduce": [TONE]}, 'reduce = "rms_amplitude"'),
+        ({"reduce": [TONE, {**RMS, "name": "rms_frequency"}]}, 'reduce = "rms_frequency"'),
         ({"reduce": [{**RMS, "kind": "level", "band": [2, 1]}]}, "reduce.0.band"),
         ({"axes": [{**SPEED, "low": "20 um"}]}, "axes.0.low: rotors.pinion.drive.speed"),
         ({"axes": [{**SPEED, "scale": "log", "low": 0.0}]}, "axes.0.low"),
