@@ -1,6 +1,5 @@
 """The study's output folder: report, tables, figures; and the store that lets a stopped study go on."""
 
-import base64
 import csv
 import io
 import json
@@ -12,6 +11,7 @@ from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
 from gearplay.output import study_figures
 from gearplay.output.files import make_folder, write_bytes, write_text
+from gearplay.output.pages import data_uri, render_page
 from gearplay.study.published.article import LINE_WORDS, conditions
 from gearplay.study.published.assumptions import Assumption, assumptions
 from gearplay.study.published.comparison import line_differences, model_amplitudes, table_rows
@@ -90,21 +90,12 @@ def _bounds(results: Sequence[ConditionResult]) -> list[dict[str, Any]]:
 
 def render(results: Sequence[ConditionResult], settings: Settings, figures: dict[str, bytes]) -> str:
     """Return the report as one self-contained HTML page."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
     case = base_case(settings)
-    images = {
-        name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()
-    }
+    images = {name: data_uri(png) for name, png in figures.items()}
     noted: list[Finding] = findings(results)
     assumed: list[Assumption] = assumptions(case, pack(case))
-    return environment.get_template("han2021.html").render(
+    return render_page(
+        "han2021.html",
         case=case,
         settings=settings,
         findings=noted,

@@ -1,6 +1,5 @@
 """The output folder of a calibration: report, residual table, figures, and one JSON document that says it all."""
 
-import base64
 import csv
 import io
 import json
@@ -19,6 +18,7 @@ import numpy as np
 from gearplay.output.calibrations import figures as figures_of
 from gearplay.output.calibrations.spans import Span, Spans, datum_unit, spans_of
 from gearplay.output.files import make_folder, write_bytes, write_text
+from gearplay.output.pages import data_uri, render_page
 from gearplay.study.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
 from gearplay.study.calibration.plan import Plan
 from gearplay.study.calibration.posterior import KNOWN
@@ -230,20 +230,11 @@ def _fixed(value: Any, decimals: int = 1) -> str:
 
 def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: dict[str, bytes]) -> str:
     """Return the report as one self-contained HTML page."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
-    environment.filters.update(number=_number, fixed=_fixed)
-    images = {
-        name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()
-    }
+    images = {name: data_uri(png) for name, png in figures.items()}
     readings = _readings(fits)
-    return environment.get_template("calibration.html").render(
+    return render_page(
+        "calibration.html",
+        filters={"number": _number, "fixed": _fixed},
         title=plan.title or "Calibration",
         plan=plan,
         document=document,

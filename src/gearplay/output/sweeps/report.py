@@ -1,6 +1,5 @@
 """The report of a sweep: what was varied, how the cases ended, what was kept in short, and the pictures."""
 
-import base64
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,6 +10,7 @@ import numpy as np
 
 from gearplay.model.toml_files import write_toml
 from gearplay.output.files import make_folder, write_bytes, write_text
+from gearplay.output.pages import data_uri, render_page
 from gearplay.output.sweeps.figures import Picture, pictures_of
 from gearplay.output.sweeps.view import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
 from gearplay.study.sweeps.evaluate import Sweep
@@ -52,17 +52,10 @@ def number(value: float, digits: int = 4) -> str:
 
 def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> str:
     """Return the report as one self-contained HTML page."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
-    environment.filters["number"] = number
     status, failures = dataset["status"].values, failures_of(dataset)
-    return environment.get_template("sweep.html").render(
+    return render_page(
+        "sweep.html",
+        filters={"number": number},
         title=sweep.plan.title or "Sweep",
         plan=sweep.plan,
         base=sweep.template.base,
@@ -73,7 +66,7 @@ def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> 
         failures=failures[:MOST_REASONS],
         reasons=len(failures),
         rows=summary_of(dataset),
-        pictures=[(p, "data:image/png;base64," + base64.b64encode(p.png).decode()) for p in pictures],
+        pictures=[(p, data_uri(p.png)) for p in pictures],
         document=plan_text(sweep),
         version=dataset.attrs.get("gearplay_version", ""),
         digest=dataset.attrs.get("base_case_sha256", sweep.template.base.sha256),

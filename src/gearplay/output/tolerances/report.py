@@ -1,6 +1,5 @@
 """The output of a tolerance study: page, figures, and one JSON document that says it all."""
 
-import base64
 import itertools
 import json
 import math
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from gearplay.output.calibrations.report import finite
 from gearplay.output.files import make_folder, write_bytes, write_text
+from gearplay.output.pages import data_uri, render_page
 from gearplay.output.tolerances import figures as figures_of
 from gearplay.output.tolerances import words as words_of
 from gearplay.output.tolerances.figures import Scale, percent
@@ -195,19 +195,10 @@ def render(
     figures: dict[str, bytes],
 ) -> str:
     """Return the page, self-contained HTML."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
-    environment.filters.update(number=_number, percent=_percent)
-    images = {
-        name: "data:image/png;base64," + base64.b64encode(png).decode() for name, png in figures.items()
-    }
-    return environment.get_template("tolerance.html").render(
+    images = {name: data_uri(png) for name, png in figures.items()}
+    return render_page(
+        "tolerance.html",
+        filters={"number": _number, "percent": _percent},
         title=plan.title or "Tolerance study",
         plan=plan,
         found=found[:MOST_LISTED],
