@@ -507,6 +507,17 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
     assert len(rows(tmp_path)) == 3
 
 
+def test_another_number_of_shards_goes_on_from_the_old_ones(
+    few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert do("sweep", few, "--out", tmp_path, "--shard", "1/3", "--json") == 0
+    ran = json.loads(capsys.readouterr().out)["ran"]
+    for part in (1, 2):
+        assert do("sweep", few, "--out", tmp_path, "--shard", f"{part}/2", "--json") == 0
+        ran += json.loads(capsys.readouterr().out)["ran"]
+    assert ran == len(rows(tmp_path)) == 3
+
+
 def test_a_shard_does_not_forget_for_others(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -770,6 +781,11 @@ AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
         ({"axes": [{**AXIS, "path": "meshes.7.backlash"}]}, "axes.0.values.0: meshes.7"),
         ({"axes": [{**AXIS, "values": ["50 um", "50 kg"]}]}, "axes.0.values.1: meshes.0.backlash"),
         ({"axes": [{**AXIS, "values": ["50 um", -1e-4]}]}, "axes.0.values.1: meshes.0.backlash"),
+        (
+            {"axes": [{**AXIS, "values": ["50 um", 5e-5]}]},
+            "axes.0.values.1 = 5e-05: must not be a value that gap",
+        ),
+        ({"axes": [{**SPEED, "high": "20 rpm"}]}, 'axes.0.high = "20 rpm": must not be a value that speed'),
         ({"axes": [{**AXIS, "mode": "scale"}]}, "must be a plain number, as a factor"),
         ({"axes": [{**AXIS, "path": "title", "mode": "scale", "values": [2]}]}, "title = "),
         ({"axes": [{**AXIS, "name": "rms_amplitude"}], "reduce": [TONE]}, 'reduce = "rms_amplitude"'),
@@ -823,7 +839,7 @@ def test_missing_files_are_named(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert do("sweep", "none.toml") == 2
-    assert "none.toml" in capsys.readouterr().err
+    assert 'plan = "none.toml": no such file' in capsys.readouterr().err
     assert do("sweep", "han2021-mpa") == 2
     assert "Did you mean 'han2021-map'?" in capsys.readouterr().err
     for folder in (tmp_path, tmp_path / "none"):

@@ -13,8 +13,9 @@ from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.output.files import shown_path, write_text
 from gearplay.output.folder_lock import locked
-from gearplay.output.sweeps.product import product_bytes, to_product, write_product
-from gearplay.output.sweeps.store import RowStore, forget_failed, read_rows, store_name
+from gearplay.output.sweeps.cube import write_cube
+from gearplay.output.sweeps.product import check_size, product_bytes, to_product, write_product
+from gearplay.output.sweeps.store import RowStore, StoredRows, forget_failed, read_rows, store_name
 from gearplay.solver.simulate import worker_count
 from gearplay.study.plan_files import Source
 from gearplay.study.sweeps.engines import run_dask, run_processes, run_threads
@@ -27,7 +28,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-PLAN, PRODUCT = "plan.json", "sweep.nc"
+PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
 Report = Callable[[str, float, float], None]
 Rows = dict[bytes, tuple[int, str, bytes]]
 
@@ -92,6 +93,7 @@ def sweep(
         source = os.fspath(case) if isinstance(case, os.PathLike) else case
         plan = make_plan(source, axes or {}, reduce or (), **more)
     made, chosen = Sweep(freeze(plan)), policy or Policy()
+    check_size(made)
     if folder is None:
         rows: Rows = {}
         with closing(
@@ -211,11 +213,22 @@ def gather(made: Sweep, folder: Path) -> "xr.Dataset":
         for address, status, reason, _, row in read_rows(folder, made.reducer.size)
     }
     product = to_product(made, rows)
+    _sweep_up(folder)
+    write_product(product, folder / PRODUCT)
+    return product
+
+
+def gather_cube(made: Sweep, folder: Path) -> dict[str, Any]:
+    """Write all rows in a folder as a Zarr store there, block by block; return its path, failed cases and their reasons."""
+    with closing(StoredRows(folder, made.reducer.size)) as rows:
+        failed, reasons = write_cube(made, rows, folder / CUBE)
+    return {"cube": str(folder / CUBE), "failed": failed, "reasons": reasons}
+
+
+def _sweep_up(folder: Path) -> None:
     for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
         if stale.is_file():  # a run was killed while it wrote
             stale.unlink()
-    write_product(product, folder / PRODUCT)
-    return product
 
 
 @dataclass(frozen=True)

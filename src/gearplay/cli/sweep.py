@@ -99,15 +99,21 @@ def _run(
     overwrite: bool = False,
     zarr: bool = False,
 ) -> None:
-    from gearplay.api.sweep import gather, run_in
+    from gearplay.api.sweep import PRODUCT, gather, gather_cube, run_in
     from gearplay.api.tolerance import answer, limit_of
     from gearplay.output.folder_lock import locked
-    from gearplay.output.sweeps.product import write_zarr
+    from gearplay.output.sweeps.product import check_size, is_large
     from gearplay.output.sweeps.report import write_sweep_report
     from gearplay.solver.simulate import prepare
+    from gearplay.vocabulary.optional import load_optional
 
     if made.plan.tolerance is not None:
         limit_of(made)  # a wrong unit is said now, not after the simulations
+    large = zarr and is_large(made)
+    if zarr:
+        load_optional("zarr", "cluster")
+    if not large or made.plan.tolerance is not None:
+        check_size(made)
     if policy.scheduler is None and policy.engine == "threads":
         with compiling_notice():
             prepare(made.template.base)
@@ -123,11 +129,14 @@ def _run(
                     words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
                     print_json(document) if json else print_text(words)
                     return
-                product = gather(made, folder)
-                write_sweep_report(made, product, folder)
+                document = {"title": made.plan.title, "cases": len(made.template.points), "ran": count}
                 if zarr:
-                    write_zarr(product, folder / "sweep.zarr")
-                document = _summary(made, product, count, folder)
+                    document |= gather_cube(made, folder)
+                if not large:
+                    product = gather(made, folder)
+                    write_sweep_report(made, product, folder)
+                    written = {"out": str(folder / PRODUCT), "report": str(folder / "report.html")}
+                    document |= _ended(product) | written
                 if made.plan.tolerance is not None:
                     found = answer(made, product, folder, policy=policy, progress=report, stop=stop)
                     document["tolerance"] = found
@@ -139,20 +148,11 @@ def _run(
         raise typer.Exit(PARTLY)
 
 
-def _summary(made: Any, product: Any, count: int, folder: Path) -> dict[str, Any]:
-    from gearplay.api.sweep import PRODUCT
-
+def _ended(product: Any) -> dict[str, Any]:
+    """Return how many cases of a product failed, and up to five reasons."""
     status = product["status"].values.ravel()
-    reasons = [str(r) for r in product["reason"].values.ravel()[status != 0]]
-    return {
-        "title": made.plan.title,
-        "cases": int(status.size),
-        "ran": count,
-        "failed": int((status != 0).sum()),
-        "reasons": sorted(set(reasons))[:5],
-        "out": str(folder / PRODUCT),
-        "report": str(folder / "report.html"),
-    }
+    reasons = {str(r) for r in product["reason"].values.ravel()[status != 0]}
+    return {"failed": int((status != 0).sum()), "reasons": sorted(reasons)[:5]}
 
 
 def _words(d: dict[str, Any]) -> str:
@@ -162,7 +162,7 @@ def _words(d: dict[str, Any]) -> str:
         lines += _sentences(each["words"])
     if d.get("tolerance", {}).get("search"):
         lines += _sentences(d["tolerance"]["search"]["words"])
-    lines.append(f"Written: {d['out']}, {d['report']}")
+    lines.append("Written: " + ", ".join(d[key] for key in ("out", "cube", "report") if key in d))
     return "\n".join(lines)
 
 

@@ -35,33 +35,33 @@ _TOKEN: Final = re.compile(
 )
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file: a regular file, at most `LARGEST_FILE` bytes, UTF-8."""
+def read_text(path: Path, *, what: str = "case") -> str:
+    """Return the text of a file: a regular file, at most `LARGEST_FILE` bytes, UTF-8; messages name ``what`` it should hold."""
     where = shorten(str(path))
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
-            raise InputError(Fault("case", where, "must be a file, not a directory", "Name the file in it"))
+            raise InputError(Fault(what, where, "must be a file, not a directory", "Name the file in it"))
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(Fault("case", where, "must be a regular file", "Save the case to a file first"))
+            raise InputError(Fault(what, where, "must be a regular file", f"Save the {what} to a file first"))
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise InputError(
-            Fault("case", where, "no such file", "Check the path and the current folder")
+            Fault(what, where, "no such file", "Check the path and the current folder")
         ) from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or "not a valid path"
-        raise InputError(Fault("case", where, f"cannot be read: {reason}", "Check the path")) from None
+        raise InputError(Fault(what, where, f"cannot be read: {reason}", "Check the path")) from None
     if len(content) > LARGEST_FILE:
         raise InputError(
-            Fault("case", where, f"must have at most {LARGEST_FILE // 1024} KiB", "Split or shorten it")
+            Fault(what, where, f"must have at most {LARGEST_FILE // 1024} KiB", "Split or shorten it")
         )
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         rule = f"must be UTF-8 text, but byte {error.start} is not"
-        raise InputError(Fault("case", where, rule, "Save the file as UTF-8")) from None
+        raise InputError(Fault(what, where, rule, "Save the file as UTF-8")) from None
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:

@@ -111,12 +111,20 @@ def write_dataset(dataset: "xr.Dataset", path: Path, *, overwrite: bool = False)
     Raises `InputError` where the file exists and ``overwrite`` is false, or cannot be written.
     """
     check_new(path, overwrite=overwrite)
+    write_bytes(path, netcdf_bytes(dataset))
+
+
+def netcdf_bytes(dataset: "xr.Dataset") -> bytes:
+    """Return the netCDF-4 file of a dataset, numbers compressed; the same bytes for the same content.
+
+    It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end.
+    """
     packed = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
         for name, variable in dataset.data_vars.items()
-        if variable.dtype.kind == "f" and variable.size > 1000
+        if variable.dtype.kind in "fi" and variable.size > 1000
     }
-    write_with(path, lambda temporary: dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed))
+    return bytes(dataset.to_netcdf(engine="h5netcdf", encoding=packed))
 
 
 def read_dataset(path: Path) -> "xr.Dataset":

@@ -39,5 +39,5 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
         rule = "must be a bundled plan or the path of a file"
         raise InputError(Fault("plan", name, rule, did_you_mean(name, known, "Plans")))
     else:
-        text, where = read_text(Path(name)), shorten(Path(name).name)
+        text, where = read_text(Path(name), what="plan"), shorten(Path(name).name)
     return plain_copy(parse_toml(text, where))  # type: ignore[no-any-return]

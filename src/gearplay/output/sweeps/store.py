@@ -1,8 +1,8 @@
 """Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
 
 import sqlite3
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from gearplay.output.files import shown_path
@@ -64,7 +64,7 @@ def read_rows(
 ) -> Iterator[tuple[bytes, int, str, float, bytes]]:
     """Yield (address, status, reason, seconds, row) of every writer's file; rows of another ``size`` are left out.
 
-    A shard reads its own file and that of the whole sweep: other shards may hold theirs.
+    A shard leaves out those of its fellows, who may hold theirs; they have none of its points.
 
     Raises `InputError` for a damaged file or one that another process holds.
     """
@@ -77,10 +77,59 @@ def read_rows(
                     yield found
 
 
+class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
+    """The rows of every writer's file by address, read when asked for: more of them than the memory holds may be there.
+
+    Raises `InputError` for a damaged file or one that another process holds.
+    """
+
+    def __init__(self, folder: Path, size: int) -> None:
+        self.size, self.open = size, ExitStack()
+        self.connections: list[tuple[Path, sqlite3.Connection]] = []
+        for path in _files(folder, None):
+            with _in_words(path):
+                connection = self.open.enter_context(closing(sqlite3.connect(path, isolation_level=None)))
+                if _has_rows(connection):
+                    self.connections.append((path, connection))
+
+    def __getitem__(self, address: bytes) -> tuple[int, str, bytes]:
+        for path, connection in self.connections:
+            with _in_words(path):
+                asked = connection.execute(
+                    "select status, reason, row from rows where address = ?", (address,)
+                )
+                found: tuple[int, str, bytes] | None = asked.fetchone()
+            if found is not None and len(found[2]) == 8 * self.size:
+                return found
+        raise KeyError(address)
+
+    def __iter__(self) -> Iterator[bytes]:
+        seen: set[bytes] = set()
+        for path, connection in self.connections:
+            with _in_words(path):
+                for (address,) in connection.execute(
+                    "select address from rows where length(row) = ?", (8 * self.size,)
+                ):
+                    if address not in seen:
+                        seen.add(address)
+                        yield address
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self.open.close()
+
+
 def _files(folder: Path, shard: tuple[int, int] | None) -> list[Path]:
-    """Return the writers' files that a run may open: all, or for a shard those that no other shard holds."""
-    mine = {store_name(None), store_name(shard)}
-    return [path for path in sorted(folder.glob(PATTERN)) if shard is None or path.name in mine]
+    """Return the writers' files that a run may open: all, or for a shard all but those of its fellows, who may hold theirs."""
+    fellows = set() if shard is None else {store_name((i, shard[1])) for i in range(1, shard[1] + 1)}
+    return [
+        path
+        for path in sorted(folder.glob(PATTERN))
+        if path.name not in fellows or (shard is not None and path.name == store_name(shard))
+    ]
 
 
 def _has_rows(connection: sqlite3.Connection) -> bool:

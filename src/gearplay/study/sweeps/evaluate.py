@@ -50,7 +50,11 @@ class Sweep:
         outcomes: list[Outcome] = []
         points = self.template.points.job(job)
         try:
-            origin = self._lead(points[0], stop)
+            origin, failed = self._lead(points[0], stop)
+            if failed is not None:
+                status, reason = failed
+                words = f"what runs before the first case did not finish: {reason}"
+                return [self._failed(i, status, words, 0.0) for i in points]
             for index in points:
                 outcome, origin = self._point(index, origin, stop)
                 outcomes.append(outcome)
@@ -62,17 +66,20 @@ class Sweep:
             return []
         return outcomes
 
-    def _lead(self, index: int, stop: threading.Event | None) -> End | None:
-        """Run what comes before a chain's first case, if anything does."""
+    def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
+        """Run what comes before a chain's first case, if anything does; return its end, or status and reason where it failed."""
         chain, (values, member) = self.template.chain, self.template.points.at(index)
         changes = chain.lead(values["direction"]) if chain is not None else None
         if changes is None:
-            return None
-        case = replace(self.template.base, {**self.template.changes(values), **changes, **self._steady()})
-        run = run_one(case, member, signals=[], stop=stop)
+            return None, None
+        try:
+            case = replace(self.template.base, {**self.template.changes(values), **changes, **self._steady()})
+            run = run_one(case, member, signals=[], stop=stop)
+        except GearplayError as error:
+            return None, (REFUSED, str(error).splitlines()[0])
         if run.status == Status.INTERRUPTED:
             raise _StoppedError
-        return run.end
+        return run.end, None if run.success else (int(run.status), run.message)
 
     def _steady(self) -> dict[str, float]:
         chain = self.template.chain

@@ -92,6 +92,8 @@ def points_of(plan: SweepPlan, base: Case) -> Points:
     Raises `InputError` with a value that the case does not take, `ResourceError` for more than `MOST` points.
     """
     values = tuple(axis_values(axis, at, base) for at, axis in enumerate(plan.axes))
+    for at, listed in enumerate(values):
+        _check_once(plan.axes[at], at, listed)
     drawn = plan.design.parameters if plan.design else ()
     count = math.prod(map(len, values)) * plan.members * (sample_size(plan.design) if plan.design else 1)
     count *= len(plan.carry.directions) if plan.carry else 1
@@ -132,6 +134,19 @@ def axis_values(axis: Axis, at: int, base: Case) -> tuple[Any, ...]:
         raise InputError(Fault(f"axes.{at}.low", axis.low, rule, "Raise it, or use linear"))
     grid = np.geomspace(low, high, axis.count) if axis.scale == "log" else np.linspace(low, high, axis.count)
     return tuple(float(v) for v in grid)
+
+
+def _check_once(axis: Axis, at: int, values: tuple[Any, ...]) -> None:
+    """Raise `InputError` where an axis has a value twice: its cases would run, and stand in the result, twice."""
+    seen: set[str] = set()
+    for place, value in enumerate(values):
+        if repr(value) in seen:
+            where = f"axes.{at}.values.{place}" if axis.values is not None else f"axes.{at}.high"
+            shown = axis.values[place] if axis.values is not None else axis.high
+            raise InputError(
+                Fault(where, shown, f"must not be a value that {axis.name} already has", "Remove it")
+            )
+        seen.add(repr(value))
 
 
 def _number(varied: Axis | Random, raw: Any, where: str, base: Case) -> float:

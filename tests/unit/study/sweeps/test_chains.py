@@ -11,6 +11,7 @@ from gearplay.solver.simulate import prepare, run_one
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.reading import load_sweep
+from gearplay.vocabulary.errors import Fault, InputError
 
 RPM = np.pi / 30.0
 PATH = "rotors.pinion.drive.speed"
@@ -132,3 +133,27 @@ def test_addresses_tell_ways_apart() -> None:
 def test_chains_that_cannot_be(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(gp.InputError, match=words):
         Sweep(plan_with(**changes))
+
+
+@pytest.mark.parametrize("refused", [True, False])
+def test_a_lead_that_fails_is_rows_with_its_reason(refused: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What runs before the first case may be refused, or not finish: the sweep goes on, and says so."""
+    carry = {"axis": "speed", "mode": "run-up", "directions": ["up"]}
+    made = Sweep(plan_with(carry=carry))
+    begun: list[float] = []
+
+    def run(case: Any, *rest: Any, **more: Any) -> Any:
+        begun.append(case.run.duration)
+        if refused:
+            raise InputError(Fault("run.duration", 0.0, "must be something else", "Change it"))
+        done = run_one(case, *rest, **more)
+        monkeypatch.setattr(type(done), "success", property(lambda _: False))
+        monkeypatch.setattr(type(done), "message", property(lambda _: "stuck"))
+        return done
+
+    monkeypatch.setattr("gearplay.study.sweeps.evaluate.run_one", run)
+    outcomes = made.evaluate(0)
+    assert len(begun) == 1
+    assert len(outcomes) == 3
+    words = "what runs before the first case did not finish: " + ("run.duration = 0" if refused else "stuck")
+    assert all(outcome.reason.startswith(words) for outcome in outcomes)
