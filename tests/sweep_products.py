@@ -41,13 +41,16 @@ DESIGN = {
 
 
 def plan_of(*axes: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    return {
+    plan = {
         "title": "A",
         "case": "han2021",
         "set": SHORT,
         "axes": [dict(axis) for axis in axes],
         "reduce": [RMS, HITS],
     } | more
+    if SPECTRUM in plan["reduce"]:  # its parts are no finer than the lines of a record
+        plan["set"] = {**plan["set"], "run.duration": 1.0}
+    return plan
 
 
 def smooth(kept: Any, values: Mapping[str, Any], member: int) -> Any:

@@ -32,9 +32,11 @@ from gearplay.model.toml_files import write_toml
 from gearplay.output.files import shown_path
 from gearplay.output.folder_lock import locked
 from gearplay.output.sweeps.store import RowStore
+from gearplay.solver.simulate import worker_count
 from gearplay.study.sweeps import engines
-from gearplay.study.sweeps.evaluate import REFUSED, Outcome, Sweep
+from gearplay.study.sweeps.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.study.sweeps.reading import load_sweep
+from gearplay.vocabulary.errors import InputError
 
 CASES, KILLS = 300, 100
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
@@ -700,7 +702,7 @@ def test_corners_of_a_plan_may_be_refused_and_lengths_may_differ(tmp_path: Path)
     lengths = [{"name": "duration", "path": "run.duration", "values": [0.01, 0.02]}]
     history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
     found = door.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path)
-    assert found.status.values.tolist() == [REFUSED, 0]
+    assert found.status.values.tolist() == [REDUCED, 0]
     assert "must keep the 20 numbers of the base case" in str(found.reason.values[0])
 
 
@@ -745,7 +747,7 @@ def test_a_dry_run_writes_nothing(
     assert words.rstrip().endswith("MB. Nothing was written.")
     assert do("sweep", few, "--dry-run", "--json", "--workers", 3) == 0
     document = json.loads(capsys.readouterr().out)
-    assert (document["cases"], document["pilots"], document["workers"]) == (3, 3, 3)
+    assert (document["cases"], document["pilots"], document["workers"]) == (3, 3, min(3, worker_count()))
     assert document["seconds"] > 0.0
     assert document["bytes"] > 3 * 8
     assert list(tmp_path.iterdir()) == []
@@ -764,6 +766,7 @@ def test_json_is_one_document(few: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 TONE = {**RMS, "kind": "line", "order": 1}
 AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
+DRAWN = {"name": "gap", "path": "meshes.0.backlash", "mean": "50 um"}
 
 
 @pytest.mark.parametrize(
@@ -799,11 +802,33 @@ AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
         ({"case": "nowhere/case.toml"}, "nowhere/case.toml"),
         ({"reduce": []}, "reduce"),
         ({"reduce": [{**RMS, "at": "rng"}]}, "reduce.rms.at"),
+        (
+            {"reduce": [{**RMS, "signal": "contact_state"}]},
+            "must have the signal contact_state. Choose from: pinion-ring.",
+        ),
         ({"reduce": [{**RMS, "signal": "axx"}]}, "reduce.rms.signal"),
         ({"reduce": [{**RMS, "kind": "statistics"}]}, "reduce.0.kind"),
         ({"reduce": [{"kind": "jam", "name": "jam", "mesh": "nowhere"}]}, "reduce.jam.mesh"),
         ({"reduce": [{"kind": "line", "name": "line", "signal": "ax", "at": "ring"}]}, "reduce.0.order"),
         ({"members": 0}, "members"),
+        (
+            {
+                "design": {
+                    "count": 9,
+                    "parameters": [{**DRAWN, "distribution": "normal", "deviation": "60 um"}],
+                }
+            },
+            "design.parameters.0: the draws of gap reach meshes.0.backlash = -",
+        ),
+        (
+            {
+                "design": {
+                    "count": 9,
+                    "parameters": [{**DRAWN, "distribution": "normal", "deviation": "5 um", "low": "150 um"}],
+                }
+            },
+            'design.parameters.0 = "gap": must leave at least 0.001 of its distribution between low and high',
+        ),
     ],
 )
 def test_plans_at_fault_are_told_before_anything_runs(
@@ -815,9 +840,41 @@ def test_plans_at_fault_are_told_before_anything_runs(
     assert not (tmp_path / "out").exists()
 
 
+def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = write_plan(FEW, tmp_path / "plan.toml")
+    case = tmp_path / "case.toml"
+    case.write_text(to_toml(load_case("han2021")), encoding="utf-8")
+    assert do("check", plan) == 2
+    assert "must be a case, but this is a plan" in capsys.readouterr().err
+    assert do("sweep", case) == 2
+    assert "must be a sweep plan, but this is a case" in capsys.readouterr().err
+
+
+def test_a_dry_run_tells_of_cases_that_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = write_plan({**FEW, "set": {**RUN, "run.max_steps": 20}}, tmp_path / "plan.toml")
+    assert do("sweep", plan, "--dry-run") == 0
+    assert "3 of these 3 failed: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            {"axes": {"meshes.0.backlash": "50 um"}, "reduce": [RMS]},
+            r"axes\.meshes\.0\.backlash = .*must be a list of values",
+        ),
+        ({"axes": {"meshes.0.backlash": ["50 um"]}, "reduce": RMS}, "reduce = .*must be a list of tables"),
+    ],
+)
+def test_single_values_where_lists_belong(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        door.sweep("han2021", **given)
+
+
 @pytest.mark.parametrize(
     ("words", "field"),
     [
+        (["--tls-ca", "ca.pem"], '--tls = "ca.pem": must be given together with --scheduler'),
         (["--shard", "0/3"], '--shard = "0/3"'),
         (["--shard", "4/3"], '--shard = "4/3"'),
         (["--shard", "a/b"], '--shard = "a/b"'),

@@ -12,9 +12,9 @@ from scipy.stats import norm, truncnorm
 from gearplay.model.reading import load_case
 from gearplay.study.sweeps.allowable import largest_scale
 from gearplay.study.sweeps.distribution import LEVELS, distribution
+from gearplay.study.sweeps.draws import draw, unit_points
 from gearplay.study.sweeps.exceedance import exceedance
 from gearplay.study.sweeps.plan_design import Design
-from gearplay.study.sweeps.points import draw, unit_points
 from gearplay.study.sweeps.sobol_indices import emulated_indices, sobol_indices
 
 Floats = NDArray[np.float64]

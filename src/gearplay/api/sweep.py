@@ -3,7 +3,7 @@
 import json
 import os
 import threading
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,6 +85,7 @@ def sweep(
     >>> dict(found.sizes), found.rms.attrs["units"], found.status.values.tolist()
     ({'backlash': 2}, 'm/s^2', [0, 0])
     """
+    _check_kinds(axes, reduce)
     if isinstance(case, SweepPlan):
         plan = case
     elif axes is None and reduce is None:
@@ -106,6 +107,21 @@ def sweep(
     with locked(place):
         run_in(made, place, chosen, progress=progress, stop=stop)
         return gather(made, place)
+
+
+def _check_kinds(axes: Any, reduce: Any) -> None:
+    """Refuse a single value or table where a list is meant: Python would take it apart."""
+    if isinstance(axes, Mapping):
+        for path, values in axes.items():
+            if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+                rule = "must be a list of values"
+                raise InputError(
+                    Fault(f"axes.{path}", values, rule, "Write it in brackets, like ['50 um', '100 um']")
+                )
+    for name, given in (("axes", axes), ("reduce", reduce)):
+        listed = isinstance(given, Iterable) and not isinstance(given, (str, bytes, Mapping))
+        if given is not None and not listed and not (name == "axes" and isinstance(given, Mapping)):
+            raise InputError(Fault(name, given, "must be a list of tables", "Put it in brackets"))
 
 
 def run_in(
@@ -233,22 +249,28 @@ def _sweep_up(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps."""
+    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps; how many of the pilots failed."""
 
     cases: int
     pilots: int
     seconds: float
     workers: int
     bytes: float
+    failed: int
+    reason: str
 
 
 def forecast(made: Sweep, *, workers: int | None = None, patience: float = 8.0) -> Forecast:
     """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take."""
-    count, spent, pilots = len(made.template.points), 0.0, 0
+    count, spent, pilots, reasons = len(made.template.points), 0.0, 0, list[str]()
     with closing(run_threads(made, order_of(made.template.points.jobs)[:12], workers=1)) as finished:
         for outcomes in finished:
             spent, pilots = spent + sum(o.seconds for o in outcomes), pilots + len(outcomes)
+            reasons += [o.reason for o in outcomes if o.status]
             if spent > patience:
                 break
-    cores = workers or worker_count()
-    return Forecast(count, pilots, count * spent / pilots / cores, cores, 1.1 * product_bytes(made))
+    cores = min(workers or worker_count(), worker_count())
+    seconds = count * spent / pilots / cores
+    return Forecast(
+        count, pilots, seconds, cores, 1.1 * product_bytes(made), len(reasons), reasons[0] if reasons else ""
+    )

@@ -28,7 +28,9 @@ def register(app: typer.Typer) -> None:
 
 
 def sweep(
-    plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021-map.")],
+    plan: Annotated[
+        str, typer.Argument(help="A plan file, or a bundled plan: han2021-map, han2021-tolerances.")
+    ],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/sweep-PLAN].")] = None,
     changes: Annotated[
         list[str] | None,
@@ -53,10 +55,13 @@ def sweep(
     Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
     """
     from gearplay.api.sweep import Policy, freeze
+    from gearplay.api.tolerance import limit_of
     from gearplay.study.sweeps.evaluate import Sweep
     from gearplay.study.sweeps.reading import load_sweep
 
     made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
+    if made.plan.tolerance is not None:
+        limit_of(made)  # a wrong unit is said now, not after the simulations
     if dry_run:
         _forecast(made, workers, json=json)
         return
@@ -64,7 +69,9 @@ def sweep(
     if overwrite and shard is not None:
         rule = "must not be given with --shard: it would forget what other shards have done"
         raise InputError(Fault("--overwrite", True, rule, "Remove it, or choose another folder"))
-    policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
+    policy = Policy(
+        engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
+    )
     _run(made, folder, policy, json=json, overwrite=overwrite, zarr=zarr)
 
 
@@ -85,7 +92,9 @@ def resume(
     from gearplay.api.sweep import Policy, plan_in
     from gearplay.study.sweeps.evaluate import Sweep
 
-    policy = Policy(engine, workers, scheduler, _security(tls_ca, tls_cert, tls_key), _shard(shard))
+    policy = Policy(
+        engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
+    )
     _run(Sweep(plan_in(folder)), folder, policy, json=json, retry=retry, zarr=zarr)
 
 
@@ -100,15 +109,13 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.api.sweep import PRODUCT, gather, gather_cube, run_in
-    from gearplay.api.tolerance import answer, limit_of
+    from gearplay.api.tolerance import answer
     from gearplay.output.folder_lock import locked
     from gearplay.output.sweeps.product import check_size, is_large
     from gearplay.output.sweeps.report import write_sweep_report
     from gearplay.solver.simulate import prepare
     from gearplay.vocabulary.optional import load_optional
 
-    if made.plan.tolerance is not None:
-        limit_of(made)  # a wrong unit is said now, not after the simulations
     large = zarr and is_large(made)
     if zarr:
         load_optional("zarr", "cluster")
@@ -186,6 +193,8 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
         f"{made.plan.title or 'Sweep'}: {found.cases} cases, about {_duration(found.seconds)} on {found.workers} workers "
         f"(from {found.pilots} of them), {found.bytes / 1e6:.3g} MB. Nothing was written."
     )
+    if found.failed:
+        print_text(f"{found.failed} of these {found.pilots} failed: {found.reason}")
 
 
 def _duration(seconds: float) -> str:
@@ -205,9 +214,17 @@ def _changed(plan: Any, changes: list[str]) -> Any:
     return load_sweep(document)
 
 
-def _security(ca: Path | None, cert: Path | None, key: Path | None) -> dict[str, Path] | None:
+def _security(
+    scheduler: str | None, ca: Path | None, cert: Path | None, key: Path | None
+) -> dict[str, Path] | None:
     given = {"tls_ca_file": ca, "tls_client_cert": cert, "tls_client_key": key}
-    return {name: path for name, path in given.items() if path is not None} or None
+    found = {name: path for name, path in given.items() if path is not None}
+    if found and scheduler is None:
+        rule = "must be given together with --scheduler"
+        raise InputError(
+            Fault("--tls", ", ".join(map(str, found.values())), rule, "Give its address, or remove it")
+        )
+    return found or None
 
 
 def _shard(text: str | None) -> tuple[int, int] | None:

@@ -133,7 +133,13 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
             every = f"{close} Bundled cases: {', '.join(known)}" if close.endswith("?") else close
             raise InputError(Fault("case", name, rule, every))
         text, where = read_text(path), shorten(path.name)
-    return plain_copy(parse_toml(text, where))  # type: ignore[no-any-return]
+    document: dict[str, Any] = plain_copy(parse_toml(text, where))
+    if "case" in document and "rotors" not in document:
+        rule = "must be a case, but this is a plan, which names its case"
+        raise InputError(
+            Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
+        )
+    return document
 
 
 def _looks_like_a_name(name: str) -> bool:

@@ -16,10 +16,10 @@ from gearplay.output.tolerances.report import values_of, write_tolerance
 from gearplay.output.tolerances.words import EXCEEDED, KEPT, OPEN, indices_words, search_words, verdict_of
 from gearplay.study.sweeps.allowable import largest_scale
 from gearplay.study.sweeps.distribution import distribution
+from gearplay.study.sweeps.draws import draw
 from gearplay.study.sweeps.exceedance import exceedance
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.plan_tolerance import Tolerance
-from gearplay.study.sweeps.points import draw
 from gearplay.study.sweeps.reading import load_sweep
 from gearplay.study.sweeps.sobol_indices import Indices
 

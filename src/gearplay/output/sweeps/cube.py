@@ -53,7 +53,9 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
         os.replace(beside, path)
     except OSError as error:
         rule = f"must be writable ({error.strerror or error})"
-        raise InputError(Fault("out", shown_path(path), rule, "Free some space or choose another place")) from None
+        raise InputError(
+            Fault("out", shown_path(path), rule, "Free some space or choose another place")
+        ) from None
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return ended
@@ -79,6 +81,8 @@ def _write(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
         failed += int(bad.sum())
         if len(reasons) < MOST_REASONS:
             reasons |= set(block["reason"].values[bad].tolist())
+    zarr = load_optional("zarr", "cluster")
+    zarr.consolidate_metadata(path)  # or xarray warns of every store that it opens
     return failed, sorted(reasons)[:MOST_REASONS]
 
 

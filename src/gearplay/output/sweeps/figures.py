@@ -61,7 +61,7 @@ def _hysteresis(view: View) -> Drawn:
     ways = [{category: at} for at in spread_places(len(view.axes[category].values), 2)] if category else [{}]
     caption = (
         f"The same cases on the way up and down {view.axes[along].words}; bands: one standard error of the members; grey bars: "
-        "means that differ by more than two standard errors of their difference."
+        "means whose difference is beyond its 95 % interval (one in twenty is so by chance)."
     )
     for number, page in enumerate(_pages(view)[:MOST_PAGES], start=1):
         for way, place in enumerate(ways, start=1):

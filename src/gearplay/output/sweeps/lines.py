@@ -26,7 +26,7 @@ PER_PAGE = 6  # numbers on one picture
 MOST_CURVES = 8
 MOST_MARKED = 60  # points of a curve that each get a mark
 LEAST_RANGE = 0.02  # of the greatest value, on an ordinate
-BEYOND = 2.0  # standard errors from which on a difference is marked
+CONFIDENCE = 0.95  # from which on a difference is marked
 
 
 def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
@@ -158,7 +158,8 @@ def carried_axis(view: View) -> str | None:
 def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[str, int]) -> bytes | None:
     """Draw variables on the way up and down one axis; bands are one standard error of the members.
 
-    Grey bars join what differs by more than two standard errors of the difference. ``fixed`` are places along categories.
+    Grey bars join what differs by more than its 95 % interval, of Student's t with the members' degrees of freedom.
+    ``fixed`` are places along categories.
     """
     labels = view.axes[DIRECTION].labels
     held = {name: at for name, at in (view.held((along, DIRECTION)) | fixed).items() if name}
@@ -174,7 +175,9 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
     x, differs = view.axes[along].values, False
     for number, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         (up, up_error), (down, down_error) = ways[name, "up"], ways[name, "down"]
-        apart = np.abs(up - down) > BEYOND * np.hypot(up_error, down_error)
+        apart = np.abs(up - down) > _student(up_error, down_error, view.members) * np.hypot(
+            up_error, down_error
+        )
         differs |= bool(apart.any())
         ax.vlines(x[apart], up[apart], down[apart], color=CLEARANCE, alpha=0.45, linewidth=4.0)
         for mean, error, color, marker in ((up, up_error, COUPLED, ">"), (down, down_error, UNCOUPLED, "<")):
@@ -190,13 +193,24 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
     if failed.any():
         handles["some case failed"] = legend_mark(CLEARANCE, marker="x")
     if differs:
-        handles["differ by over 2 standard errors"] = legend_mark(CLEARANCE, line="-")
+        handles["differ (95 %)"] = legend_mark(CLEARANCE, line="-")
     told = view.mean_words or "one case each: no spread to compare with"
     set_title(
         figure, title_of(view, f"up and down over {view.axes[along].words}", view.held_words(held), told)
     )
     set_legend(figure, handles)
     return to_png(figure)
+
+
+def _student(one: Floats, other: Floats, count: int) -> Floats:
+    """Return Student's t of the difference of two means of ``count`` cases each, with Welch's degrees of freedom."""
+    from scipy.special import stdtrit
+
+    squares = one**4 + other**4
+    freedom = np.divide(
+        (count - 1.0) * (one**2 + other**2) ** 2, squares, out=np.ones_like(one), where=squares > 0.0
+    )
+    return np.asarray(stdtrit(np.maximum(freedom, 1.0), 0.5 + 0.5 * CONFIDENCE))
 
 
 def _mean_and_error(view: View, name: str, along: str, place: dict[str, int]) -> tuple[Floats, Floats]:

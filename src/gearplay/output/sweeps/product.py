@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.model.field_units import unit_at
 from gearplay.output.files import netcdf_bytes, write_bytes
 from gearplay.solver.status import Status
-from gearplay.study.sweeps.evaluate import REFUSED, Sweep
+from gearplay.study.sweeps.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.study.sweeps.reduce import Kept
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.version import VERSION
@@ -110,7 +110,11 @@ def dims_of(sweep: Sweep, kept: Kept) -> tuple[str, ...]:
 
 
 def _flags() -> dict[int, str]:
-    return {int(s): s.name.lower() for s in Status} | {MISSING: "missing", REFUSED: "refused"}
+    return {int(s): s.name.lower() for s in Status} | {
+        MISSING: "missing",
+        REFUSED: "refused",
+        REDUCED: "reduced",
+    }
 
 
 def attributes_of(sweep: Sweep) -> dict[str, str]:

@@ -70,10 +70,10 @@ def indices_words(found: Indices) -> list[str]:
         if told
         else f"No parameter can be told to matter; first comes {found.names[top]}"
     )
-    lines = [
-        f"{who}: total index {found.total[top]:.2f} ± {found.total_error[top]:.2f}, "
-        f"first order {found.first[top]:.2f} ± {found.first_error[top]:.2f} (from {made}, {found.used} points)."
-    ]
+    first = f"first order {found.first[top]:.2f} ± {found.first_error[top]:.2f}"
+    total = f"total index {found.total[top]:.2f} ± {found.total_error[top]:.2f}, {first}"
+    shown = total if found.source == "sobol" or found.degree > 1 else f"{first}, no interactions seen"
+    lines = [f"{who}: {shown} (from {made}, {found.used} points)."]
     if math.isfinite(found.unexplained):
         lines.append(
             f"The polynomial leaves {percent(found.unexplained)} of the variance unexplained when each point is predicted "
@@ -81,9 +81,10 @@ def indices_words(found: Indices) -> list[str]:
         )
     if math.isfinite(found.noise):
         tail = ", contained in every total index" if found.source == "sobol" else ""
+        share = percent(found.noise) if found.noise < 1.0 else "As much as all"
         lines.append(
-            f"{percent(found.noise)} of the variance of the members' mean is scatter among members, which no parameter "
-            f"explains{tail}."
+            f"{share} of the variance of the members' mean is scatter among members, which no parameter explains{tail}"
+            f"{': more members per point would tell more' if found.noise > 0.5 else ''}."
         )
     return lines
 
@@ -105,9 +106,19 @@ def search_words(found: Allowable, names: str) -> list[str]:
     if found.verdict == UNKNOWN:
         return ["No case of the search finished: nothing can be said of larger clearances."]
     if found.verdict == NONE:
-        words = f"No factor of {names} from {low:.4g} to {high:.4g} keeps to the limit with probability {percent(found.wanted)}."
         best = max(found.steps, key=lambda step: step.meets)
-        return [words, f"The best is × {best.factor:.4g} with {percent(best.meets)}.", *note]
+        span = f"{names} from {low:.4g} to {high:.4g}"
+        words = f"No factor of {span} keeps to the limit with probability {percent(found.wanted)}."
+        if max(step.high for step in found.steps) >= found.wanted:
+            words = (
+                f"The sample cannot tell whether a factor of {span} keeps to the limit with probability "
+                f"{percent(found.wanted)}: draw more points."
+            )
+        return [
+            words,
+            f"The best is × {best.factor:.4g} with {percent(best.meets)} ({percent(best.low)} to {percent(best.high)}).",
+            *note,
+        ]
     if found.verdict == ALL:
         lines = [
             f"{names} may be × {found.factor:.4g}, the largest factor of the range: the limit is kept with probability "

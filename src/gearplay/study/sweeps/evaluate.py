@@ -19,8 +19,9 @@ from gearplay.study.sweeps.template import Template
 from gearplay.vocabulary.errors import GearplayError
 
 Floats = NDArray[np.float64]
-REFUSED = 100
-"""Status of a point whose case or reduction was refused; the others are those of `solver.status`."""
+REFUSED, REDUCED = 100, 101
+"""Status of a point whose case was refused, and of one that was simulated but lacks a reduction; the others are those of
+`solver.status`."""
 
 
 class Outcome(NamedTuple):
@@ -58,7 +59,7 @@ class Sweep:
             for index in points:
                 outcome, origin = self._point(index, origin, stop)
                 outcomes.append(outcome)
-                if outcome.status and len(points) > 1:
+                if outcome.status not in (0, REDUCED) and len(points) > 1:
                     reason = f"the case before it did not finish: {outcome.reason}"
                     rest = points[len(outcomes) :]
                     return outcomes + [self._failed(i, outcome.status, reason, 0.0) for i in rest]
@@ -97,14 +98,15 @@ class Sweep:
             if not run.success:
                 failed = self._failed(index, int(run.status), run.message, time.perf_counter() - started)
                 return failed, None
-            row, end = self.reducer.row(case, run, slowness=self._slowness(index)), run.end
+            (row, lacking), end = self.reducer.row(case, run, slowness=self._slowness(index)), run.end
         except GearplayError as error:
             reason = str(error).splitlines()[0]
             return self._failed(index, REFUSED, reason, time.perf_counter() - started), end
         address = self.template.address_of(index)
-        return Outcome(
-            index, address, 0, "", row, time.perf_counter() - started
-        ), end if self.template.chain else None
+        outcome = Outcome(
+            index, address, REDUCED if lacking else 0, lacking, row, time.perf_counter() - started
+        )
+        return outcome, end if self.template.chain else None
 
     def _failed(self, index: int, status: int, reason: str, seconds: float) -> Outcome:
         nothing = np.full(self.reducer.size, np.nan)

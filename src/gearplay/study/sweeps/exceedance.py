@@ -74,22 +74,16 @@ def member_means(table: Floats) -> Floats:
 
 
 def member_variance(table: Floats) -> float:
-    """Return the variance of single cases about their point's mean; NaN where no point has two finished members.
-
-    What a member has in common over all points (its initial state) is taken out first: it is no scatter between points.
-    """
+    """Return the variance of single cases about their point's mean; NaN where no point has two finished members."""
     known = np.isfinite(table)
     kept = known.sum(axis=1) > 1
     samples = int(kept.sum())
     if samples == 0:
         return math.nan
     part = table[kept]
-    if samples > 1:
-        part = part - member_means(part.T)
     rest = part - member_means(part)[:, None]
     spare = float((known[kept].sum(axis=1) - 1).sum())
-    own = samples / (samples - 1.0) if samples > 1 else 1.0
-    return float(np.nansum(rest**2)) / spare * own
+    return float(np.nansum(rest**2)) / spare
 
 
 def noise_share(own: float, whole: float) -> float:

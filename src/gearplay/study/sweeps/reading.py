@@ -10,7 +10,7 @@ from gearplay.model.case import Case
 from gearplay.model.wording import translate
 from gearplay.study.plan_files import Source, plan_document
 from gearplay.study.sweeps.plan import SweepPlan
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 PACKAGE = "gearplay.study.sweeps"
 
@@ -24,6 +24,11 @@ def load_sweep(source: Source) -> SweepPlan:
     ['model', 'speed', 'radial_clearance', 'backlash']
     """
     document = plan_document(source, PACKAGE)
+    if "rotors" in document and "reduce" not in document:
+        rule = "must be a sweep plan, but this is a case"
+        raise InputError(
+            Fault("plan", NO_VALUE, rule, "Name the case in a plan: case = ...; see docs/sweeps")
+        )
     try:
         return SweepPlan.model_validate(document)
     except ValidationError as error:

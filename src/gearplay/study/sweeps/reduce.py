@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.solver.trajectory import Trajectory, choose_columns, contact_labels
+from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns, contact_labels
 from gearplay.study.signals.levels import band_level, band_levels
 from gearplay.study.signals.lines import find_hump, find_line
 from gearplay.study.signals.record import Channel
@@ -74,7 +74,10 @@ class Reducer:
         self.signals = sorted({name for each in plan.reduce for name in _needed(each, case, packed)})
         run = case.run
         samples = max(1, int(run.duration * run.sampling + 0.5))
-        self.layout = [kept for each in plan.reduce for kept in _kept(each, samples, run.sampling)]
+        for each in plan.reduce:
+            _check_band(each, run.duration, run.sampling)
+        self.shares = [_kept(each, samples, run.sampling) for each in plan.reduce]
+        self.layout = [kept for share in self.shares for kept in share]
         _check_names(plan, self.layout)
 
     @property
@@ -82,16 +85,26 @@ class Reducer:
         """Numbers in a row."""
         return sum(kept.size for kept in self.layout)
 
-    def row(self, case: Case, run: Trajectory, *, slowness: float = 1.0) -> Floats:
-        """Return the row of one finished run, shape [number]; orders count from ``slowness`` times the nominal speed."""
+    def row(self, case: Case, run: Trajectory, *, slowness: float = 1.0) -> tuple[Floats, str]:
+        """Return the row of one finished run, shape [number], and why some of it is NaN ("" where all was made).
+
+        Orders count from ``slowness`` times the nominal speed.
+        """
         fundamental = slowness * geometry.mesh_frequency(case) if case.meshes else math.nan
-        parts = [part for each in self.reductions for part in _values(each, fundamental, run)]
-        row = np.concatenate([np.atleast_1d(part) for part in parts]).astype(np.float64)
-        if row.size != self.size:
-            rule = f"must keep the {self.size} numbers of the base case in every case"
-            cure = "Do not keep a history where run.duration or run.sampling varies"
-            raise InputError(Fault("reduce", f"{row.size} numbers", rule, cure))
-        return row
+        parts, reasons = [], []
+        for each, kept in zip(self.reductions, self.shares, strict=True):
+            size = sum(part.size for part in kept)
+            try:
+                made = np.concatenate([np.atleast_1d(part) for part in _values(each, fundamental, run)])
+                if made.size != size:
+                    rule = f"must keep the {size} numbers of the base case in every case"
+                    cure = "Do not keep a history where run.duration or run.sampling varies"
+                    raise InputError(Fault("numbers", made.size, rule, cure))
+            except InputError as error:
+                made = np.full(size, math.nan)
+                reasons.append(f"reduce.{each.name}: {error}")
+            parts.append(made.astype(np.float64))
+        return np.concatenate(parts), reasons[0].splitlines()[0] if reasons else ""
 
 
 def _check_names(plan: SweepPlan, layout: list[Kept]) -> None:
@@ -105,6 +118,32 @@ def _check_names(plan: SweepPlan, layout: list[Kept]) -> None:
                     Fault("reduce", name, "must be a name of its own in the product", "Rename one")
                 )
             taken.add(name)
+
+
+def _check_band(reduction: Any, duration: float, sampling: float) -> None:
+    """Refuse frequencies that the record of the base case does not hold, and parts finer than its lines."""
+    half, resolution, where = 0.5 * sampling, 1.0 / duration, f"reduce.{reduction.name}"
+    band = getattr(reduction, "band", None)
+    top, field = (band[1], "band") if band is not None else (getattr(reduction, "near", None) or 0.0, "near")
+    if top > half:
+        rule = f"must be at most {half:g} Hz, half of run.sampling"
+        raise InputError(Fault(f"{where}.{field}", f"{top:g} Hz", rule, "Lower it, or raise run.sampling"))
+    if band is None:
+        return
+    if isinstance(reduction, SpectrumReduction):
+        most = int((band[1] - band[0]) / resolution * (1.0 + 1e-9))
+        if reduction.count > most:
+            rule = f"must be at most {most}: a record of {duration:g} s has a line each {resolution:g} Hz"
+            raise InputError(
+                Fault(f"{where}.count", reduction.count, rule, "Lower it, or lengthen run.duration")
+            )
+    elif band[1] - band[0] < 3.0 * resolution:
+        rule = f"must be at least {3.0 * resolution:g} Hz wide: a record of {duration:g} s has a line each {resolution:g} Hz"
+        raise InputError(
+            Fault(
+                f"{where}.band", f"{band[0]:g} to {band[1]:g} Hz", rule, "Widen it, or lengthen run.duration"
+            )
+        )
 
 
 def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
@@ -123,8 +162,8 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
     try:
         choose_columns(packed, [wanted])
     except InputError:
-        known = (*packed.rotor_names, *packed.sleeve_names, *packed.mesh_names)
         if reduction.signal in RESULT_VARIABLES:
+            known = tuple(c.label for c in all_columns(packed) if c.signal == reduction.signal)
             raise _unknown(reduction, "at", reduction.at, tuple(dict.fromkeys(known))) from None
         raise _unknown(reduction, "signal", reduction.signal, tuple(RESULT_VARIABLES)) from None
     if isinstance(reduction, LineReduction) and reduction.order is not None and not case.meshes:
@@ -134,7 +173,7 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
 
 
 def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> InputError:
-    rule = "must be of this case and have this signal" if field == "at" else "must be of this case"
+    rule = f"must have the signal {reduction.signal}" if field == "at" else "must be of this case"
     return InputError(
         Fault(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
     )

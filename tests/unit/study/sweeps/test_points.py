@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case
-from gearplay.study.sweeps.points import Points, order_of, points_of, sample_size
+from gearplay.study.sweeps.draws import sample_size
+from gearplay.study.sweeps.points import Points, order_of, points_of
 from gearplay.study.sweeps.reading import load_sweep, make_plan
 from gearplay.study.sweeps.template import Template
 from gearplay.vocabulary.errors import InputError, ResourceError
@@ -104,9 +105,11 @@ def test_points_come_in_c_order() -> None:
     assert found.dims == ("gap", "model", "sample", "member")
     assert found.shape == (3, 2, 4, 2)
     drags = [float(v) for v in found.sample[:, 0]]
-    expected = [
-        ({"gap": gap, "model": model, "drag": drag}, member)
-        for gap, model, drag, member in product((1e-5, 2e-5, 3e-5), MODEL["values"], drags, (0, 1))
+    expected = [  # every drawn point has members of its own, none of them the undisturbed one, 0
+        ({"gap": gap, "model": model, "drag": drag}, 1 + 2 * at + member)
+        for gap, model, (at, drag), member in product(
+            (1e-5, 2e-5, 3e-5), MODEL["values"], enumerate(drags), (0, 1)
+        )
     ]
     assert [found.at(i) for i in range(len(found))] == expected
     assert len(found) == found.jobs == 48

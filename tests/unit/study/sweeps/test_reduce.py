@@ -12,7 +12,7 @@ from gearplay.model.pack import pack
 from gearplay.solver.carry import End
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
-from gearplay.study.sweeps.evaluate import Sweep
+from gearplay.study.sweeps.evaluate import REDUCED, Sweep
 from gearplay.study.sweeps.plan_kept import ContactReduction
 from gearplay.study.sweeps.reading import load_sweep
 from gearplay.study.sweeps.reduce import Reducer
@@ -83,7 +83,9 @@ def fake(signal: FLOATS, name: str = "x", dimension: str = "rotor", label: str =
 
 def reduced(run: Trajectory, *reductions: dict[str, Any], slowness: float = 1.0) -> FLOATS:
     sweep = made(*reductions)
-    return sweep.reducer.row(sweep.template.base, run, slowness=slowness)
+    row, lacking = sweep.reducer.row(sweep.template.base, run, slowness=slowness)
+    assert lacking == ""
+    return row
 
 
 def test_statistics_are_those_of_mean_accelerations() -> None:
@@ -271,7 +273,7 @@ def test_a_row_is_laid_out_as_the_plan_lists_it() -> None:
 
 
 def test_only_the_signals_that_are_needed_are_kept() -> None:
-    reducer = made(reduction("statistic"), reduction("level", name="level", band=(1.0, 2.0))).reducer
+    reducer = made(reduction("statistic"), reduction("level", name="level", band=(1.0, 20.0))).reducer
     assert reducer.signals == ["ring.vx"]
     assert made(reduction("contact", contact="ring", statistic="peak_force")).reducer.signals == []
 
@@ -316,3 +318,36 @@ def test_orders_need_a_mesh() -> None:
     document = {"case": disc, "reduce": [reduction("line", at="disc", order=1)]}
     with pytest.raises(InputError, match="must be near, for a case without a mesh"):
         Reducer(load_sweep(document), case, pack(case))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (
+            {"kind": "line", "near": 2501.0},
+            r'reduce\.kept\.near = "2501 Hz": must be at most 2500 Hz, half of run\.sampling',
+        ),
+        (
+            {"kind": "level", "band": [10.0, 2600.0]},
+            r'reduce\.kept\.band = "2600 Hz": must be at most 2500 Hz',
+        ),
+        ({"kind": "hump", "band": [1.0, 8.0]}, r"must be at least 7\.5 Hz wide: a record of 0\.4 s"),
+        ({"kind": "spectrum", "band": [1.0, 101.0], "count": 41}, r"count = 41: must be at most 40"),
+    ],
+)
+def test_frequencies_that_the_record_does_not_hold_are_refused(wrong: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        made({**reduction(wrong["kind"]), **wrong})
+
+
+def test_a_reduction_that_fails_leaves_the_others() -> None:
+    """At 0 rpm there is no mesh line, but there is an rms value."""
+    line = reduction("line", name="line", order=1)
+    axis = {"name": "speed", "path": "rotors.pinion.drive.speed", "values": ["60 rpm", "0 rpm"]}
+    plan = {"case": "han2021", "set": SET, "axes": [axis], "reduce": [reduction("statistic"), line]}
+    sweep = Sweep(load_sweep(plan))
+    (whole,), (partly,) = sweep.evaluate(0), sweep.evaluate(1)
+    assert (whole.status, partly.status) == (0, REDUCED)
+    assert partly.reason.startswith("reduce.line: band = ")
+    assert np.isfinite(whole.row).all()
+    assert np.isfinite(partly.row).tolist() == [True, False, False]

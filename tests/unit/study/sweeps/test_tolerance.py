@@ -19,12 +19,12 @@ from gearplay.study.sweeps.allowable import (
     step_of,
 )
 from gearplay.study.sweeps.distribution import distribution
+from gearplay.study.sweeps.draws import draw, sample_size, unit_points
 from gearplay.study.sweeps.exceedance import as_table, exceedance, member_variance, proportion
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.plan_design import Design
 from gearplay.study.sweeps.plan_kept import scalar_names
 from gearplay.study.sweeps.plan_tolerance import Tolerance, tolerance_problems
-from gearplay.study.sweeps.points import draw, sample_size, unit_points
 from gearplay.study.sweeps.reading import load_sweep
 from gearplay.study.sweeps.sobol_indices import emulated_indices, independent_rows, indices_of, sobol_indices
 from gearplay.study.sweeps.tolerance import answers_of, cuts_of
@@ -118,10 +118,9 @@ def test_points_weigh_the_same_however_many_members_finished() -> None:
     assert (told.mean, told.quantiles[1].value) == (2.0, 1.0)
 
 
-def test_the_scatter_among_members_leaves_out_what_members_have_in_common() -> None:
+def test_the_scatter_among_members_is_theirs_within_a_point() -> None:
     generator = np.random.default_rng(3)
-    point, member = generator.normal(size=(500, 1)), 5.0 * generator.normal(size=(1, 4))
-    table = point + member + 0.5 * generator.normal(size=(500, 4))
+    table = 5.0 * generator.normal(size=(500, 1)) + 0.5 * generator.normal(size=(500, 4))
     assert member_variance(table) == pytest.approx(0.25, rel=0.06)
     table[::7, 1] = np.nan
     assert member_variance(table) == pytest.approx(0.25, rel=0.06)
