@@ -71,7 +71,7 @@ def test_the_tangent_is_the_derivative_of_the_flow(seed: int, measured: Any) -> 
 
 @pytest.mark.parametrize("seed", [4, 6, 11, 12])
 def test_volumes_shrink_by_the_divergence(seed: int, measured: Any) -> None:
-    """The determinant of the derivative is the exponential of the divergence along the way (Liouville), where no sleeve remembers its impact speed."""
+    """Liouville: the determinant is the exponential of the divergence on the way, where no sleeve remembers its impact speed."""
     restitution = {f"sleeves.{name}.restitution": 1.0 for name in random_case(seed)["sleeves"]}
     flow = flow_of(seed, **restitution)
     found = flow.go(flow.start(), SPAN, changes=unit_changes(flow), divergence=True)

@@ -1,0 +1,131 @@
+"""Periodic orbits by shooting: Newton's method on the map over their periods, with exact derivatives; Floquet multipliers."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.study.nonlinear.period_map import PeriodMap
+from gearplay.vocabulary.errors import GearplayError, SimulationError
+
+Floats = NDArray[np.float64]
+CLOSE = 1e-9
+"""Residual in natural sizes from which on an orbit counts as found."""
+MOST_STEPS = 30
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic orbit: its states at the section, shape [order, state], and what becomes of small changes over its period.
+
+    ``multipliers`` are the Floquet multipliers, the largest first, shape [state] complex; ``residual`` is in natural sizes;
+    ``contacts`` the contact changes over the period, shape [change, 2].
+    """
+
+    parameter: float
+    states: Floats
+    matrix: Floats
+    multipliers: NDArray[np.complex128]
+    residual: float
+    contacts: NDArray[np.int64]
+
+    @property
+    def order(self) -> int:
+        """Periods of the excitation after which the orbit repeats."""
+        return len(self.states)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small changes decay."""
+        return bool(np.all(np.abs(self.multipliers) < 1.0))
+
+
+@dataclass(frozen=True)
+class Return:
+    """A map over ``order`` periods: the states at the section on the way, shape [order, state], image, derivative, contacts."""
+
+    states: Floats
+    image: Floats
+    matrix: Floats
+    contacts: NDArray[np.int64]
+
+
+def after(period_map: PeriodMap, state: Floats, parameter: float, order: int) -> Return:
+    """Return the map over ``order`` periods with the product of its derivatives."""
+    matrix, states, contacts = np.eye(state.size), [], []
+    for _ in range(order):
+        states.append(state)
+        found = period_map(state, parameter)
+        matrix = found.matrix @ matrix
+        state = found.state
+        contacts.append(found.contacts)
+    return Return(np.array(states), state, matrix, np.concatenate(contacts))
+
+
+def find_orbit(
+    period_map: PeriodMap, guess: Floats, parameter: float, *, order: int = 1, close: float = CLOSE
+) -> Orbit:
+    """Return the periodic orbit of an order near a guess of its state at the section, shape [state].
+
+    Newton's method, each step halved until the residual falls; stable and unstable orbits alike.
+
+    Raises `SimulationError` where it does not converge.
+    """
+    scale = period_map.scale
+    state = np.array(guess, dtype=np.float64)
+    found = after(period_map, state, parameter, order)
+    residual = _size(found.image - state, scale)
+    for _ in range(MOST_STEPS):
+        if residual <= close:
+            return _polished(period_map, orbit_of(found, parameter, residual, scale), close)
+        step = _newton_step(found, scale)
+        share = 1.0
+        while share > 1e-3:
+            try:
+                tried = after(period_map, state + share * step, parameter, order)
+            except GearplayError:  # the motion cannot be followed from there
+                share *= 0.5
+                continue
+            size = _size(tried.image - tried.states[0], scale)
+            if size < residual:
+                break
+            share *= 0.5
+        else:
+            break
+        state, found, residual = tried.states[0], tried, size
+    raise SimulationError(
+        f"orbit: no orbit of order {order} was found near the guess; {residual:.2g} natural sizes are left. "
+        "Start nearer, or from a settled motion."
+    )
+
+
+def _polished(period_map: PeriodMap, orbit: Orbit, close: float) -> Orbit:
+    """Return an orbit after one more step, if that brings it nearer: Newton's method squares the error."""
+    scale = period_map.scale
+    found = Return(orbit.states, orbit.states[0] + 0.0, orbit.matrix, orbit.contacts)
+    again = after(period_map, orbit.states[0], orbit.parameter, orbit.order)
+    found = replace(found, image=again.image, matrix=again.matrix)
+    try:
+        better = after(period_map, orbit.states[0] + _newton_step(found, scale), orbit.parameter, orbit.order)
+    except GearplayError:
+        return orbit
+    size = _size(better.image - better.states[0], scale)
+    return orbit_of(better, orbit.parameter, size, scale) if size < orbit.residual else orbit
+
+
+def _newton_step(found: Return, scale: Floats) -> Floats:
+    """Solve (M - 1) dx = x - P(x) in natural sizes; entries that neither change nor matter stay."""
+    matrix = found.matrix * scale[None, :] / scale[:, None] - np.eye(scale.size)
+    defect = (found.states[0] - found.image) / scale
+    return np.asarray(np.linalg.lstsq(matrix, defect, rcond=1e-12)[0] * scale)
+
+
+def _size(difference: Floats, scale: Floats) -> float:
+    return float(np.max(np.abs(difference / scale))) if difference.size else 0.0
+
+
+def orbit_of(found: Return, parameter: float, residual: float, scale: Floats) -> Orbit:
+    """Return the orbit behind a return map that closes."""
+    multipliers = np.linalg.eigvals(found.matrix * scale[None, :] / scale[:, None]).astype(np.complex128)
+    order = np.argsort(-np.abs(multipliers), kind="stable")
+    return Orbit(parameter, found.states, found.matrix, multipliers[order], residual, found.contacts)

@@ -1,0 +1,178 @@
+"""The map of a state over one period of the excitation, with its exact derivative: what orbits and branches are made of."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.layout import DRIVE_SPEED
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.model.reading import replace
+from gearplay.solver.flow import Flow, Passage
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+Family = Callable[[float], Case]
+MOST_PERIODS = 2000
+"""Most mesh periods that a common period of all excitations may have."""
+
+
+class Image(NamedTuple):
+    """Where a map leads: the state, shape [state]; its derivative, shape [image, state]; the contact changes on the way as
+    (contact, 1 onset / 0 release), shape [change, 2].
+    """
+
+    state: Floats
+    matrix: Floats
+    contacts: NDArray[np.int64]
+
+
+class PeriodMap(Protocol):
+    """A map x -> P(x; parameter) over one period, whatever system it is of.
+
+    ``scale`` are the natural sizes of the state's entries, shape [state].
+    """
+
+    @property
+    def scale(self) -> Floats:
+        """Natural sizes, shape [state]."""
+        ...
+
+    def __call__(self, state: Floats, parameter: float) -> Image:
+        """Return the image of a state."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Member:
+    flow: Flow
+    period: float
+
+
+class StrobeMap:
+    """The map of a case over a period of its excitation, in the states that are not prescribed.
+
+    ``family`` returns the case at a parameter. Impact speeds latched by sleeves in contact at the section follow the free
+    states: of a closed sleeve they are part of the state, of an open one they mean nothing and stay 0.
+
+    Raises `InputError` for a case whose excitation has no period: a speed must be prescribed, without a ramp.
+    """
+
+    def __init__(self, family: Family, parameter: float, *, periods: int = 1) -> None:
+        self.family, self.periods = family, periods
+        self._kept: dict[float, _Member] = {}
+        first = self.member(parameter).flow
+        self.free = first.free
+        speeds = np.full(first.sleeves, first.natural[3 * first.packed.system.rotors.size])
+        self._scale = np.concatenate([first.natural[self.free], speeds])
+
+    @property
+    def scale(self) -> Floats:
+        """Natural sizes of the free states, then of latched speeds, shape [state]."""
+        return self._scale
+
+    def member(self, parameter: float) -> _Member:
+        """Return the flow and the period [s] at a parameter."""
+        if parameter not in self._kept:
+            if len(self._kept) > 16:
+                self._kept.clear()
+            flow = Flow(self.family(parameter))
+            self._kept[parameter] = _Member(flow, self.periods * common_period(flow.packed))
+        return self._kept[parameter]
+
+    def start(self, parameter: float) -> Floats:
+        """Return the case's own initial state as a state of the map."""
+        flow = self.member(parameter).flow
+        return np.concatenate([flow.start()[self.free], np.zeros(flow.sleeves)])
+
+    def settle(self, state: Floats, parameter: float, periods: int) -> Floats:
+        """Return the state after some periods."""
+        for _ in range(periods):
+            state = self._pack(self.passage(state, parameter))
+        return state
+
+    def passage(self, state: Floats, parameter: float, changes: Floats | None = None) -> Passage:
+        """Follow the motion over one period."""
+        flow, period = self.member(parameter).flow, self.member(parameter).period
+        free = len(self.free)
+        full = np.zeros(flow.size)
+        full[self.free] = state[:free]
+        return flow.go(full, period, latch=state[free:] if flow.sleeves else None, changes=changes)
+
+    def _pack(self, found: Passage) -> Floats:
+        sleeves = found.latch.size
+        return np.concatenate([found.state[self.free], np.where(found.closed[:sleeves], found.latch, 0.0)])
+
+    def __call__(self, state: Floats, parameter: float) -> Image:
+        """Return the image of a state after one period, with the exact derivative."""
+        flow, free = self.member(parameter).flow, len(self.free)
+        changes = np.zeros((state.size, flow.size + flow.sleeves))
+        changes[np.arange(free), self.free] = 1.0
+        held = state[free:] > 0.0
+        changes[free + np.arange(flow.sleeves)[held], flow.size + np.arange(flow.sleeves)[held]] = 1.0
+        found = self.passage(state, parameter, changes)
+        rows = np.concatenate([self.free, flow.size + np.arange(flow.sleeves)])
+        matrix = found.changes[:, rows].T.copy()
+        matrix[free:][~found.closed[: flow.sleeves]] = 0.0
+        return Image(self._pack(found), matrix, found.log[:, 1:3].astype(np.int64))
+
+
+def along(case: Case, path: str) -> Family:
+    """Return the family of a case along one of its fields, values in SI."""
+
+    def family(value: float) -> Case:
+        return replace(case, {path: value})
+
+    return family
+
+
+def common_period(packed: Packed) -> float:
+    """Return the shortest time [s] after which everything that excites a system begins anew.
+
+    That is a number of periods of the first mesh: stiffness and errors repeat with their mesh, runouts with their rotor, ripples
+    with their order.
+
+    Raises `InputError` where there is none.
+    """
+    rotors: Any = packed.system.rotors
+    meshes: Any = packed.system.meshes
+    prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
+    if not prescribed or any(rotors[i].ramp_time > 0.0 for i in prescribed) or not meshes.size:
+        rule = "must be given as kind = 'speed' without a ramp, for a motion that can be periodic, and there must be a mesh"
+        raise InputError(
+            Fault(
+                "drive", packed.rotor_names[prescribed[0]] if prescribed else None, rule, "Change the drive"
+            )
+        )
+    speeds = rotors.nominal_speed
+    rates = []  # [rad/s], of all that repeats
+    for mesh in meshes:
+        frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
+        rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
+    for i in range(rotors.size):
+        if rotors[i].eccentricity > 0.0 or rotors[i].ripple_count > 0:
+            rates.append(abs(speeds[i]))
+    for k in range(packed.system.sleeves.size):
+        sleeve: Any = packed.system.sleeves[k]
+        if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
+            rates.append(abs(speeds[sleeve.bush]))
+    base = rates[0]
+    if base == 0.0:
+        raise InputError(Fault("drive.speed", 0.0, "must not be 0 for a periodic motion", "Choose a speed"))
+    for count in range(1, MOST_PERIODS + 1):
+        turns = np.array(rates) * count / base
+        if np.all(np.abs(turns - np.round(turns)) < 1e-9 * np.maximum(turns, 1.0)):
+            return float(2.0 * math.pi * count / base)
+    rule = f"must have a common period of at most {MOST_PERIODS} mesh periods"
+    raise InputError(
+        Fault(
+            "runout",
+            None,
+            rule,
+            "Leave out what does not repeat with the mesh, or choose other tooth numbers",
+        )
+    )
