@@ -57,6 +57,21 @@ class Flow:
         """Return the initial state of a member of the case's ensemble."""
         return initial_state(self.case, self.packed, member=member)
 
+    def begin(
+        self,
+        state: Floats,
+        *,
+        latch: Floats | None = None,
+        changes: Floats | None = None,
+        divergence: bool = False,
+    ) -> "Course":
+        """Return the motion from ``state`` at t = 0, to be followed piece by piece.
+
+        ``latch`` holds the impact speeds of sleeves that are in contact at the start, where known; ``changes``, shape
+        [change, state + sleeve], small changes of both that are moved on to first order.
+        """
+        return Course(self, state, latch, changes, divergence)
+
     def go(
         self,
         state: Floats,
@@ -66,18 +81,26 @@ class Flow:
         changes: Floats | None = None,
         divergence: bool = False,
     ) -> Passage:
-        """Follow the motion from ``state`` at t = 0 over ``span`` [s].
-
-        ``latch`` holds the impact speeds of sleeves that are in contact at the start, where known; ``changes``, shape
-        [change, state + sleeve], small changes of both that are moved on to first order.
+        """Follow the motion from ``state`` at t = 0 over ``span`` [s]; see `begin`.
 
         Raises `SimulationError` where the motion cannot be followed to the end.
         """
-        packed = self.packed
+        course = self.begin(state, latch=latch, changes=changes, divergence=divergence)
+        course.advance(span)
+        return course.passage()
+
+
+class Course:
+    """A motion in progress. ``changes``, shape [change, state + sleeve], may be replaced in place between pieces."""
+
+    def __init__(
+        self, flow: Flow, state: Floats, latch: Floats | None, changes: Floats | None, divergence: bool
+    ) -> None:
+        packed, self.flow = flow.packed, flow
         meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
-        system = packed.system._replace(meshes=meshes, known_angles=known)
-        motion = run_state.make_motion(
-            system,
+        self.system = packed.system._replace(meshes=meshes, known_angles=known)
+        self.motion = run_state.make_motion(
+            self.system,
             state,
             packed.natural,
             packed.restart_step,
@@ -85,36 +108,56 @@ class Flow:
             np.zeros(0, dtype=np.int64),
             np.zeros((0, 0)),
             LOG_CAPACITY,
-            self.case.run.tolerance,
+            flow.case.run.tolerance,
         )
-        if latch is not None:
-            motion.latch[: self.sleeves] = np.nextafter(latch, np.inf)
-        rows = np.zeros((0, self.size + self.sleeves)) if changes is None else changes
-        moved = tangent.make_tangent(system, motion, rows.copy(), divergence=divergence)
-        motion.clock[run_state.T_END] = span
-        log: list[Floats] = []
-        plain = changes is None and not divergence
-        while True:
-            if plain:
-                status = stepper.advance(system, motion, CHUNK_STEPS)
+        if latch is not None:  # above the floor that means: not latched yet
+            self.motion.latch[: flow.sleeves] = np.nextafter(latch, np.inf)
+        rows = np.zeros((0, flow.size + flow.sleeves)) if changes is None else changes.copy()
+        self.tangent = tangent.make_tangent(self.system, self.motion, rows, divergence=divergence)
+        self.plain = changes is None and not divergence
+        self.log: list[Floats] = []
+
+    @property
+    def changes(self) -> Floats:
+        """The changes as they have moved on."""
+        return self.tangent.changes
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """Which contacts are closed, shape [contact]: sleeves, then two flanks a mesh."""
+        contacts = self.flow.sleeves + 2 * self.system.meshes.size
+        return np.asarray(self.motion.modes[:contacts] != OPEN)
+
+    @property
+    def divergence(self) -> float:
+        """The divergence [1] summed up so far; NaN where it was not asked for."""
+        totals = self.tangent.totals
+        return float(totals[0]) if totals[1] == 1.0 else float("nan")
+
+    def advance(self, t_end: float) -> None:
+        """Go on to t_end [s]; `SimulationError` where the motion cannot be followed so far."""
+        motion = self.motion
+        motion.clock[run_state.T_END] = t_end
+        status: int = Status.PAUSED
+        while status == Status.PAUSED:
+            if self.plain:
+                status = stepper.advance(self.system, motion, CHUNK_STEPS)
             else:
-                status = tangent.advance_tangent(system, motion, moved, CHUNK_STEPS)
-            logged = int(motion.counts[run_state.LOGGED])
-            log.append(motion.log[:logged].copy())
+                status = tangent.advance_tangent(self.system, motion, self.tangent, CHUNK_STEPS)
+            self.log.append(motion.log[: int(motion.counts[run_state.LOGGED])].copy())
             motion.counts[run_state.LOGGED] = 0
-            if status == Status.PAUSED:
-                continue
-            if status != Status.DONE:
-                at = float(motion.clock[run_state.T])
-                raise SimulationError(f"flow: {WORDS[Status(status)]} Stopped at t = {at:.9g} s.")
-            break
-        contacts = self.sleeves + 2 * system.meshes.size
+        if status != Status.DONE:
+            at = float(motion.clock[run_state.T])
+            raise SimulationError(f"flow: {WORDS[Status(status)]} Stopped at t = {at:.9g} s.")
+
+    def passage(self) -> Passage:
+        """Return where the motion is now."""
         return Passage(
-            state=motion.y.copy(),
-            latch=motion.latch[: self.sleeves].copy(),
-            changes=moved.changes,
-            log=np.concatenate(log),
-            closed=motion.modes[:contacts] != OPEN,
-            events=int(motion.counts[run_state.EVENTS]),
-            divergence=float(moved.totals[0]) if divergence else float("nan"),
+            state=self.motion.y.copy(),
+            latch=self.motion.latch[: self.flow.sleeves].copy(),
+            changes=self.changes.copy(),
+            log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
+            closed=self.closed,
+            events=int(self.motion.counts[run_state.EVENTS]),
+            divergence=self.divergence,
         )

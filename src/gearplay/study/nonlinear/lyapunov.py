@@ -1,0 +1,121 @@
+"""Lyapunov exponents: how fast neighbouring motions part, from the exact tangent of the flow, with their uncertainty."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.solver.flow import Course, Flow
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
+BLOCKS = 20  # over which the scatter is judged
+LEAD = 0.1  # share of the time in which the changes find their directions
+
+
+@dataclass(frozen=True)
+class Exponents:
+    """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
+
+    The intervals are those of Student's t over blocks of the record, shape [block, exponent]. ``divergence`` is the mean
+    divergence of the flow [1/s]: the sum of all exponents, where no sleeve remembers its impact speed (NaN otherwise, and where
+    not all were asked for). ``time`` is the length of the record [s].
+    """
+
+    values: Floats
+    errors: Floats
+    blocks: Floats
+    divergence: float
+    time: float
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """The largest exponent [1/s] and the half-width of its 95 % interval."""
+        return float(self.values[0]), float(self.errors[0])
+
+
+def lyapunov_exponents(
+    case: Case,
+    *,
+    count: int | None = None,
+    time: float | None = None,
+    transient: float | None = None,
+    member: int = 0,
+    progress: Callable[[float, float], None] | None = None,
+) -> Exponents:
+    """Return the ``count`` largest Lyapunov exponents of a motion, all of them if not given.
+
+    The run takes ``transient`` and ``time`` [s], the case's transient and duration if not given. Changes of all free states
+    (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
+    again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
+
+    Raises `InputError` for a count or times that cannot be, `SimulationError` where the motion cannot be followed.
+    """
+    flow = Flow(case)
+    most = len(flow.free)
+    number = most if count is None else count
+    if not 1 <= number <= most:
+        rule = f"must lie between 1 and {most}, the number of free states"
+        raise InputError(Fault("count", number, rule, "Choose fewer or more"))
+    span = case.run.duration if time is None else time
+    lead = case.run.transient if transient is None else transient
+    if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
+        raise InputError(Fault("time", span, "must be above 0 s, transient 0 s or more", "Correct it"))
+    remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
+    whole = number == most and not remembers
+    return _exponents(flow, member, lead, span, number, whole=whole, progress=progress)
+
+
+def _exponents(
+    flow: Flow,
+    member: int,
+    lead: float,
+    span: float,
+    number: int,
+    *,
+    whole: bool,
+    progress: Callable[[float, float], None] | None,
+) -> Exponents:
+    changes = np.zeros((number, flow.size + flow.sleeves))
+    random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
+    changes[:, flow.free] = random.T * flow.natural[flow.free]
+    course = flow.begin(flow.start(member), changes=changes, divergence=whole)
+    align = lead + LEAD * span
+    pieces = max(BLOCKS, math.ceil(span / LONGEST))
+    pieces += -pieces % BLOCKS
+    for at in range(1, 1 + math.ceil(align / LONGEST)):
+        course.advance(min(at * LONGEST, align))
+        _orthonormalise(flow, course)
+    before = course.divergence
+    grown = np.zeros((pieces, number))
+    for at in range(pieces):
+        course.advance(align + (at + 1) * span / pieces)
+        grown[at] = _orthonormalise(flow, course)
+        if progress is not None:
+            progress(align + (at + 1) * span / pieces, align + span)
+    from scipy.special import stdtrit
+
+    blocks = grown.reshape(BLOCKS, -1, number).sum(axis=1) * BLOCKS / span
+    values = blocks.mean(axis=0)
+    errors = float(stdtrit(BLOCKS - 1.0, 0.975)) * blocks.std(axis=0, ddof=1) / math.sqrt(BLOCKS)
+    order = np.argsort(-values, kind="stable")
+    divergence = (course.divergence - before) / span if whole else math.nan
+    return Exponents(values[order], errors[order], blocks[:, order], divergence, span)
+
+
+def _orthonormalise(flow: Flow, course: Course) -> Floats:
+    """Make the changes orthonormal in natural sizes; return the logarithms of how far each has grown."""
+    sleeves, changes = flow.sleeves, course.changes
+    speeds = np.full(sleeves, flow.natural[3 * course.system.rotors.size])
+    # Only what can change: rounding in a prescribed direction would stay while all others shrink.
+    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[:sleeves])])
+    sizes = np.concatenate([flow.natural, speeds])[places]
+    directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
+    changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve
+    changes[:, places] = directions.T * sizes
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(np.abs(np.diagonal(lengths))))
