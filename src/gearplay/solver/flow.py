@@ -150,6 +150,34 @@ class Course:
             at = float(motion.clock[run_state.T])
             raise SimulationError(f"flow: {WORDS[Status(status)]} Stopped at t = {at:.9g} s.")
 
+    @property
+    def time(self) -> float:
+        """Where the motion is now [s]."""
+        return float(self.motion.clock[run_state.T])
+
+    @property
+    def state(self) -> Floats:
+        """The state now, shape [state]: a view that changes with the motion."""
+        return self.motion.y
+
+    def advance_to_change(self, t_end: float) -> Floats:
+        """Go on to the end of the first step with a contact change, at most to t_end [s].
+
+        Returns the changes there as rows (t, contact, 1 onset / 0 release, rate), none at t_end. The motion is that of `advance`.
+        """
+        motion = self.motion
+        motion.clock[run_state.T_END] = t_end
+        while True:
+            status = stepper.advance(self.system, motion, 1)
+            logged = int(motion.counts[run_state.LOGGED])
+            rows = motion.log[:logged].copy()
+            motion.counts[run_state.LOGGED] = 0
+            if status not in (Status.DONE, Status.PAUSED):
+                raise SimulationError(f"flow: {WORDS[Status(status)]} Stopped at t = {self.time:.9g} s.")
+            if logged or status == Status.DONE:
+                stepper.synchronise(self.system, motion)
+                return rows
+
     def passage(self) -> Passage:
         """Return where the motion is now."""
         return Passage(

@@ -130,6 +130,43 @@ def along(case: Case, path: str) -> Family:
     return family
 
 
+def section_period(packed: Packed, which: str | float = "common") -> float:
+    """Return the time [s] between two sections: "common" of all excitation, of the first "mesh", of its driver ("shaft"), or [s].
+
+    Raises `InputError` where there is none.
+    """
+    if not isinstance(which, str):
+        if not (math.isfinite(which) and which > 0.0):
+            raise InputError(Fault("period", which, "must be above 0 s", "Correct it"))
+        return float(which)
+    if which == "common":
+        return common_period(packed)
+    if which not in ("mesh", "shaft"):
+        raise InputError(Fault("period", which, "must be common, mesh, shaft or a time in s", "Choose one"))
+    _check_prescribed(packed)
+    mesh, speeds = packed.system.meshes[0], packed.system.rotors["nominal_speed"]
+    rate = abs(float(speeds[mesh["driver"]]))
+    if which == "mesh":
+        frame = float(speeds[mesh["frame"]]) if mesh["frame"] >= 0 else 0.0
+        rate = abs(float(mesh["z_driver"] * (speeds[mesh["driver"]] - frame)))
+    if rate == 0.0:
+        raise InputError(Fault("drive.speed", 0.0, "must not be 0 for a periodic motion", "Choose a speed"))
+    return 2.0 * math.pi / rate
+
+
+def _check_prescribed(packed: Packed) -> None:
+    """Raise `InputError` where no speed is prescribed without a ramp, or there is no mesh."""
+    rotors: Any = packed.system.rotors
+    prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
+    if prescribed and all(rotors[i].ramp_time == 0.0 for i in prescribed) and packed.system.meshes.size:
+        return
+    rule = (
+        "must be of kind 'speed' without a ramp, and there must be a mesh, for a motion that can be periodic"
+    )
+    name = packed.rotor_names[prescribed[0]] if prescribed else None
+    raise InputError(Fault("drive", name, rule, "Change the drive"))
+
+
 def common_period(packed: Packed) -> float:
     """Return the shortest time [s] after which everything that excites a system begins anew.
 
@@ -140,14 +177,7 @@ def common_period(packed: Packed) -> float:
     """
     rotors: Any = packed.system.rotors
     meshes: Any = packed.system.meshes
-    prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
-    if not prescribed or any(rotors[i].ramp_time > 0.0 for i in prescribed) or not meshes.size:
-        rule = "must be given as kind = 'speed' without a ramp, for a motion that can be periodic, and there must be a mesh"
-        raise InputError(
-            Fault(
-                "drive", packed.rotor_names[prescribed[0]] if prescribed else None, rule, "Change the drive"
-            )
-        )
+    _check_prescribed(packed)
     speeds = rotors.nominal_speed
     rates = []  # [rad/s], of all that repeats
     for mesh in meshes:

@@ -1,0 +1,154 @@
+"""Sections against the sampled run and the log of contacts; diagrams against orbits and their jumps."""
+
+import math
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_one
+from gearplay.study.nonlinear.orbits import find_orbit
+from gearplay.study.nonlinear.period_map import StrobeMap, along, common_period, section_period
+from gearplay.study.nonlinear.sections import bifurcation_diagram, contact_section, stroboscopic_section
+from gearplay.study.nonlinear.torsional import torsional_pair
+from gearplay.vocabulary.errors import InputError
+
+SPEED = "rotors.pinion.drive.speed"
+
+
+def case_of(**changes: Any) -> gp.Case:
+    return gp.replace(
+        gp.load_case("han2021"), {"rotors.ring.initial.vx": 0.05, "run.transient": 0.0, **changes}
+    )
+
+
+def pair(frequency: float) -> gp.Case:
+    return torsional_pair(frequency, mean_force=0.1, force=0.05)
+
+
+def test_a_section_is_the_run_sampled_once_per_period() -> None:
+    case = case_of(**{"run.duration": 0.1, "run.sampling": 40.0, "run.tolerance": 1e-12})
+    names = [
+        "ring.x",
+        "ring.vy",
+        "pinion-ring.backlash",
+        "pinion-ring.center_distance",
+        "ring.sleeve_penetration",
+    ]
+    found = stroboscopic_section(case, names, count=2, period=0.025)
+    assert found.names == tuple(names)
+    run = run_one(case)
+    for at, name in enumerate(names):
+        label, signal = name.split(".")
+        assert found.values[:, at] == pytest.approx(run.signal(signal, label)[:2], rel=1e-6, abs=1e-12)
+    assert found.times == pytest.approx([0.0, 0.025])
+
+
+def test_a_contact_section_stops_at_the_located_events() -> None:
+    case = case_of(**{"run.duration": 0.4})
+    run = run_one(case, signals=["x"])
+    onsets = run.log[(run.log[:, 1] == 0.0) & (run.log[:, 2] == 1.0)]
+    assert len(onsets) > 3
+    found = contact_section(case, ["ring.sleeve_penetration", "ring.vx"], "ring", duration=0.4)
+    assert np.array_equal(found.times, onsets[:, 0])
+    assert np.array_equal(found.values[:, -1], onsets[:, 3])
+    assert np.max(np.abs(found.values[:, 0])) < 1e-12
+    assert found.names == ("ring.sleeve_penetration", "ring.vx", "ring.rate")
+    releases = contact_section(case, ["ring.sleeve_penetration"], "ring", change="release", duration=0.4)
+    assert np.all(releases.values[:, -1] < 0.0)
+
+
+def test_periods_of_the_excitation() -> None:
+    packed = Flow(case_of()).packed
+    mesh = 2.0 * math.pi / (20 * 4.0 * math.pi)
+    assert section_period(packed, "mesh") == pytest.approx(mesh)
+    assert section_period(packed, "shaft") == pytest.approx(20.0 * mesh)
+    assert section_period(packed, 0.3) == 0.3
+    assert common_period(packed) == pytest.approx(
+        60.0 * mesh
+    )  # the ring's runout turns once in 60 mesh periods
+    still = Flow(
+        case_of(**{"rotors.ring.runout.amplitude": 0.0, "rotors.pinion.runout.amplitude": 0.0})
+    ).packed
+    assert common_period(still) == pytest.approx(mesh)
+
+
+def test_a_diagram_carried_up_and_down_shows_the_jumps_of_the_resonance() -> None:
+    values = np.linspace(0.42, 0.8, 20)
+    found = bifurcation_diagram(pair, values, ["wheel.theta"], settle=200, keep=3)
+    assert found.values.shape == (2, 20, 3, 1)
+    assert np.ptp(found.values, axis=2).max() < 1e-6  # period 1 everywhere
+    up, down = found.values[:, :, -1, 0]
+    apart = np.abs(up - down) > 1e-5
+    assert apart.any()
+    assert not apart[0]
+    assert not apart[-1]
+    family = StrobeMap(pair, float(values[-1]))
+    orbit = find_orbit(family, family.settle(family.start(0.8), 0.8, 200), 0.8)
+    assert up[-1] == pytest.approx(orbit.states[0][0], abs=1e-9)
+
+
+def test_without_carrying_the_way_does_not_matter() -> None:
+    values = np.linspace(0.42, 0.8, 6)
+    found = bifurcation_diagram(pair, values, ["wheel.theta"], settle=50, keep=2, carry=False)
+    assert np.array_equal(found.values[0], found.values[1])
+
+
+def test_a_value_that_fails_leaves_the_others() -> None:
+    family = along(case_of(), "meshes.0.backlash")
+    found = bifurcation_diagram(
+        family, [5e-5, 1e-4, 0.05], ["ring.x"], settle=1, keep=2, period="mesh", directions=["up"]
+    )
+    assert np.isfinite(found.values[0, :2]).all()
+    assert np.isnan(found.values[0, 2]).all()
+    assert found.reasons[0][2].startswith("meshes.0.backlash = 0.05")
+
+
+def test_a_wish_to_stop_is_heard() -> None:
+    stop = threading.Event()
+    found = bifurcation_diagram(
+        pair,
+        np.linspace(0.5, 0.9, 50),
+        ["wheel.theta"],
+        settle=20,
+        keep=1,
+        stop=stop,
+        progress=lambda *_: stop.set(),
+    )
+    assert np.isnan(found.values).mean() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: stroboscopic_section(case_of(), ["ring.ax"], count=1),
+            'signals = "ax": must follow from the state alone',
+        ),
+        (lambda: stroboscopic_section(case_of(), ["ring.x"], count=1, period="tooth"), 'period = "tooth"'),
+        (lambda: stroboscopic_section(case_of(), ["ring.x"], count=1, period=-1.0), "period = -1"),
+        (lambda: contact_section(case_of(), ["ring.x"], "rng", duration=1.0), 'contact = "rng"'),
+        (
+            lambda: contact_section(case_of(), ["ring.x"], "ring", change="hit", duration=1.0),
+            'change = "hit"',
+        ),
+        (lambda: contact_section(case_of(), ["ring.x"], "ring", duration=0.0), "duration = 0"),
+        (lambda: bifurcation_diagram(pair, [0.5, 0.4], ["wheel.theta"]), "must have values that rise"),
+        (
+            lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], directions=["left"]),
+            "must be up, down or both",
+        ),
+        (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], keep=0), "keep = 0: must be 1 or more"),
+        (
+            lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], count=1),
+            'drive = "input": must be of kind',
+        ),
+        (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),
+    ],
+)
+def test_what_cannot_be_is_told(call: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        call()
