@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.cross.random_systems import random_case
 
 import gearplay as gp
 from gearplay.solver.flow import Flow
@@ -59,6 +60,46 @@ def test_a_contact_section_stops_at_the_located_events() -> None:
     assert found.names == ("ring.sleeve_penetration", "ring.vx", "ring.rate")
     releases = contact_section(case, ["ring.sleeve_penetration"], "ring", change="release", duration=0.4)
     assert np.all(releases.values[:, -1] < 0.0)
+
+
+def test_all_rotors_are_seen_at_the_instant_of_an_event() -> None:
+    """Also those that nothing touches: against the flow up to that instant."""
+    document = {
+        **random_case(2),
+        "run": {"duration": 0.004, "transient": 0.0, "sampling": 1e4, "tolerance": 1e-12},
+    }
+    flow = Flow(gp.load_case(document))
+    found = contact_section(gp.load_case(document), ["x", "vy", "theta"], "wheel", duration=0.004)
+    assert len(found.times) >= 1
+    for t, values in zip(found.times, found.values, strict=True):
+        state = flow.go(flow.start(), float(t)).state
+        expected = [state[c] for c in (0, 3, 7, 10, 2, 5)]
+        assert values[:-1] == pytest.approx(expected, rel=1e-7, abs=1e-11)
+
+
+def test_a_carried_motion_goes_on_where_the_excitation_begins_anew() -> None:
+    """Runout of the pinion: 20 mesh periods. After 3 of them the run goes on to the 20th, then the next value begins."""
+    fast = case_of(
+        **{
+            SPEED: 100.0 * math.pi,
+            "rotors.pinion.runout.amplitude": 5e-6,
+            "rotors.ring.runout.amplitude": 0.0,
+        }
+    )
+    fast = gp.replace(fast, {"run.tolerance": 1e-12})
+    backlash = fast.meshes[0].backlash
+    found = bifurcation_diagram(
+        along(fast, "meshes.0.backlash"),
+        [backlash, backlash * (1.0 + 1e-12)],
+        ["ring.x"],
+        settle=0,
+        keep=3,
+        period="mesh",
+        directions=["up"],
+    )
+    whole = stroboscopic_section(fast, ["ring.x"], count=24, period="mesh")
+    assert found.values[0, 0, :, 0] == pytest.approx(whole.values[1:4, 0], rel=1e-6)
+    assert found.values[0, 1, :, 0] == pytest.approx(whole.values[21:24, 0], rel=1e-3)
 
 
 def test_periods_of_the_excitation() -> None:
