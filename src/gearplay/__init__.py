@@ -26,6 +26,13 @@ _HOME = {
     "calibrate": "gearplay.api.calibration",
     "load_plan": "gearplay.study.calibration.reading",
     "sweep": "gearplay.api.sweep",
+    "bifurcation": "gearplay.api.nonlinear",
+    "branch": "gearplay.api.nonlinear",
+    "impacts": "gearplay.api.nonlinear",
+    "lyapunov": "gearplay.api.nonlinear",
+    "periodic_orbit": "gearplay.api.nonlinear",
+    "section": "gearplay.api.nonlinear",
+    "torsional_pair": "gearplay.study.nonlinear.torsional",
     "GearplayError": "gearplay.vocabulary.errors",
     "InputError": "gearplay.vocabulary.errors",
     "SimulationError": "gearplay.vocabulary.errors",
@@ -44,16 +51,23 @@ __all__ = [
     "Result",
     "SimulationError",
     "__version__",
+    "bifurcation",
+    "branch",
     "calibrate",
     "check_case",
+    "impacts",
     "load_case",
     "load_plan",
+    "lyapunov",
     "measure",
+    "periodic_orbit",
     "read_measurement",
     "read_result",
     "replace",
+    "section",
     "simulate",
     "sweep",
+    "torsional_pair",
     "write_record",
 ]
 
@@ -61,12 +75,14 @@ if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
+    from gearplay.api.nonlinear import bifurcation, branch, impacts, lyapunov, periodic_orbit, section
     from gearplay.api.sweep import sweep
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace
     from gearplay.output.measurements import read_measurement, write_record
     from gearplay.study.calibration.reading import load_plan
+    from gearplay.study.nonlinear.torsional import torsional_pair
     from gearplay.study.signals.record import Channel, Record
     from gearplay.vocabulary.errors import (
         GearplayError,

@@ -13,7 +13,17 @@ import typer
 from gearplay.cli.output import error_document, print_json, say_error
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 
-COMMANDS: Final = ("run", "study", "sweep", "measure", "analyze", "calibrate", "check", "schema")
+COMMANDS: Final = (
+    "run",
+    "study",
+    "sweep",
+    "bifurcation",
+    "measure",
+    "analyze",
+    "calibrate",
+    "check",
+    "schema",
+)
 """Modules of `gearplay.cli`, each with ``register(app)``; they import what is heavy only when they run."""
 
 INTERRUPTED: Final = 130

@@ -1,5 +1,6 @@
 """The flow of a case: from a state to a later one, with its exact derivative where that is wanted."""
 
+import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,8 @@ from gearplay.vocabulary.errors import SimulationError
 
 Floats = NDArray[np.float64]
 CHUNK_STEPS, LOG_CAPACITY = 20_000, 16_384
+MOST_STEPS = 50_000_000
+"""Steps of one course from which on it counts as run away: some minutes; a case's own ``run.max_steps`` may be less."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +67,14 @@ class Flow:
         latch: Floats | None = None,
         changes: Floats | None = None,
         divergence: bool = False,
+        stop: threading.Event | None = None,
     ) -> "Course":
-        """Return the motion from ``state`` at t = 0, to be followed piece by piece.
+        """Return the motion from ``state`` at t = 0, to be followed piece by piece; once ``stop`` is set, no further.
 
         ``latch`` holds the impact speeds of sleeves that are in contact at the start, where known; ``changes``, shape
         [change, state + sleeve], small changes of both that are moved on to first order.
         """
-        return Course(self, state, latch, changes, divergence)
+        return Course(self, state, latch, changes, divergence, stop)
 
     def go(
         self,
@@ -94,9 +98,16 @@ class Course:
     """A motion in progress. ``changes``, shape [change, state + sleeve], may be replaced in place between pieces."""
 
     def __init__(
-        self, flow: Flow, state: Floats, latch: Floats | None, changes: Floats | None, divergence: bool
+        self,
+        flow: Flow,
+        state: Floats,
+        latch: Floats | None,
+        changes: Floats | None,
+        divergence: bool,
+        stop: threading.Event | None,
     ) -> None:
-        packed, self.flow = flow.packed, flow
+        packed, self.flow, self.stop = flow.packed, flow, stop
+        self.most_steps = min(flow.case.run.max_steps or MOST_STEPS, MOST_STEPS)
         meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
         self.system = packed.system._replace(meshes=meshes, known_angles=known)
         self.motion = run_state.make_motion(
@@ -146,6 +157,10 @@ class Course:
                 status = tangent.advance_tangent(self.system, motion, self.tangent, CHUNK_STEPS)
             self.log.append(motion.log[: int(motion.counts[run_state.LOGGED])].copy())
             motion.counts[run_state.LOGGED] = 0
+            if status == Status.PAUSED and self.stop is not None and self.stop.is_set():
+                status = Status.INTERRUPTED
+            if status == Status.PAUSED and motion.counts[run_state.STEPS] >= self.most_steps:
+                status = Status.TOO_MANY_STEPS
         if status != Status.DONE:
             at = float(motion.clock[run_state.T])
             raise SimulationError(f"flow: {WORDS[Status(status)]} Stopped at t = {at:.9g} s.")

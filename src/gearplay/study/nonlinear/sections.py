@@ -18,6 +18,8 @@ from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 Floats = NDArray[np.float64]
 CHANGES = {"onset": 1.0, "release": 0.0}
+DEEPEST = 20e-6
+"""Deepest penetration [m] with which a motion is carried on to a changed case: a deeper one would be shot out of its contact."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,26 @@ def _whole(flow: Flow, time: float) -> float:
     return float(np.ceil(time / period * (1.0 - 1e-12)) * period)
 
 
+def _deepest(flow: Flow, state: Floats) -> float:
+    """Return the largest penetration [m] of a state at t = 0, infinite where its gears cannot mesh."""
+    names = [
+        name for name in ("sleeve_penetration", "drive_penetration", "back_penetration") if _has(flow, name)
+    ]
+    depths = Observables(flow.packed, names)(flow.packed.system, 0.0, state)
+    distances = Observables(flow.packed, ["center_distance"]) if _has(flow, "center_distance") else None
+    if distances is not None:
+        meshes = flow.packed.system.meshes
+        found = distances(flow.packed.system, 0.0, state)
+        if np.any(found <= meshes["A_min"]) or np.any(found >= meshes["A_max"]):
+            return float("inf")
+    return float(np.max(depths, initial=-np.inf))
+
+
+def _has(flow: Flow, signal: str) -> bool:
+    packed = flow.packed
+    return bool(packed.sleeve_names if signal.startswith("sleeve") else packed.mesh_names)
+
+
 def _positive(name: str, value: float) -> float:
     if not (np.isfinite(value) and value > 0.0):
         raise InputError(Fault(name, value, "must be above 0 s", "Correct it"))
@@ -145,8 +167,8 @@ def bifurcation_diagram(
 
     ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value goes on from
     the end of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which start was
-    drawn; without, each starts as its case says. What excites begins anew at each value, so a run goes on to the end of the
-    common period, where there is one.
+    drawn; without, each starts as its case says, as it does where the carried state would begin deep inside a contact. What
+    excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
 
     Raises `InputError` for directions, signals or a case that cannot be.
     """
@@ -160,7 +182,9 @@ def bifurcation_diagram(
             raise InputError(Fault(name, number, f"must be {least} or more", "Correct it"))
     first = family(float(values[0]))
     prepare(first)
-    names = Observables(Flow(first).packed, signals).names
+    packed = Flow(first).packed
+    names = Observables(packed, signals).names
+    section_period(packed, period)
     table = np.full((len(directions), values.size, keep, len(names)), np.nan)
     reasons = [[""] * values.size for _ in directions]
     done, lock, asked = [0], threading.Lock(), stop or threading.Event()
@@ -175,9 +199,9 @@ def bifurcation_diagram(
                 flow = Flow(family(float(values[at])))
                 step = section_period(flow.packed, period)
                 observe = Observables(flow.packed, signals)
-                course = flow.begin(
-                    flow.start() if state is None or not carry else state, latch=latch if carry else None
-                )
+                if state is None or not carry or _deepest(flow, state) > DEEPEST:
+                    state, latch = flow.start(), None
+                course = flow.begin(state, latch=latch, stop=asked)
                 for n in range(settle + keep):
                     course.advance((n + 1) * step)
                     if n >= settle:

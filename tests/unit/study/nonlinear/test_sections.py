@@ -15,7 +15,7 @@ from gearplay.study.nonlinear.orbits import find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap, along, common_period, section_period
 from gearplay.study.nonlinear.sections import bifurcation_diagram, contact_section, stroboscopic_section
 from gearplay.study.nonlinear.torsional import torsional_pair
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import InputError, SimulationError
 
 SPEED = "rotors.pinion.drive.speed"
 
@@ -195,3 +195,25 @@ def test_a_wish_to_stop_is_heard() -> None:
 def test_what_cannot_be_is_told(call: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()
+
+
+def test_a_state_that_would_begin_deep_in_a_contact_is_not_carried() -> None:
+    """From 2.9 mm of clearance down to 10 um: the ring would be shot out of its sleeve; it starts as its case says."""
+    family = along(case_of(), "sleeves.ring.radial_clearance")
+    found = bifurcation_diagram(
+        family, [1e-5, 2.9e-3], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
+    )
+    alone = bifurcation_diagram(
+        family, [1e-5], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
+    )
+    assert np.array_equal(found.values[0, 0], alone.values[0, 0])
+
+
+def test_a_course_that_runs_away_ends() -> None:
+    flow = Flow(case_of(**{"run.max_steps": 50}))
+    with pytest.raises(SimulationError, match="limit on steps"):
+        flow.go(flow.start(), 1e3)
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(SimulationError, match="flow: "):
+        flow.begin(flow.start(), stop=stop).advance(1e6)

@@ -1,0 +1,104 @@
+"""Draw the pictures of docs/gallery/nonlinear.md beside this file: python docs/gallery/nonlinear.py."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gearplay as gp
+from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.output.nonlinear.figures import BRANCH, WAYS, draw_branch
+from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
+from gearplay.study.nonlinear.orbits import find_orbit
+from gearplay.study.nonlinear.period_map import StrobeMap
+from gearplay.study.nonlinear.sections import bifurcation_diagram
+from gearplay.study.nonlinear.torsional import BASE_RADIUS
+
+HERE = Path(__file__).parent
+RED = "#b02a4c"
+LABEL = "wheel's rotation on its base circle at the section [µm]"
+Family = Callable[[float], gp.Case]
+
+
+def microns(theta: Any) -> Any:
+    """Return rotations [rad] as arcs of the base circle [um]."""
+    return 1e6 * BASE_RADIUS * theta
+
+
+def branch_of(family: Family, start: float, settings: Settings, *, upwards: bool) -> Branch:
+    """Return the branch through what the motion settles to at ``start``."""
+    period_map = StrobeMap(family, start)
+    orbit = find_orbit(period_map, period_map.settle(period_map.start(start), start, 200), start)
+    return follow_branch(period_map, orbit, settings, upwards=upwards)
+
+
+def finish(figure: Any, ax: Any, x: str, title: str, handles: dict[str, Any], name: str) -> None:
+    """Label a figure and write it."""
+    ax.set_xlabel(x, fontsize=SMALL)
+    ax.set_ylabel(LABEL, fontsize=SMALL)
+    set_title(figure, title)
+    set_legend(figure, handles)
+    (HERE / name).write_bytes(to_png(figure))
+
+
+def jump() -> None:
+    """Primary resonance: branch through both folds, sweeps up and down."""
+
+    def family(frequency: float) -> gp.Case:
+        return gp.torsional_pair(frequency, mean_force=0.1, force=0.05)
+
+    branch = branch_of(family, 1.3, Settings(low=0.4, high=1.35, size=0.1), upwards=False)
+    values = np.linspace(0.42, 1.3, 120)
+    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=150, keep=1)
+    figure, axes = make_figure(1, 1, 4.2)
+    ax = axes[0, 0]
+    for way, name in enumerate(found.directions):
+        marker = ">" if name == "up" else "<"
+        ax.plot(
+            values, microns(found.values[way, :, 0, 0]), marker, color=WAYS[name], markersize=3.5, alpha=0.8
+        )
+    draw_branch(ax, branch, [float(microns(orbit.states[0][0])) for orbit in branch.orbits])
+    handles = {
+        "sweep up": legend_mark(WAYS["up"], marker=">"),
+        "sweep down": legend_mark(WAYS["down"], marker="<"),
+        "stable orbit": legend_mark(BRANCH, line="-"),
+        "unstable orbit": legend_mark(BRANCH, line=":"),
+        "fold": legend_mark(RED, marker="s"),
+        "grazing": legend_mark(RED, marker="x"),
+    }
+    title = "Torsional pair, F_m = 0.1, F_a = 0.05, zeta = 0.05: primary resonance"
+    finish(figure, ax, "mesh frequency over natural frequency", title, handles, "nonlinear-jump.png")
+
+
+def route() -> None:
+    """Period doublings into chaos, with the orbit that loses its stability."""
+
+    def family(force: float) -> gp.Case:
+        return gp.torsional_pair(0.6, mean_force=0.1, force=force, damping_ratio=0.1)
+
+    branch = branch_of(family, 0.12, Settings(low=0.119, high=0.3, size=0.05, most=0.1), upwards=True)
+    values = np.linspace(0.12, 0.3, 500)
+    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=300, keep=80, directions=["up"])
+    figure, axes = make_figure(1, 1, 4.2)
+    ax = axes[0, 0]
+    ax.plot(
+        np.repeat(values, found.values.shape[2]),
+        microns(found.values[0, :, :, 0]).ravel(),
+        ",",
+        color=WAYS["up"],
+    )
+    draw_branch(ax, branch, [float(microns(orbit.states[0][0])) for orbit in branch.orbits])
+    handles = {
+        "80 sections after 300 periods": legend_mark(WAYS["up"], marker="o"),
+        "stable orbit of order 1": legend_mark(BRANCH, line="-"),
+        "unstable orbit of order 1": legend_mark(BRANCH, line=":"),
+        "period doubling": legend_mark(RED, marker="^"),
+    }
+    title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, zeta = 0.1: the way into chaos"
+    finish(figure, ax, "amplitude of the force, F_a", title, handles, "nonlinear-route.png")
+
+
+if __name__ == "__main__":
+    jump()
+    route()

@@ -1,0 +1,112 @@
+"""`gearplay bifurcation CASE PATH`: what a motion settles to over a field of its case, up and down."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text, say
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.vocabulary.errors import Fault, InputError
+
+INTERRUPTED, PARTLY = 130, 4
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(bifurcation)
+
+
+def bifurcation(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    path: Annotated[str, typer.Argument(help="The field to vary: rotors.pinion.drive.speed.")],
+    low: Annotated[str, typer.Option("--low", help="Its least value, with a unit: 60rpm.")],
+    high: Annotated[str, typer.Option("--high", help="Its largest value.")],
+    signal: Annotated[list[str], typer.Option("--signal", help="What to look at: ring.x. May be repeated.")],
+    count: Annotated[int, typer.Option("--count", min=2, max=100_000, help="Number of values.")] = 200,
+    settle: Annotated[int, typer.Option("--settle", min=0, help="Periods before looking.")] = 400,
+    keep: Annotated[int, typer.Option("--keep", min=1, help="Periods looked at.")] = 100,
+    period: Annotated[str, typer.Option("--period", help="common, mesh, shaft, or seconds.")] = "mesh",
+    carry: Annotated[bool, typer.Option("--carry/--no-carry", help="Go on from the value before.")] = True,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change the case: --set meshes.0.backlash=200um. May be repeated."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/bifurcation-CASE].")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
+    json: Json = False,
+) -> None:
+    """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
+    import numpy as np
+
+    from gearplay.api.nonlinear import bifurcation as diagram_of
+    from gearplay.model.overrides import parse_override
+    from gearplay.model.reading import load_case
+    from gearplay.output.files import check_new, write_bytes, write_dataset
+    from gearplay.output.nonlinear.figures import bifurcation_figure
+    from gearplay.solver.simulate import prepare
+    from gearplay.study.plan_values import number_in_si
+
+    base = load_case(case, changes or ())
+    folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"
+    data, picture = folder / "bifurcation.nc", folder / "bifurcation.png"
+    for each in (data, picture):
+        check_new(each, overwrite=overwrite)
+    ends = [
+        number_in_si(base, (path,), parse_override(f"{path}={text}")[1], name)
+        for name, text in (("--low", low), ("--high", high))
+    ]
+    if not ends[0] < ends[1]:
+        raise InputError(Fault("--high", high, "must be above --low", "Swap them"))
+    with compiling_notice():
+        prepare(base)
+    try:
+        with interruptible() as stop, progress_bar(quiet=json) as report:
+            watch = None if report is None else lambda done, total: report(base.title or case, done, total)
+            found = diagram_of(
+                base,
+                path,
+                np.linspace(ends[0], ends[1], count).tolist(),
+                signal,
+                settle=settle,
+                keep=keep,
+                period=_period(period),
+                carry=carry,
+                progress=watch,
+                stop=stop,
+            )
+    except KeyboardInterrupt:
+        say("Interrupted: nothing was written.")
+        raise typer.Exit(INTERRUPTED) from None
+    names = [str(name) for name in found.data_vars if name != "reason"]
+    write_dataset(found, data, overwrite=overwrite)
+    write_bytes(picture, bifurcation_figure(found, names))
+    document = _summary(found, data, picture)
+    print_json(document) if json else print_text(_words(document))
+    if document["failed"]:
+        raise typer.Exit(PARTLY)
+
+
+def _period(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
+    reasons = [str(reason) for reason in found["reason"].values.ravel() if reason]
+    return {
+        "title": found.attrs["title"],
+        "values": int(found["reason"].sizes[found["reason"].dims[1]]),
+        "failed": len(reasons),
+        "reasons": sorted(set(reasons))[:5],
+        "out": str(data),
+        "picture": str(picture),
+    }
+
+
+def _words(d: dict[str, Any]) -> str:
+    lines = [f"{d['title'] or 'Bifurcation diagram'}: {d['values']} values up and down, {d['failed']} failed"]
+    lines += [f"  {reason}" for reason in d["reasons"]]
+    return "\n".join([*lines, f"Written: {d['out']}, {d['picture']}"])

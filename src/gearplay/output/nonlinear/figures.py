@@ -1,0 +1,71 @@
+"""Pictures of sections over a parameter, and of branches of periodic orbits among them."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.output.plots import COUPLED, UNCOUPLED, plain
+from gearplay.output.sweeps.view import shown_in
+from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WAYS = {"up": COUPLED, "down": UNCOUPLED}
+MARKS = {FOLD: "s", DOUBLING: "^", TORUS: "o", GRAZING: "x"}
+BRANCH = "#222222"
+
+
+def bifurcation_figure(diagram: "xr.Dataset", signals: Sequence[str], *, title: str = "") -> bytes:
+    """Return a bifurcation diagram as PNG: every section of each signal over the parameter, both ways in their colours.
+
+    ``diagram`` is that of `gearplay.bifurcation`; one panel a signal, below each other.
+    """
+    name = diagram[signals[0]].dims[1]
+    axis = diagram[name]
+    figure, axes = make_figure(len(signals), 1, 1.0 + 2.6 * len(signals))
+    unit_x, factor_x = shown_in(axis.attrs["units"], float(np.abs(axis.values).max()))
+    ways = [str(way) for way in diagram["direction"].values]
+    for ax, signal in zip(axes[:, 0], signals, strict=True):
+        variable = diagram[signal]
+        largest = float(np.nanmax(np.abs(variable.values))) if np.isfinite(variable.values).any() else 1.0
+        unit_y, factor_y = shown_in(variable.attrs["units"], largest)
+        for at, way in enumerate(ways):
+            values = variable.values[at]
+            x = np.repeat(axis.values, values.shape[1])
+            ax.plot(factor_x * x, factor_y * values.ravel(), ",", color=WAYS[way], alpha=0.9, rasterized=True)
+        ax.set_ylabel(_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
+    axes[-1, 0].set_xlabel(_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
+    arrows = {"up": "up →", "down": "← down"}
+    set_legend(figure, {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways})
+    set_title(figure, title or str(diagram.attrs.get("title", "")))
+    return to_png(figure)
+
+
+def _label(words: str, unit: str) -> str:
+    """Return an axis's words with the unit, in lines that fit a panel."""
+    return plain("\n".join(textwrap.wrap(words if unit == "1" else f"{words} [{unit}]", 44)))
+
+
+def draw_branch(ax: Any, branch: Branch, values: Sequence[float], *, factor: float = 1.0) -> None:
+    """Draw a branch on an axis: stable parts solid, unstable ones dashed, special points marked.
+
+    ``values`` are what is shown of each orbit, shape [orbit]; ``factor`` multiplies the parameter.
+    """
+    x, y, stable = factor * branch.parameters, np.asarray(values), branch.stable
+    for at in range(len(x) - 1):
+        whole = stable[at] and stable[at + 1]
+        ax.plot(x[at : at + 2], y[at : at + 2], "-" if whole else ":", color=BRANCH, linewidth=1.2)
+    for special in branch.special:
+        share = _share(branch, special.place, special.orbit.parameter)
+        level = (1.0 - share) * y[special.place] + share * y[special.place + 1]
+        ax.plot(factor * special.orbit.parameter, level, MARKS[special.kind], color="#b02a4c", markersize=5)
+
+
+def _share(branch: Branch, place: int, parameter: float) -> float:
+    """Return how far between two orbits of a branch a special point is drawn."""
+    low, high = branch.orbits[place].parameter, branch.orbits[place + 1].parameter
+    return float(np.clip((parameter - low) / (high - low), 0.0, 1.0)) if high != low else 0.5
