@@ -30,6 +30,7 @@ _HOME = {
     "branch": "gearplay.api.nonlinear",
     "impacts": "gearplay.api.nonlinear",
     "lyapunov": "gearplay.api.nonlinear",
+    "motion": "gearplay.api.nonlinear",
     "periodic_orbit": "gearplay.api.nonlinear",
     "section": "gearplay.api.nonlinear",
     "torsional_pair": "gearplay.study.nonlinear.torsional",
@@ -60,6 +61,7 @@ __all__ = [
     "load_plan",
     "lyapunov",
     "measure",
+    "motion",
     "periodic_orbit",
     "read_measurement",
     "read_result",
@@ -75,7 +77,7 @@ if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
-    from gearplay.api.nonlinear import bifurcation, branch, impacts, lyapunov, periodic_orbit, section
+    from gearplay.api.nonlinear import bifurcation, branch, impacts, lyapunov, motion, periodic_orbit, section
     from gearplay.api.sweep import sweep
     from gearplay.model.case import Case
     from gearplay.model.check import check_case

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
+from gearplay.study.nonlinear.lyapunov import half_width, lyapunov_exponents
 from gearplay.study.nonlinear.orbits import find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap
 from gearplay.study.nonlinear.torsional import NATURAL_FREQUENCY, torsional_pair
@@ -109,6 +109,24 @@ def test_the_largest_exponent_is_how_fast_neighbours_part() -> None:
         rates.append(math.log(size / begun) / ((n - 20) * T))
     spread = np.std(rates, ddof=1) / math.sqrt(len(rates))
     assert abs(np.mean(rates) - value) < 3.0 * spread + error
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.3])
+def test_intervals_hold_for_blocks_that_remember(correlation: float, measured: Any) -> None:
+    """The mean of 20 correlated blocks lies within its interval in about 95 % of 2000 records."""
+    random, inside = np.random.default_rng(5), 0
+    for _ in range(2000):
+        noise = random.normal(size=120)
+        for at in range(1, noise.size):
+            noise[at] += correlation * noise[at - 1]
+        blocks = noise[-20:]
+        inside += abs(blocks.mean()) <= half_width(blocks)
+    measured(
+        f"coverage of the interval of an exponent, blocks correlated by {correlation:g}",
+        inside / 2000,
+        "0.90 to 0.98",
+    )
+    assert 0.90 < inside / 2000 < 0.98
 
 
 def test_counts_and_times_that_cannot_be() -> None:

@@ -14,6 +14,7 @@ from gearplay.model.reading import load_case
 from gearplay.solver.simulate import prepare, worker_count
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
+from gearplay.study.nonlinear.motion import Motion, identify_motion
 from gearplay.study.nonlinear.orbits import Orbit, find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap, along
 from gearplay.study.nonlinear.sections import (
@@ -189,6 +190,32 @@ def lyapunov(
     prepare(base)
     return lyapunov_exponents(
         base, count=count, time=time, transient=transient, member=member, progress=progress
+    )
+
+
+def motion(
+    case: Source,
+    *,
+    periods: int = 1000,
+    settle: int = 300,
+    period: str | float = "common",
+    members: int = 12,
+    compare: bool = True,
+    progress: Callable[[str, float, float], None] | None = None,
+    stop: threading.Event | None = None,
+) -> Motion:
+    """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
+    base = _case(case)
+    prepare(base)
+    return identify_motion(
+        base,
+        periods=periods,
+        settle=settle,
+        period=period,
+        members=members,
+        compare=compare,
+        progress=progress,
+        stop=stop,
     )
 
 

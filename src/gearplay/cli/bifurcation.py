@@ -70,7 +70,7 @@ def bifurcation(
                 signal,
                 settle=settle,
                 keep=keep,
-                period=_period(period),
+                period=period_of(period),
                 carry=carry,
                 progress=watch,
                 stop=stop,
@@ -87,7 +87,8 @@ def bifurcation(
         raise typer.Exit(PARTLY)
 
 
-def _period(text: str) -> str | float:
+def period_of(text: str) -> str | float:
+    """Return a period as it is given on the command line: a name, or a time [s]."""
     try:
         return float(text)
     except ValueError:

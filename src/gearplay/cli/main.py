@@ -17,6 +17,7 @@ COMMANDS: Final = (
     "run",
     "study",
     "sweep",
+    "motion",
     "bifurcation",
     "measure",
     "analyze",

@@ -1,0 +1,105 @@
+"""`gearplay motion CASE`: periodic, quasi-periodic, chaotic, not settled, at rest, or an artefact, with the evidence."""
+
+from math import isfinite
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.bifurcation import period_of
+from gearplay.cli.output import Json, print_json, print_text, say
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+
+INTERRUPTED = 130
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(motion)
+
+
+def motion(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    periods: Annotated[int, typer.Option("--periods", help="Periods looked at, 100 or more.")] = 1000,
+    settle: Annotated[int, typer.Option("--settle", help="Periods before.")] = 300,
+    period: Annotated[str, typer.Option("--period", help="common, mesh, shaft, or seconds.")] = "common",
+    members: Annotated[int, typer.Option("--members", help="Runs of each ensemble that is compared.")] = 12,
+    compare: Annotated[
+        bool,
+        typer.Option("--compare/--no-compare", help="Repeat an ensemble with other numbers of the method."),
+    ] = True,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change the case: --set meshes.0.backlash=200um. May be repeated."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say what kind of motion a case settles to, and why."""
+    from gearplay.api.nonlinear import motion as kind_of
+    from gearplay.model.reading import load_case
+    from gearplay.solver.simulate import prepare
+
+    base = load_case(case, changes or ())
+    with compiling_notice():
+        prepare(base)
+    try:
+        with interruptible() as stop, progress_bar(quiet=json) as report:
+            found = kind_of(
+                base,
+                periods=periods,
+                settle=settle,
+                period=period_of(period),
+                members=members,
+                compare=compare,
+                progress=report,
+                stop=stop,
+            )
+    except KeyboardInterrupt:
+        say("Interrupted: nothing can be said yet.")
+        raise typer.Exit(INTERRUPTED) from None
+    document = _document(base, found)
+    print_json(document) if json else print_text(_words(document))
+
+
+def _document(base: Any, found: Any) -> dict[str, Any]:
+    return {
+        "title": base.title,
+        "case_sha256": base.sha256,
+        "kind": found.kind,
+        "order": found.order,
+        "reason": found.reason,
+        "section": {
+            "kind": found.response.kind,
+            "period": found.period,
+            "evidence": _finite(found.response.evidence),
+        },
+        "exponent": {"value": found.exponent[0], "half_width": found.exponent[1], "unit": "1/s"},
+        "comparisons": [
+            {"change": c.change, "statistic": c.statistic, "usual": c.usual, "changed": c.changed, "t": c.t}
+            for c in found.comparisons
+            if isfinite(c.usual) and isfinite(c.changed)
+        ],
+        "limit": found.limit if isfinite(found.limit) else None,
+    }
+
+
+def _finite(numbers: Any) -> dict[str, float | None]:
+    return {name: value if isfinite(value) else None for name, value in numbers.items()}
+
+
+def _words(d: dict[str, Any]) -> str:
+    order = f" of order {d['order']}" if d["order"] and d["kind"] == "periodic" else ""
+    exponent = d["exponent"]
+    lines = [
+        f"{d['title'] or 'untitled'}: {d['kind']}{order}",
+        d["reason"],
+        f"Largest Lyapunov exponent {exponent['value']:.4g} ± {exponent['half_width']:.2g} 1/s (95 %); section once per "
+        f"{d['section']['period']:.4g} s.",
+    ]
+    if d["comparisons"]:
+        worst = max(d["comparisons"], key=lambda each: abs(each["t"]))
+        lines.append(
+            f"Of {len(d['comparisons'])} statistics with {len({c['change'] for c in d['comparisons']})} changes of the method "
+            f"the {worst['statistic']} changes most: {worst['usual']:.4g} to {worst['changed']:.4g} with {worst['change']}, "
+            f"t = {worst['t']:.2g} (chance up to {d['limit']:.3g})."
+        )
+    return "\n".join(lines)

@@ -1,0 +1,211 @@
+"""What kind of motion a case has: its section classified, its largest exponent, and whether numbers of the method decide it."""
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.reading import replace
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_members
+from gearplay.solver.trajectory import Trajectory
+from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
+from gearplay.study.nonlinear.period_map import section_period
+from gearplay.study.nonlinear.response import Response, classify
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float, float], None]
+ARTEFACT = "numerical artefact"
+TRUSTED = 1e4  # allowed local errors that a settled state may differ by at the section
+LONGEST = 40.0  # s over which the exponent is measured
+FEWEST = 20  # periods of it at least
+SWINGS, PARTS = 8, 32  # periods, and instants in each, over which the motion within a period is looked at
+DOUBT = 1e-3  # chance of calling any statistic changed that is not
+SPREADS = ("impacts_per_second", "share_of_time", "rms_impact_speed")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A statistic under a changed number of the method: means of the ensemble, and their difference over its standard error."""
+
+    change: str
+    statistic: str
+    usual: float
+    changed: float
+    t: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The kind of a motion, why, and the evidence.
+
+    ``kind`` is that of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance or
+    the output step; ``exponent`` is the largest Lyapunov exponent [1/s] with the half-width of its 95 % interval, ``period`` [s]
+    that of the section. ``limit`` is the t from which on a comparison counts as changed.
+    """
+
+    kind: str
+    order: int | None
+    reason: str
+    response: Response
+    exponent: tuple[float, float]
+    period: float
+    comparisons: tuple[Comparison, ...]
+    limit: float
+
+
+def identify_motion(
+    case: Case,
+    *,
+    periods: int = 1000,
+    settle: int = 300,
+    period: str | float = "common",
+    members: int = 12,
+    compare: bool = True,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> Motion:
+    """Return what kind of motion a case settles to, from ``periods`` sections after ``settle`` periods.
+
+    With ``compare`` an ensemble of ``members`` runs, as long as the case's duration, is repeated with a hundredth of the
+    tolerance and with a third of the output step: what changes then beyond its spread is no property of the mechanism.
+
+    Raises `InputError` for a case without a period or numbers that cannot be, `SimulationError` where the motion cannot be
+    followed.
+    """
+    for name, number, least in (("periods", periods, 100), ("settle", settle, 0), ("members", members, 4)):
+        if number < least:
+            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
+    tell = progress or (lambda what, done, total: None)
+    flow = Flow(case)
+    step = section_period(flow.packed, period)
+    samples, swing = _section(flow, step, periods, settle, tell, stop)
+    resolution = TRUSTED * case.run.tolerance * flow.natural[flow.free]
+    span = max(min(periods * step, LONGEST), FEWEST * step)
+    found = lyapunov_exponents(
+        case,
+        count=1,
+        time=span,
+        transient=settle * step,
+        progress=lambda done, total: tell("exponent", done, total),
+    )
+    value, half = found.largest
+    response = classify(
+        samples, resolution=resolution, exponent=(value * step, 0.5 * half * step), swing=swing
+    )
+    comparisons, limit = _compare(case, members, tell, stop) if compare else ((), math.inf)
+    worst = max(comparisons, key=lambda each: abs(each.t), default=None)
+    if worst is not None and abs(worst.t) > limit:
+        reason = (
+            f"With {worst.change} the {worst.statistic} is {worst.changed:.4g} instead of {worst.usual:.4g}, "
+            f"{abs(worst.t):.3g} standard errors apart where {limit:.3g} are chance: the numbers of the method decide it."
+        )
+        return Motion(ARTEFACT, None, reason, response, (value, half), step, comparisons, limit)
+    return Motion(
+        response.kind, response.order, response.reason, response, (value, half), step, comparisons, limit
+    )
+
+
+def _section(
+    flow: Flow, step: float, periods: int, settle: int, tell: Progress, stop: threading.Event | None
+) -> tuple[Floats, Floats]:
+    """Return the free states once per period, shape [period, state], and their swing within a period, shape [state]."""
+    course = flow.begin(flow.start(), stop=stop)
+    if settle:
+        course.advance(settle * step)
+    samples = np.empty((periods, len(flow.free)))
+    for at in range(periods):
+        course.advance((settle + at) * step)
+        samples[at] = course.state[flow.free]
+        tell("section", at + 1.0, float(periods))
+    within = np.empty((SWINGS, PARTS, len(flow.free)))
+    for at in range(SWINGS * PARTS):
+        course.advance((settle + periods - 1 + (at + 1) / PARTS) * step)
+        within[at // PARTS, at % PARTS] = course.state[flow.free]
+    return samples, np.median(np.ptp(within, axis=1), axis=0)
+
+
+def _compare(
+    case: Case, members: int, tell: Progress, stop: threading.Event | None
+) -> tuple[tuple[Comparison, ...], float]:
+    """Return the statistics of an ensemble against those with other numbers of the method, and the t that is still chance."""
+    from scipy.special import stdtrit
+
+    changes: dict[str, Mapping[str, Any]] = {
+        "a hundredth of the tolerance": {"run.tolerance": 0.01 * case.run.tolerance},
+        "a third of the output step": {"run.sampling": 3.0 * case.run.sampling},
+    }
+    names = _moving(Flow(case))
+    usual = _statistics(case, names, members, "ensemble", tell, stop)
+    found = []
+    for change, values in changes.items():
+        changed = _statistics(replace(case, values), names, members, change, tell, stop)
+        found += [
+            Comparison(change, name, *_welch(usual[name], changed[name])) for name in usual if name in changed
+        ]
+    freedom = float(members - 1)  # the least that Welch's degrees of freedom can be
+    return tuple(found), float(stdtrit(freedom, 1.0 - 0.5 * DOUBT / max(1, len(found))))
+
+
+def _moving(flow: Flow) -> list[str]:
+    """Return the signals of velocities that are not prescribed, ``rotor.signal``."""
+    names, free = flow.packed.rotor_names, set(flow.free.tolist())
+    first = 3 * len(names)
+    signals = ("vx", "vy", "omega")
+    return [
+        f"{name}.{s}"
+        for i, name in enumerate(names)
+        for c, s in enumerate(signals)
+        if first + 3 * i + c in free
+    ]
+
+
+def _statistics(
+    case: Case, names: list[str], members: int, label: str, tell: Progress, stop: threading.Event | None
+) -> dict[str, Floats]:
+    """Return statistics of each member, shape [member], by name; NaN for a member that did not finish."""
+    runs = run_members(
+        case,
+        range(1, members + 1),
+        signals=names,
+        stop=stop,
+        progress=lambda done, total: tell(label, done, total),
+    )
+    labels = runs[0].statistics.labels
+    found = {
+        f"{name.replace('_', ' ')} of {contact}": np.array([_contact(run, name, at) for run in runs])
+        for name in SPREADS
+        for at, contact in enumerate(labels)
+    }
+    for at, column in enumerate(runs[0].columns):
+        name = f"standard deviation of {column.label}.{column.signal}"
+        found[name] = np.array(
+            [float(np.std(run.values[:, at])) if run.success else math.nan for run in runs]
+        )
+    found["share of runs that finish"] = np.array([float(run.success) for run in runs])
+    return found
+
+
+def _contact(run: Trajectory, name: str, at: int) -> float:
+    value = float(getattr(run.statistics, name)[at])
+    return (value if math.isfinite(value) else 0.0) if run.success else math.nan
+
+
+def _welch(usual: Floats, changed: Floats) -> tuple[float, float, float]:
+    """Return both means and their difference over its standard error (Welch); 0 where neither varies nor differs."""
+    a, b = usual[np.isfinite(usual)], changed[np.isfinite(changed)]
+    if min(a.size, b.size) < 2:
+        return math.nan, math.nan, 0.0
+    error = math.sqrt(float(np.var(a, ddof=1)) / a.size + float(np.var(b, ddof=1)) / b.size)
+    one, other = float(np.mean(a)), float(np.mean(b))
+    # What does not scatter at all still has the rounding of its sums.
+    least = 1e-6 * max(abs(one), abs(other))
+    if abs(other - one) <= least:
+        return one, other, 0.0
+    return one, other, (other - one) / max(error, least)

@@ -1,0 +1,102 @@
+"""`gearplay motion` and `gp.motion`: motions whose kind is known from their orbits, exponents and equations."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gearplay as gp
+from gearplay.cli.main import run
+from gearplay.model.reading import to_toml
+from gearplay.study.nonlinear import motion as study
+from gearplay.study.nonlinear.motion import ARTEFACT, identify_motion
+
+
+def pair(frequency: float, **more: Any) -> gp.Case:
+    return gp.torsional_pair(frequency, **{"mean_force": 0.1, "damping_ratio": 0.1, **more})
+
+
+@pytest.mark.parametrize(
+    ("case", "kind", "order"),
+    [
+        (pair(0.7, mean_force=1.0), "at rest", 1),
+        (pair(0.7, mean_force=1.0, force=0.1), "periodic", 1),
+        (pair(0.7, force=0.1), "periodic", 1),
+        (pair(0.8, force=0.2), "periodic", 2),
+        (pair(0.6, force=0.2), "chaotic", None),
+        (pair(0.7, mean_force=1.0, force=0.1, damping_ratio=0.0), "quasi-periodic", None),
+        (pair(0.7, mean_force=1.0, force=0.1, damping_ratio=2e-5), "transient", None),
+    ],
+    ids=["rest", "linear", "rattling", "doubled", "chaos", "undamped", "decaying"],
+)
+def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None) -> None:
+    """The undamped linear pair turns with its own frequency beside the forced one: a torus. Little damped it decays for ages."""
+    found = gp.motion(case, periods=1000, settle=300, compare=False)
+    assert (found.kind, found.order) == (kind, order), found.reason
+
+
+def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
+    case = gp.replace(
+        gp.load_case("han2021"), {"run.sampling": 2e3, "run.duration": 1.0, "run.transient": 0.5}
+    )
+    found = gp.motion(case, periods=400, settle=100, period="mesh")
+    assert found.kind == "chaotic"
+    value, half = found.exponent
+    assert value - half > 0.0
+    assert len(found.comparisons) > 10
+    assert max(abs(each.t) for each in found.comparisons) < found.limit
+
+
+def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case whose tolerance is so coarse that the statistics hang on it."""
+    case = pair(0.6, force=0.2, tolerance=1e-10)
+    changed = study.replace
+
+    def replace(base: gp.Case, changes: Any) -> gp.Case:
+        """Make the run with the finer tolerance one of another mechanism, as a method that matters would."""
+        if "run.tolerance" in changes:
+            return pair(0.8, force=0.2)
+        return changed(base, changes)
+
+    monkeypatch.setattr(study, "replace", replace)
+    found = identify_motion(case, periods=1000, settle=50)
+    assert found.kind == ARTEFACT
+    assert found.response.kind == "chaotic"
+    assert "With a hundredth of the tolerance the " in found.reason
+    assert max(abs(each.t) for each in found.comparisons) > found.limit
+
+
+def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "pair.toml"
+    file.write_text(to_toml(pair(0.8, force=0.2)), encoding="utf-8")
+    words = ["motion", str(file), "--periods", "200", "--settle", "200"]
+    assert run(words) == 0
+    said = capsys.readouterr().out
+    assert "Torsional pair, frequency 0.8: periodic of order 2" in said
+    assert "The section repeats every 2 periods within the resolution" in said
+    assert "chance up to" in said
+    assert run([*words, "--no-compare", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["kind"], document["order"], document["comparisons"]) == ("periodic", 2, [])
+    assert document["exponent"]["value"] < 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["han2021", "--periods", "99"], "periods = 99: must be 100 or more"),
+        (["han2021", "--members", "3"], "members = 3: must be 4 or more"),
+        (["han2021", "--settle", "-1"], "settle = -1: must be 0 or more"),
+        (["han2021", "--period", "tooth"], 'period = "tooth"'),
+        (["external-pair"], 'drive = "input": must be of kind'),
+        (["han2012"], "Did you mean 'han2021'?"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(
+    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["motion", *words]) == 2
+    complaint = capsys.readouterr().err
+    assert told in complaint
+    assert complaint.count("\n") == 1
