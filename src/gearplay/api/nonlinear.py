@@ -11,6 +11,7 @@ from gearplay.api.result import Source
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import load_case
+from gearplay.solver.flow import prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
@@ -124,7 +125,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Orbit:
     """
     _check_order(order)
     base = _case(case)
-    prepare(base)
+    prepare_tangent(base)
     period_map = StrobeMap(lambda _: base, 0.0)
     return find_orbit(period_map, period_map.settle(period_map.start(0.0), 0.0, settle), 0.0, order=order)
 
@@ -151,7 +152,7 @@ def branch(
     """
     _check_order(order)
     base = _case(case)
-    prepare(base)
+    prepare_tangent(base)
     ends = [number_in_si(base, (path,), value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, "must be above low", "Swap them"))
@@ -187,7 +188,7 @@ def lyapunov(
 ) -> Exponents:
     """Return the Lyapunov exponents of a case's motion with their intervals; see `lyapunov_exponents`."""
     base = _case(case)
-    prepare(base)
+    prepare_tangent(base)
     return lyapunov_exponents(
         base, count=count, time=time, transient=transient, member=member, progress=progress
     )
@@ -206,7 +207,7 @@ def motion(
 ) -> Motion:
     """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
     base = _case(case)
-    prepare(base)
+    prepare_tangent(base)
     return identify_motion(
         base,
         periods=periods,

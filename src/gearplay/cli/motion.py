@@ -36,11 +36,11 @@ def motion(
     """Say what kind of motion a case settles to, and why."""
     from gearplay.api.nonlinear import motion as kind_of
     from gearplay.model.reading import load_case
-    from gearplay.solver.simulate import prepare
+    from gearplay.solver.flow import prepare_tangent
 
     base = load_case(case, changes or ())
     with compiling_notice():
-        prepare(base)
+        prepare_tangent(base)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = kind_of(

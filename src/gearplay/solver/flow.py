@@ -94,6 +94,12 @@ class Flow:
         return course.passage()
 
 
+def prepare_tangent(case: Case) -> None:
+    """Compile the kernels of the exact derivative, or load them from their cache: half a minute once after an installation."""
+    flow = Flow(case)
+    flow.go(flow.start(), 0.0, changes=np.zeros((1, flow.size + flow.sleeves)))
+
+
 class Course:
     """A motion in progress. ``changes``, shape [change, state + sleeve], may be replaced in place between pieces."""
 
