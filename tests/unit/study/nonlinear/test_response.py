@@ -171,6 +171,13 @@ def test_settled_halves() -> None:
     assert classify(later, resolution=1e-6).kind == classify(later[::-1], resolution=1e-6).kind == "transient"
 
 
+def test_a_start_far_from_a_cycle_that_hardly_attracts() -> None:
+    """Where neither blocks nor lines say it clearly, states that draw nearer to each other show that a motion settles."""
+    found = classify(logistic(3.449, 500, cut=0), resolution=1e-6)
+    assert found.kind == "transient"
+    assert "draw nearer" in found.reason
+
+
 def test_chaos_whose_size_jumps() -> None:
     """Chaos fluctuates and is no transient; of another size from the middle on it is."""
     assert classify(henon(), resolution=FINE).kind == "chaotic"
@@ -195,7 +202,7 @@ def test_a_small_signal_that_does_not_repeat_beside_a_large_cycle() -> None:
         (henon()[:, 0], "chaotic"),
         (0.0 * N, "periodic"),
     ):
-        both = np.column_stack([cycle, 1e-4 * small])
+        both = np.column_stack([cycle, 2.5e-5 * small])
         assert classify(both, resolution=1e-6).kind == kind
 
 
@@ -248,6 +255,14 @@ def test_memory_is_kept_on_a_torus_and_lost_in_chaos() -> None:
     assert found.unforeseen < 0.05
     noise = np.random.default_rng(0).normal(size=(2000, 2))
     assert recurrence(noise, 1e-6).unforeseen == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_torus_that_saturates_keeps_its_memory() -> None:
+    """One signal that rests at two levels most of the time takes a wider delay to be seen as the torus that it is."""
+    angle = 2.0 * np.pi * 0.5**0.5 * N
+    flat = np.tanh(2.0 * (np.cos(angle) + np.cos(0.37 * angle)))
+    assert recurrence((flat / flat.std())[:, None], 1e-6).memory > 0.8
+    assert classify(flat, resolution=1e-6).kind == "quasi-periodic"
 
 
 def test_drift_of_blocks_has_the_distribution_of_students_t() -> None:
