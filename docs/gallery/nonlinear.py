@@ -8,7 +8,7 @@ import numpy as np
 
 import gearplay as gp
 from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.output.nonlinear.figures import BRANCH, WAYS, draw_branch
+from gearplay.output.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.orbits import find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap
@@ -99,6 +99,16 @@ def route() -> None:
     finish(figure, ax, "amplitude of the force, F_a", title, handles, "nonlinear-route.png")
 
 
+def basins() -> None:
+    """Which of two motions a start leads to."""
+    case = gp.torsional_pair(0.6, mean_force=0.1, force=0.05)
+    found = gp.basins(case, ("wheel.theta", -1.5e-3, 1.2e-3, 110), ("wheel.omega", -9.0, 9.0, 90), settle=100)
+    labels = ("wheel's rotation [rad]", "wheel's speed beside the nominal one [rad/s]")
+    title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, F_a = 0.05: where a start leads"
+    (HERE / "nonlinear-basins.png").write_bytes(basins_figure(found, labels, title=title))
+
+
 if __name__ == "__main__":
     jump()
     route()
+    basins()

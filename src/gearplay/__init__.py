@@ -26,6 +26,7 @@ _HOME = {
     "calibrate": "gearplay.api.calibration",
     "load_plan": "gearplay.study.calibration.reading",
     "sweep": "gearplay.api.sweep",
+    "basins": "gearplay.api.nonlinear",
     "bifurcation": "gearplay.api.nonlinear",
     "branch": "gearplay.api.nonlinear",
     "impacts": "gearplay.api.nonlinear",
@@ -52,6 +53,7 @@ __all__ = [
     "Result",
     "SimulationError",
     "__version__",
+    "basins",
     "bifurcation",
     "branch",
     "calibrate",
@@ -77,7 +79,16 @@ if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
-    from gearplay.api.nonlinear import bifurcation, branch, impacts, lyapunov, motion, periodic_orbit, section
+    from gearplay.api.nonlinear import (
+        basins,
+        bifurcation,
+        branch,
+        impacts,
+        lyapunov,
+        motion,
+        periodic_orbit,
+        section,
+    )
     from gearplay.api.sweep import sweep
     from gearplay.model.case import Case
     from gearplay.model.check import check_case

@@ -9,6 +9,7 @@ import pytest
 import gearplay as gp
 from gearplay.cli.main import run
 from gearplay.model.reading import to_toml
+from gearplay.output.nonlinear.figures import basins_figure
 from gearplay.study.nonlinear import motion as study
 from gearplay.study.nonlinear.motion import ARTEFACT, identify_motion
 
@@ -100,3 +101,15 @@ def test_what_cannot_be_is_one_sentence(
     complaint = capsys.readouterr().err
     assert told in complaint
     assert complaint.count("\n") == 1
+
+
+def test_basins_and_their_picture() -> None:
+    found = gp.basins(
+        gp.torsional_pair(0.6, mean_force=0.1, force=0.05),
+        ("wheel.theta", -6e-4, 4e-4, 4),
+        ("wheel.omega", -4.0, 4.0, 3),
+    )
+    assert found.labels.shape == (3, 4)
+    assert basins_figure(found, ("rotation [rad]", "speed [rad/s]"), title="A $b$").startswith(b"\x89PNG")
+    with pytest.raises(gp.InputError, match="must be an entry of the state"):
+        gp.basins("han2021", ("ring.z", 0.0, 1.0, 2), ("ring.vx", 0.0, 1.0, 2))

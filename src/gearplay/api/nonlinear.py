@@ -13,6 +13,7 @@ from gearplay.model.field_units import unit_at
 from gearplay.model.reading import load_case
 from gearplay.solver.flow import prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
+from gearplay.study.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
 from gearplay.study.nonlinear.motion import Motion, identify_motion
@@ -215,6 +216,36 @@ def motion(
         period=period,
         members=members,
         compare=compare,
+        progress=progress,
+        stop=stop,
+    )
+
+
+def basins(
+    case: Source,
+    first: tuple[str, float, float, int],
+    second: tuple[str, float, float, int],
+    *,
+    settle: int = 300,
+    period: str | float = "common",
+    threads: int | None = None,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> Basins:
+    """Return which motion each initial state of a grid leads to; see `basins_of_attraction`.
+
+    ``first`` and ``second`` are an entry of the state, its least and largest value in SI, and their number:
+    ``("ring.vx", -0.1, 0.1, 50)``.
+    """
+    base = _case(case)
+    prepare(base)
+    return basins_of_attraction(
+        base,
+        Grid(*first),
+        Grid(*second),
+        settle=settle,
+        period=period,
+        threads=worker_count() if threads is None else threads,
         progress=progress,
         stop=stop,
     )

@@ -157,10 +157,11 @@ class Course:
         motion.clock[run_state.T_END] = t_end
         status: int = Status.PAUSED
         while status == Status.PAUSED:
+            steps = max(0, min(CHUNK_STEPS, self.most_steps - int(motion.counts[run_state.STEPS])))
             if self.plain:
-                status = stepper.advance(self.system, motion, CHUNK_STEPS)
+                status = stepper.advance(self.system, motion, steps)
             else:
-                status = tangent.advance_tangent(self.system, motion, self.tangent, CHUNK_STEPS)
+                status = tangent.advance_tangent(self.system, motion, self.tangent, steps)
             self.log.append(motion.log[: int(motion.counts[run_state.LOGGED])].copy())
             motion.counts[run_state.LOGGED] = 0
             if status == Status.PAUSED and self.stop is not None and self.stop.is_set():

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.output.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.output.plots import COUPLED, UNCOUPLED, plain
 from gearplay.output.sweeps.view import shown_in
+from gearplay.study.nonlinear.basins import FAILED, IRREGULAR, Basins
 from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch
 
 if TYPE_CHECKING:
@@ -43,6 +44,47 @@ def bifurcation_figure(diagram: "xr.Dataset", signals: Sequence[str], *, title: 
     set_legend(figure, {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways})
     set_title(figure, title or str(diagram.attrs.get("title", "")))
     return to_png(figure)
+
+
+def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -> bytes:
+    """Return basins of attraction as PNG: each start in the colour of its motion, whose sections are marked where they are.
+
+    ``labels`` are the words of both axes; values are shown as they are, in SI.
+    """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    kinds = len(basins.attractors)
+    pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
+    figure, axes = make_figure(1, 1, 4.6)
+    ax = axes[0, 0]
+    colors = ListedColormap(["#bbbbbb", "#eeeeee", *pale])
+    norm = BoundaryNorm(np.arange(-2.5, kinds + 0.5), colors.N)
+    ax.pcolormesh(
+        basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
+    )
+    handles = {}
+    for at in range(kinds):
+        mark = PALETTE[at % len(PALETTE)]
+        order = len(basins.attractors[at])
+        handles[f"motion {at + 1}, order {order}, {100.0 * basins.shares[at]:.0f} %"] = legend_mark(
+            mark, marker="s"
+        )
+    if np.any(basins.labels == IRREGULAR):
+        handles["does not repeat"] = legend_mark("#dddddd", marker="s")
+    if np.any(basins.labels == FAILED):
+        handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
+    ax.set_xlabel(_label(labels[0], "1"), fontsize=SMALL)
+    ax.set_ylabel(_label(labels[1], "1"), fontsize=SMALL)
+    set_legend(figure, handles)
+    set_title(figure, title)
+    return to_png(figure)
+
+
+def _pale(color: str) -> str:
+    """Return a colour half-way to white."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    return str(to_hex([0.5 + 0.5 * part for part in to_rgb(color)]))
 
 
 def _label(words: str, unit: str) -> str:
