@@ -84,7 +84,8 @@ def _pale(color: str) -> str:
     """Return a colour half-way to white."""
     from matplotlib.colors import to_hex, to_rgb
 
-    return str(to_hex([0.5 + 0.5 * part for part in to_rgb(color)]))
+    red, green, blue = to_rgb(color)
+    return str(to_hex((0.5 + 0.5 * red, 0.5 + 0.5 * green, 0.5 + 0.5 * blue)))
 
 
 def _label(words: str, unit: str) -> str:
