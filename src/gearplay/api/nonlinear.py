@@ -25,7 +25,7 @@ from gearplay.study.nonlinear.sections import (
     contact_section,
     stroboscopic_section,
 )
-from gearplay.study.plan_values import number_in_si
+from gearplay.study.plan_values import number_in_si, value_at
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import RESULT_VARIABLES
 from gearplay.vocabulary.version import VERSION
@@ -157,20 +157,13 @@ def branch(
     ends = [number_in_si(base, (path,), value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, "must be above low", "Swap them"))
-    now = number_in_si(base, (path,), _value_at(base, path), path)
+    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
     period_map = StrobeMap(along(base, path), now)
     start = find_orbit(period_map, period_map.settle(period_map.start(now), now, settle), now, order=order)
     settings = Settings(
         low=ends[0], high=ends[1], size=0.1 * (ends[1] - ends[0]) if size is None else size, orbits=orbits
     )
     return follow_branch(period_map, start, settings, upwards=upwards, progress=progress)
-
-
-def _value_at(case: Case, path: str) -> Any:
-    place: Any = case.resolved()
-    for part in path.split("."):
-        place = place[int(part)] if isinstance(place, list) else place[part]
-    return place
 
 
 def _check_order(order: int) -> None:

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
@@ -26,12 +27,9 @@ def bifurcation(
     count: Annotated[int, typer.Option("--count", min=2, max=100_000, help="Number of values.")] = 200,
     settle: Annotated[int, typer.Option("--settle", min=0, help="Periods before looking.")] = 400,
     keep: Annotated[int, typer.Option("--keep", min=1, help="Periods looked at.")] = 100,
-    period: Annotated[str, typer.Option("--period", help="common, mesh, shaft, or seconds.")] = "mesh",
+    period: Period = "mesh",
     carry: Annotated[bool, typer.Option("--carry/--no-carry", help="Go on from the value before.")] = True,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Change the case: --set meshes.0.backlash=200um. May be repeated."),
-    ] = None,
+    changes: Changes = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/bifurcation-CASE].")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
@@ -85,14 +83,6 @@ def bifurcation(
     print_json(document) if json else print_text(_words(document))
     if document["failed"]:
         raise typer.Exit(PARTLY)
-
-
-def period_of(text: str) -> str | float:
-    """Return a period as it is given on the command line: a name, or a time [s]."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:

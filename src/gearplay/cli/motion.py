@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.bifurcation import period_of
+from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 
@@ -21,16 +21,13 @@ def motion(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
     periods: Annotated[int, typer.Option("--periods", help="Periods looked at, 100 or more.")] = 1000,
     settle: Annotated[int, typer.Option("--settle", help="Periods before.")] = 300,
-    period: Annotated[str, typer.Option("--period", help="common, mesh, shaft, or seconds.")] = "common",
+    period: Period = "common",
     members: Annotated[int, typer.Option("--members", help="Runs of each ensemble that is compared.")] = 12,
     compare: Annotated[
         bool,
         typer.Option("--compare/--no-compare", help="Repeat an ensemble with other numbers of the method."),
     ] = True,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Change the case: --set meshes.0.backlash=200um. May be repeated."),
-    ] = None,
+    changes: Changes = None,
     json: Json = False,
 ) -> None:
     """Say what kind of motion a case settles to, and why."""

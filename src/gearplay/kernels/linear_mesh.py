@@ -22,7 +22,7 @@ from gearplay.kernels.layout import (
     STIFFNESS_SPLINE,
     System,
 )
-from gearplay.kernels.mesh import TWO_PI, flank_damping, harmonics, mesh_stiffness
+from gearplay.kernels.mesh import flank_damping, harmonics, mesh_stiffness, spline_piece
 from gearplay.kernels.motion import press_mesh
 
 Floats = NDArray[np.float64]
@@ -47,15 +47,7 @@ def stiffness_slope(mesh: Any, system: System, psi: float, cos_psi: float, sin_p
         return slope
     if mesh.stiffness_kind != STIFFNESS_SPLINE:
         return 0.0
-    turn = (psi + mesh.phase) / TWO_PI
-    angle = TWO_PI * (turn - math.floor(turn))
-    row = mesh.stiffness_start + mesh.stiffness_count - 1
-    while row > mesh.stiffness_start and system.spline[row, 0] > angle:
-        row -= 1
-    x = angle - system.spline[row, 0]
-    if x < 0.0:
-        row = mesh.stiffness_start + mesh.stiffness_count - 1
-        x = angle + TWO_PI - system.spline[row, 0]
+    row, x = spline_piece(mesh, system, psi)
     p = system.spline[row]
     return p[2] + x * (2.0 * p[3] + 3.0 * x * p[4])
 

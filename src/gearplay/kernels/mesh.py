@@ -43,6 +43,21 @@ def harmonics(
 
 
 @compiled_inline
+def spline_piece(mesh: Any, system: System, psi: float) -> tuple[int, float]:
+    """Return the row of the spline that holds the mesh phase psi [rad], and how far psi lies behind its start [rad]."""
+    turn = (psi + mesh.phase) / TWO_PI
+    angle = TWO_PI * (turn - math.floor(turn))
+    row = mesh.stiffness_start + mesh.stiffness_count - 1
+    while row > mesh.stiffness_start and system.spline[row, 0] > angle:
+        row -= 1
+    x = angle - system.spline[row, 0]
+    if x < 0.0:  # before the first knot: the last piece, wrapped round
+        row = mesh.stiffness_start + mesh.stiffness_count - 1
+        x = angle + TWO_PI - system.spline[row, 0]
+    return row, x
+
+
+@compiled_inline
 def mesh_stiffness(
     mesh: Any, system: System, psi: float, cos_psi: float, sin_psi: float, segment: int
 ) -> float:
@@ -56,15 +71,7 @@ def mesh_stiffness(
         return mesh.k_m + swing
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         return mesh.k_m if segment % 2 == 0 else mesh.k_single
-    turn = (psi + mesh.phase) / TWO_PI
-    angle = TWO_PI * (turn - math.floor(turn))
-    row = mesh.stiffness_start + mesh.stiffness_count - 1
-    while row > mesh.stiffness_start and system.spline[row, 0] > angle:
-        row -= 1
-    x = angle - system.spline[row, 0]
-    if x < 0.0:  # before the first knot: the last piece, wrapped round
-        row = mesh.stiffness_start + mesh.stiffness_count - 1
-        x = angle + TWO_PI - system.spline[row, 0]
+    row, x = spline_piece(mesh, system, psi)
     p = system.spline[row]
     return p[1] + x * (p[2] + x * (p[3] + x * p[4]))
 

@@ -44,6 +44,17 @@ DENSE = np.array(
 
 
 @compiled_inline
+def stage_state(roster: Roster, stage: int, h: float, y: Floats, stages: Floats, result: Floats) -> None:
+    """Fill the active states of ``result`` with those at a stage of a step of h [s] from y."""
+    for s in range(1, roster.states[0] + 1):
+        i = roster.states[s]
+        total = 0.0
+        for j in range(stage):
+            total += WEIGHTS[stage, j] * stages[j, i]
+        result[i] = y[i] + h * total
+
+
+@compiled_inline
 def step(
     system: System,
     roster: Roster,
@@ -64,12 +75,7 @@ def step(
     ``contacts`` belongs to (t + h, y_new).
     """
     for stage in range(1, STAGES):
-        for s in range(1, roster.states[0] + 1):
-            i = roster.states[s]
-            total = 0.0
-            for j in range(stage):
-                total += WEIGHTS[stage, j] * stages[j, i]
-            y_new[i] = y[i] + h * total
+        stage_state(roster, stage, h, y, stages, y_new)
         if (
             right_hand_side(
                 system, roster, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out

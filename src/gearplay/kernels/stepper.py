@@ -215,19 +215,24 @@ def synchronise(system: System, motion: Motion) -> int:
     return check_states(motion)
 
 
+@compiled_inline
+def log_is_full(motion: Motion) -> bool:
+    """Return whether the log may not hold all contact changes of another step."""
+    return bool(motion.counts[LOGGED] + 2 * motion.g_0.size + 2 > motion.log.shape[0])
+
+
 @compiled
 def advance(system: System, motion: Motion, steps: int) -> int:
     """Advance until T_END, for at most ``steps`` steps, or until the log is full; return a status."""
-    clock, counts = motion.clock, motion.counts
-    spare = 2 * motion.g_0.size + 2
-    if counts[BEGUN] == 0:
+    clock = motion.clock
+    if motion.counts[BEGUN] == 0:
         status = begin(system, motion)
         if status != DONE:
             return status
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
             return synchronise(system, motion)
-        if counts[LOGGED] + spare > motion.log.shape[0]:
+        if log_is_full(motion):
             return PAUSED
         status = take_step(system, motion) if motion.roster.active[0] > 0 else take_flight(system, motion)
         if status != DONE:

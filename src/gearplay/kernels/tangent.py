@@ -28,11 +28,10 @@ from gearplay.kernels.linear_motion import Slopes, fly_change, linearise, make_s
 from gearplay.kernels.linear_sleeve import V_U, linearise_sleeve, sleeve_changes
 from gearplay.kernels.mesh import know_angles
 from gearplay.kernels.motion import right_hand_side
-from gearplay.kernels.restart import begin
 from gearplay.kernels.roster import Roster, make_roster, state_of
-from gearplay.kernels.run_state import BEGUN, CANNOT_MESH, DONE, LOGGED, PAUSED, T_END, Motion, T
-from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS
-from gearplay.kernels.stepper import synchronise, take_flight, take_step
+from gearplay.kernels.run_state import CANNOT_MESH, DONE, PAUSED, Motion, T
+from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS, stage_state
+from gearplay.kernels.stepper import advance, log_is_full, synchronise
 from gearplay.kernels.switches import is_printed
 
 Floats = NDArray[np.float64]
@@ -92,14 +91,21 @@ def copy_list(source: Ints, target: Ints) -> None:
 
 
 @compiled
+def read_state(system: System, motion: Motion, y: Floats) -> None:
+    """Fill ``y`` with the state now, of those that fly too."""
+    for i in range(system.rotors.size):
+        state_of(system, motion.roster, i, motion.clock[T], motion.y, y)
+    for s in range(6 * system.rotors.size, y.size):  # integrals of servos
+        y[s] = motion.y[s]
+
+
+@compiled
 def remember(system: System, motion: Motion, tangent: Tangent) -> None:
     """Note what a step starts from."""
     now, before = motion.roster, tangent.before
+    read_state(system, motion, tangent.y)
     for i in range(system.rotors.size):
         before.roles[i] = now.roles[i]
-        state_of(system, now, i, motion.clock[T], motion.y, tangent.y)
-    for s in range(6 * system.rotors.size, motion.y.size):  # integrals of servos
-        tangent.y[s] = motion.y[s]
     copy_list(now.active, before.active)
     copy_list(now.states, before.states)
     copy_list(now.sleeves, before.sleeves)
@@ -148,12 +154,7 @@ def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
         y_stage[s] = y[s]
     for stage in range(STAGES):
         at = t + NODES[stage] * h
-        for s in range(1, roster.states[0] + 1):
-            i = roster.states[s]
-            total = 0.0
-            for j in range(stage):
-                total += WEIGHTS[stage, j] * stages[j, i]
-            y_stage[i] = y[i] + h * total
+        stage_state(roster, stage, h, y, stages, y_stage)
         failed = right_hand_side(
             system,
             roster,
@@ -246,10 +247,7 @@ def carry_over(system: System, motion: Motion, tangent: Tangent) -> int:
     """Carry the changes over the event at which the step ended, if there was one; return 1 where a pair cannot mesh."""
     n_s, n_m = system.sleeves.size, system.meshes.size
     t, modes_0, modes = motion.clock[T], tangent.modes, motion.modes
-    for i in range(system.rotors.size):
-        state_of(system, motion.roster, i, t, motion.y, tangent.y)
-    for s in range(6 * system.rotors.size, motion.y.size):
-        tangent.y[s] = motion.y[s]
+    read_state(system, motion, tangent.y)
     for k in range(n_s):
         if modes_0[k] == OPEN and modes[k] != OPEN:
             latch_change(system, motion, tangent, k, t)
@@ -359,26 +357,18 @@ def move_along(system: System, tangent: Tangent, i: int, along: Floats) -> None:
 
 @compiled
 def advance_tangent(system: System, motion: Motion, tangent: Tangent, steps: int) -> int:
-    """Do what `stepper.advance` does, and move the tangent on with it; return a status."""
-    clock, counts = motion.clock, motion.counts
-    spare = 2 * motion.g_0.size + 2
-    if counts[BEGUN] == 0:
-        status = begin(system, motion)
-        if status != DONE:
-            return status
+    """Do what `stepper.advance` does, step by step, and move the tangent on with it; return a status."""
+    status = advance(system, motion, 0)  # begins
     for _ in range(steps):
-        if clock[T] >= clock[T_END]:
-            return synchronise(system, motion)
-        if counts[LOGGED] + spare > motion.log.shape[0]:
-            return PAUSED
-        t = clock[T]
+        if status != PAUSED or log_is_full(motion):
+            break
+        t = motion.clock[T]
         remember(system, motion, tangent)
-        status = take_step(system, motion) if motion.roster.active[0] > 0 else take_flight(system, motion)
-        if status == DONE and (
-            retrace(system, motion, tangent, t, clock[T] - t) != 0 or carry_over(system, motion, tangent) != 0
+        status = advance(system, motion, 1)
+        if status <= PAUSED and (
+            retrace(system, motion, tangent, t, motion.clock[T] - t) != 0
+            or carry_over(system, motion, tangent) != 0
         ):
-            status = CANNOT_MESH
-        if status != DONE:
             worse = synchronise(system, motion)
-            return status if worse == DONE else worse
-    return synchronise(system, motion) if clock[T] >= clock[T_END] else PAUSED
+            return CANNOT_MESH if worse == DONE else worse
+    return status

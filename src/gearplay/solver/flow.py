@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run_state, stepper, tangent
-from gearplay.kernels.layout import DRIVE_SPEED, OPEN
+from gearplay.kernels.layout import OPEN
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
@@ -41,7 +41,8 @@ class Flow:
     """The motion of a case as a map of its state.
 
     A state holds, like the kernels', positions [m, rad] then velocities of every rotor, rotations relative to the nominal ones,
-    then the integrals of servos. ``free`` are its entries that are not prescribed, ``natural`` their natural sizes.
+    then the integrals of servos. ``free`` are its entries that are not prescribed, ``natural`` the natural sizes of all,
+    ``sizes`` those and of the latched impact speeds behind them.
     """
 
     def __init__(self, case: Case) -> None:
@@ -54,7 +55,8 @@ class Flow:
         self.free = np.flatnonzero(np.concatenate([of_rotor, of_rotor, servos]))
         self.natural = np.array(self.packed.natural)
         self.size, self.sleeves = self.packed.state_size, self.packed.system.sleeves.size
-        self.prescribed = bool(np.any(rotors.drive == DRIVE_SPEED))
+        # A latched impact speed is of the size of a velocity.
+        self.sizes = np.concatenate([self.natural, np.full(self.sleeves, self.natural[3 * n])])
 
     def start(self, member: int = 0) -> Floats:
         """Return the initial state of a member of the case's ensemble."""

@@ -14,7 +14,7 @@ from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
-ROTOR = {"x": 0, "y": 1, "theta": 2, "vx": 3, "vy": 4, "omega": 5}
+ROTOR = ("x", "y", "theta", "vx", "vy", "omega")
 MESH = {
     "drive_penetration": 0,
     "back_penetration": 1,
@@ -23,6 +23,13 @@ MESH = {
     "transmission_error_dynamic": 11,
 }
 SLEEVE = {"sleeve_penetration": 0}
+
+
+def state_names(packed: Packed) -> tuple[str, ...]:
+    """Return the names of a state's entries in their order, ``rotor.signal``; integrals of servos, the last ones, have none."""
+    return tuple(
+        f"{rotor}.{name}" for part in (ROTOR[:3], ROTOR[3:]) for rotor in packed.rotor_names for name in part
+    )
 
 
 class Observables:
@@ -36,7 +43,8 @@ class Observables:
 
     def __init__(self, packed: Packed, names: Sequence[str]) -> None:
         self.columns, _ = choose_columns(packed, list(names))
-        known = {"rotor": ROTOR, "mesh": MESH, "sleeve": SLEEVE}
+        places = {name: at for at, name in enumerate(state_names(packed))}
+        known = {"rotor": dict.fromkeys(ROTOR, 0), "mesh": MESH, "sleeve": SLEEVE}
         for column in self.columns:
             if column.signal not in known[column.dimension]:
                 rule = "must follow from the state alone"
@@ -44,10 +52,13 @@ class Observables:
                 raise InputError(Fault("signals", column.signal, rule, f"Choose from: {every}"))
         elements = {"rotor": packed.rotor_names, "mesh": packed.mesh_names, "sleeve": packed.sleeve_names}
         self.places = [
-            (c.dimension, elements[c.dimension].index(c.label), known[c.dimension][c.signal])
+            (
+                c.dimension,
+                elements[c.dimension].index(c.label),
+                places[_name(c)] if c.dimension == "rotor" else known[c.dimension][c.signal],
+            )
             for c in self.columns
         ]
-        self.rotors = len(packed.rotor_names)
         self.out = np.zeros(OUT_SIZE)
 
     @property
@@ -56,14 +67,16 @@ class Observables:
         return tuple(_name(column) for column in self.columns)
 
     def __call__(self, system: System, t: float, y: Floats) -> Floats:
-        """Return the signals at time t [s] and state y, shape [signal]."""
+        """Return the signals at time t [s] and state y, shape [signal]; NaN for a mesh whose gears cannot mesh there."""
         found = np.empty(len(self.places))
         for at, (dimension, element, slot) in enumerate(self.places):
             if dimension == "rotor":
-                found[at] = y[3 * element + slot] if slot < 3 else y[3 * (self.rotors + element) + slot - 3]
+                found[at] = y[slot]
                 continue
             if dimension == "mesh":
-                mesh_gaps(system, element, t, y, self.out)
+                if mesh_gaps(system, element, t, y, self.out) != 0:
+                    found[at] = np.nan
+                    continue
             else:
                 sleeves: Any = system.sleeves
                 sleeve_geometry(sleeves[element], system, t, y, self.out)

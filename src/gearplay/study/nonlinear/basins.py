@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +9,12 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.solver.flow import Flow
+from gearplay.solver.observables import state_names
+from gearplay.study.nonlinear.crew import share_out
 from gearplay.study.nonlinear.period_map import section_period
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 Floats = NDArray[np.float64]
-ENTRIES = ("x", "y", "theta", "vx", "vy", "omega")
 IRREGULAR, FAILED = -1, -2
 MOST_ORDER = 8
 ALIKE = 1e-3
@@ -78,9 +78,9 @@ def basins_of_attraction(
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
     start, total = flow.start(), axes[0].size * axes[1].size
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
-    done, lock, asked = [0], threading.Lock(), stop or threading.Event()
+    asked = stop or threading.Event()
 
-    def go(at: int) -> None:
+    def go(at: int, tick: Callable[[], None]) -> None:
         if asked.is_set():
             return
         state = start.copy()
@@ -92,42 +92,24 @@ def basins_of_attraction(
                 sections[at, n] = course.state[flow.free]
         except GearplayError:
             sections[at] = np.nan
-        with lock:
-            done[0] += 1
-            if progress is not None:
-                progress(float(done[0]), float(total))
+        tick()
 
-    with ThreadPoolExecutor(max(1, threads)) as pool:
-        try:
-            list(pool.map(go, range(total)))
-        except KeyboardInterrupt:
-            asked.set()
-            raise
+    share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
     labels, attractors = _labels(sections, flow.natural[flow.free])
     return Basins(axes[0], axes[1], labels.reshape(axes[1].size, axes[0].size), attractors)
 
 
 def _place(flow: Flow, grid: Grid) -> int:
     """Return the place of an entry in the state; `InputError` where it is none, prescribed, or its range is empty."""
-    names = flow.packed.rotor_names
-    rotor, _, entry = grid.name.rpartition(".")
-    free = [
-        f"{name}.{e}"
-        for i, name in enumerate(names)
-        for c, e in enumerate(ENTRIES)
-        if _at(len(names), i, c) in flow.free
-    ]
+    names = state_names(flow.packed)
+    free = [names[i] for i in flow.free if i < len(names)]
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
         raise InputError(Fault("name", grid.name, rule, f"Choose from: {', '.join(free)}"))
     if not grid.low < grid.high or grid.count < 2:
         rule = "must have low below high and a count of 2 or more"
         raise InputError(Fault(grid.name, f"{grid.low:g} to {grid.high:g}, {grid.count}", rule, "Correct it"))
-    return _at(len(names), names.index(rotor), ENTRIES.index(entry))
-
-
-def _at(rotors: int, rotor: int, entry: int) -> int:
-    return 3 * rotor + entry if entry < 3 else 3 * (rotors + rotor) + entry - 3
+    return names.index(grid.name)
 
 
 def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[Floats, ...]]:

@@ -7,7 +7,7 @@ Press 1977, 359). Test functions that change sign between two orbits are brought
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,16 +67,6 @@ class Settings:
     least: float = 1e-6
     most: float = 0.2
     orbits: int = 500
-
-
-@dataclass
-class _Point:
-    """An orbit on the branch, its return map, the derivative by the parameter and the tangent of the branch."""
-
-    orbit: Orbit
-    found: Return
-    by_parameter: Floats
-    tangent: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 class _Follower:

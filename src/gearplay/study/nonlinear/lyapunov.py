@@ -128,10 +128,9 @@ def half_width(blocks: Floats) -> float:
 def _orthonormalise(flow: Flow, course: Course) -> Floats:
     """Make the changes orthonormal in natural sizes; return the logarithms of how far each has grown."""
     sleeves, changes = flow.sleeves, course.changes
-    speeds = np.full(sleeves, flow.natural[3 * course.system.rotors.size])
     # Only what can change: rounding in a prescribed direction would stay while all others shrink.
     places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[:sleeves])])
-    sizes = np.concatenate([flow.natural, speeds])[places]
+    sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
     changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve
     changes[:, places] = directions.T * sizes

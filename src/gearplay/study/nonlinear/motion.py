@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.solver.flow import Flow
+from gearplay.solver.observables import state_names
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
@@ -99,7 +100,7 @@ def identify_motion(
     response = classify(
         samples, resolution=resolution, exponent=(value * step, 0.5 * half * step), swing=swing
     )
-    comparisons, limit = _compare(case, members, tell, stop) if compare else ((), math.inf)
+    comparisons, limit = _compare(case, _moving(flow), members, tell, stop) if compare else ((), math.inf)
     worst = max(comparisons, key=lambda each: abs(each.t), default=None)
     if worst is not None and abs(worst.t) > limit:
         reason = (
@@ -132,7 +133,7 @@ def _section(
 
 
 def _compare(
-    case: Case, members: int, tell: Progress, stop: threading.Event | None
+    case: Case, names: list[str], members: int, tell: Progress, stop: threading.Event | None
 ) -> tuple[tuple[Comparison, ...], float]:
     """Return the statistics of an ensemble against those with other numbers of the method, and the t that is still chance."""
     from scipy.special import stdtrit
@@ -141,7 +142,6 @@ def _compare(
         "a hundredth of the tolerance": {"run.tolerance": 0.01 * case.run.tolerance},
         "a third of the output step": {"run.sampling": 3.0 * case.run.sampling},
     }
-    names = _moving(Flow(case))
     usual = _statistics(case, names, members, "ensemble", tell, stop)
     found = []
     for change, values in changes.items():
@@ -155,15 +155,8 @@ def _compare(
 
 def _moving(flow: Flow) -> list[str]:
     """Return the signals of velocities that are not prescribed, ``rotor.signal``."""
-    names, free = flow.packed.rotor_names, set(flow.free.tolist())
-    first = 3 * len(names)
-    signals = ("vx", "vy", "omega")
-    return [
-        f"{name}.{s}"
-        for i, name in enumerate(names)
-        for c, s in enumerate(signals)
-        if first + 3 * i + c in free
-    ]
+    names = state_names(flow.packed)
+    return [names[i] for i in flow.free if len(names) // 2 <= i < len(names)]
 
 
 def _statistics(

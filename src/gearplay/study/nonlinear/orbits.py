@@ -1,6 +1,6 @@
 """Periodic orbits by shooting: Newton's method on the map over their periods, with exact derivatives; Floquet multipliers."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +77,7 @@ def find_orbit(
     residual = _size(found.image - state, scale)
     for _ in range(MOST_STEPS):
         if residual <= close:
-            return _polished(period_map, orbit_of(found, parameter, residual, scale), close)
+            return _polished(period_map, found, parameter, residual)
         step = _newton_step(found, scale)
         share = 1.0
         while share > 1e-3:
@@ -99,18 +99,15 @@ def find_orbit(
     )
 
 
-def _polished(period_map: PeriodMap, orbit: Orbit, close: float) -> Orbit:
-    """Return an orbit after one more step, if that brings it nearer: Newton's method squares the error."""
+def _polished(period_map: PeriodMap, found: Return, parameter: float, residual: float) -> Orbit:
+    """Return the orbit after one more step, if that brings it nearer: Newton's method squares the error."""
     scale = period_map.scale
-    found = Return(orbit.states, orbit.states[0] + 0.0, orbit.matrix, orbit.contacts)
-    again = after(period_map, orbit.states[0], orbit.parameter, orbit.order)
-    found = replace(found, image=again.image, matrix=again.matrix)
     try:
-        better = after(period_map, orbit.states[0] + _newton_step(found, scale), orbit.parameter, orbit.order)
+        better = after(period_map, found.states[0] + _newton_step(found, scale), parameter, len(found.states))
+        size = _size(better.image - better.states[0], scale)
     except GearplayError:
-        return orbit
-    size = _size(better.image - better.states[0], scale)
-    return orbit_of(better, orbit.parameter, size, scale) if size < orbit.residual else orbit
+        size = residual
+    return orbit_of(*((better, parameter, size) if size < residual else (found, parameter, residual)), scale)
 
 
 def _newton_step(found: Return, scale: Floats) -> Floats:

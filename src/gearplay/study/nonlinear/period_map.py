@@ -62,13 +62,12 @@ class StrobeMap:
     Raises `InputError` for a case whose excitation has no period: a speed must be prescribed, without a ramp.
     """
 
-    def __init__(self, family: Family, parameter: float, *, periods: int = 1) -> None:
-        self.family, self.periods = family, periods
+    def __init__(self, family: Family, parameter: float) -> None:
+        self.family = family
         self._kept: dict[float, _Member] = {}
         first = self.member(parameter).flow
         self.free = first.free
-        speeds = np.full(first.sleeves, first.natural[3 * first.packed.system.rotors.size])
-        self._scale = np.concatenate([first.natural[self.free], speeds])
+        self._scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
 
     @property
     def scale(self) -> Floats:
@@ -81,7 +80,7 @@ class StrobeMap:
             if len(self._kept) > 16:
                 self._kept.clear()
             flow = Flow(self.family(parameter))
-            self._kept[parameter] = _Member(flow, self.periods * common_period(flow.packed))
+            self._kept[parameter] = _Member(flow, common_period(flow.packed))
         return self._kept[parameter]
 
     def start(self, parameter: float) -> Floats:

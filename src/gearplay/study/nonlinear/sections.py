@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,8 @@ from gearplay.model.case import Case
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import Observables
 from gearplay.solver.simulate import prepare
-from gearplay.solver.trajectory import contact_labels
+from gearplay.solver.trajectory import all_columns, contact_labels
+from gearplay.study.nonlinear.crew import share_out
 from gearplay.study.nonlinear.period_map import Family, common_period, section_period
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
@@ -110,23 +110,10 @@ def _whole(flow: Flow, time: float) -> float:
 
 
 def _deepest(flow: Flow, state: Floats) -> float:
-    """Return the largest penetration [m] of a state at t = 0, infinite where its gears cannot mesh."""
-    names = [
-        name for name in ("sleeve_penetration", "drive_penetration", "back_penetration") if _has(flow, name)
-    ]
-    depths = Observables(flow.packed, names)(flow.packed.system, 0.0, state)
-    distances = Observables(flow.packed, ["center_distance"]) if _has(flow, "center_distance") else None
-    if distances is not None:
-        meshes = flow.packed.system.meshes
-        found = distances(flow.packed.system, 0.0, state)
-        if np.any(found <= meshes["A_min"]) or np.any(found >= meshes["A_max"]):
-            return float("inf")
-    return float(np.max(depths, initial=-np.inf))
-
-
-def _has(flow: Flow, signal: str) -> bool:
-    packed = flow.packed
-    return bool(packed.sleeve_names if signal.startswith("sleeve") else packed.mesh_names)
+    """Return the largest penetration [m] of a state at t = 0, NaN where its gears cannot mesh."""
+    wanted = ("sleeve_penetration", "drive_penetration", "back_penetration")
+    names = [f"{c.label}.{c.signal}" for c in all_columns(flow.packed) if c.signal in wanted]
+    return float(np.max(Observables(flow.packed, names)(flow.packed.system, 0.0, state), initial=-np.inf))
 
 
 def _positive(name: str, value: float) -> float:
@@ -187,9 +174,10 @@ def bifurcation_diagram(
     section_period(packed, period)
     table = np.full((len(directions), values.size, keep, len(names)), np.nan)
     reasons = [[""] * values.size for _ in directions]
-    done, lock, asked = [0], threading.Lock(), stop or threading.Event()
+    asked = stop or threading.Event()
 
-    def go(way: int, places: Sequence[int]) -> None:
+    def go(job: tuple[int, Sequence[int]], tick: Callable[[], None]) -> None:
+        way, places = job
         state: Floats | None = None
         latch: Floats | None = None
         for at in places:
@@ -199,7 +187,7 @@ def bifurcation_diagram(
                 flow = Flow(family(float(values[at])))
                 step = section_period(flow.packed, period)
                 observe = Observables(flow.packed, signals)
-                if state is None or not carry or _deepest(flow, state) > DEEPEST:
+                if state is None or not carry or not _deepest(flow, state) <= DEEPEST:
                     state, latch = flow.start(), None
                 course = flow.begin(state, latch=latch, stop=asked)
                 for n in range(settle + keep):
@@ -211,19 +199,12 @@ def bifurcation_diagram(
             except GearplayError as error:
                 reasons[way][at] = str(error).splitlines()[0]
                 state, latch = None, None
-            with lock:
-                done[0] += 1
-                if progress is not None:
-                    progress(float(done[0]), float(table.shape[0] * values.size))
+            tick()
 
     ways = [list(range(values.size))[:: 1 if way == "up" else -1] for way in directions]
     jobs = [(w, way) for w, way in enumerate(ways)]
     if not carry:
         jobs = [(w, way[k::threads]) for w, way in enumerate(ways) for k in range(threads)]
-    with ThreadPoolExecutor(max(1, threads)) as pool:
-        try:
-            list(pool.map(lambda job: go(*job), jobs))
-        except KeyboardInterrupt:
-            asked.set()
-            raise
+    total = table.shape[0] * values.size
+    share_out(jobs, go, total=total, threads=threads, stop=asked, progress=progress)
     return Diagram(values, tuple(directions), table, names, tuple(tuple(row) for row in reasons))

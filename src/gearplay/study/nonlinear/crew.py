@@ -1,0 +1,41 @@
+"""Many runs on threads: each tells when a part of it is done, and all end with a wish to stop."""
+
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Job = TypeVar("Job")
+
+
+def share_out(
+    jobs: Iterable[Job],
+    work: Callable[[Job, Callable[[], None]], None],
+    *,
+    total: int,
+    threads: int,
+    stop: threading.Event,
+    progress: Callable[[float, float], None] | None = None,
+) -> None:
+    """Call ``work(job, tick)`` for every job on threads; ``tick()`` tells of one of ``total`` parts. Ctrl-C sets ``stop``.
+
+    >>> found, stop = [], threading.Event()
+    >>> share_out([3, 1], lambda job, tick: (found.append(job), tick())[1], total=2, threads=1, stop=stop)
+    >>> found
+    [3, 1]
+    """
+    done, lock = 0, threading.Lock()
+
+    def tick() -> None:
+        nonlocal done
+        with lock:
+            done += 1
+            if progress is not None:
+                progress(float(done), float(total))
+
+    with ThreadPoolExecutor(max(1, threads)) as pool:
+        try:
+            list(pool.map(lambda job: work(job, tick), jobs))
+        except KeyboardInterrupt:
+            stop.set()
+            raise
