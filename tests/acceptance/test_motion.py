@@ -1,6 +1,7 @@
 """`gearplay motion` and `gp.motion`: motions whose kind is known from their orbits, exponents and equations."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,28 @@ def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
     assert value - half > 0.0
     assert len(found.comparisons) > 10
     assert max(abs(each.t) for each in found.comparisons) < found.limit
+
+
+@pytest.mark.parametrize(
+    ("formulation", "step", "kind"),
+    [("as_published", None, ARTEFACT), ("as_published", 5e-6, ARTEFACT), ("geometric", 5e-6, "chaotic")],
+)
+def test_the_published_force_jumps_and_plain_steps_feed_on_it(
+    formulation: str, step: float | None, kind: str
+) -> None:
+    """At 200/100 um the printed backlash (18) turns negative and the force (19) jumps: noticed late, each jump adds energy."""
+    changes = {
+        "formulation": formulation,
+        "sleeves.ring.radial_clearance": 2e-4,
+        "run.sampling": 2e3,
+        "run.fixed_step": step,
+    }
+    case = gp.replace(gp.load_case("han2021"), changes)
+    found = gp.motion(case, periods=400, settle=100, period="mesh")
+    assert found.kind == kind, found.reason
+    assert (step is None) == math.isfinite(found.exponent[0])
+    if kind == ARTEFACT:
+        assert "plain steps of" in found.reason if step is None else "located contacts" in found.reason
 
 
 def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPatch) -> None:

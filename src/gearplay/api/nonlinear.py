@@ -201,7 +201,7 @@ def motion(
 ) -> Motion:
     """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
     base = _case(case)
-    prepare_tangent(base)
+    (prepare_tangent if base.run.fixed_step is None else prepare)(base)
     return identify_motion(
         base,
         periods=periods,

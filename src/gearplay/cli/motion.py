@@ -34,10 +34,11 @@ def motion(
     from gearplay.api.nonlinear import motion as kind_of
     from gearplay.model.reading import load_case
     from gearplay.solver.flow import prepare_tangent
+    from gearplay.solver.simulate import prepare
 
     base = load_case(case, changes or ())
     with compiling_notice():
-        prepare_tangent(base)
+        (prepare_tangent if base.run.fixed_step is None else prepare)(base)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = kind_of(
@@ -69,7 +70,7 @@ def _document(base: Any, found: Any) -> dict[str, Any]:
             "period": found.period,
             "evidence": _finite(found.response.evidence),
         },
-        "exponent": {"value": found.exponent[0], "half_width": found.exponent[1], "unit": "1/s"},
+        "exponent": _exponent(found.exponent),
         "comparisons": [
             {"change": c.change, "statistic": c.statistic, "usual": c.usual, "changed": c.changed, "t": c.t}
             for c in found.comparisons
@@ -79,6 +80,11 @@ def _document(base: Any, found: Any) -> dict[str, Any]:
     }
 
 
+def _exponent(exponent: tuple[float, float]) -> dict[str, Any] | None:
+    value, half = exponent
+    return {"value": value, "half_width": half, "unit": "1/s"} if isfinite(value) else None
+
+
 def _finite(numbers: Any) -> dict[str, float | None]:
     return {name: value if isfinite(value) else None for name, value in numbers.items()}
 
@@ -86,12 +92,11 @@ def _finite(numbers: Any) -> dict[str, float | None]:
 def _words(d: dict[str, Any]) -> str:
     order = f" of order {d['order']}" if d["order"] and d["kind"] == "periodic" else ""
     exponent = d["exponent"]
-    lines = [
-        f"{d['title'] or 'untitled'}: {d['kind']}{order}",
-        d["reason"],
-        f"Largest Lyapunov exponent {exponent['value']:.4g} ± {exponent['half_width']:.2g} 1/s (95 %); section once per "
-        f"{d['section']['period']:.4g} s.",
-    ]
+    pace = f"section once per {d['section']['period']:.4g} s."
+    size = "No exact derivative with run.fixed_step, so no exponent"
+    if exponent:
+        size = f"Largest Lyapunov exponent {exponent['value']:.4g} ± {exponent['half_width']:.2g} 1/s (95 %)"
+    lines = [f"{d['title'] or 'untitled'}: {d['kind']}{order}", d["reason"], f"{size}; {pace}"]
     if d["comparisons"]:
         worst = max(d["comparisons"], key=lambda each: abs(each["t"]))
         lines.append(

@@ -48,6 +48,7 @@ class Roster(NamedTuple):
     watched_meshes: Ints
     near: Ints  # flying rotors beside a watched element
     switches: Ints  # switch functions of touching and watched elements and of servos
+    grounded: Ints  # [1]: 1 where nobody flies, touched or not
 
 
 def make_roster(system: System, states: int) -> Roster:
@@ -71,6 +72,7 @@ def make_roster(system: System, states: int) -> Roster:
         watched_meshes=np.zeros(n_m + 1, dtype=np.int64),
         near=np.zeros(n + 1, dtype=np.int64),
         switches=np.zeros(switch_count(system) + 1, dtype=np.int64),
+        grounded=np.zeros(1, dtype=np.int64),
     )
 
 
@@ -157,7 +159,11 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
         roster.due[elements + i] = NEVER
         if is_known(system, i, y, modes[ramps + i]):
             roster.roles[i] = KNOWN
-        elif touched[i + 1] == 1 or must_be_integrated(system, i, y, modes[ramps + i]):
+        elif (
+            touched[i + 1] == 1
+            or roster.grounded[0] == 1
+            or must_be_integrated(system, i, y, modes[ramps + i])
+        ):
             roster.roles[i] = ACTIVE
         else:
             take_off(system, roster, i, t, y)

@@ -27,7 +27,7 @@ DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Motion.clock [s] and Motion.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START = 0, 1, 2, 3, 4, 5, 6
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED = range(8)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 PER_ROTOR, PER_SLEEVE, PER_MESH = len(ROTOR_SIGNALS), len(SLEEVE_SIGNALS), len(MESH_SIGNALS)
@@ -97,6 +97,12 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, Ints, bool]:
 
     forces = bool(sleeves or meshes or np.any(of_rotors % PER_ROTOR >= ROTOR_STATES))
     return listed(rotors - {-1}), listed(sleeves), listed(meshes), forces
+
+
+def fix_steps(motion: Motion, step: float) -> None:
+    """Let a run that has not begun take steps of one length [s]; see `fixed_steps`."""
+    motion.clock[FIXED] = step
+    motion.roster.grounded[0] = 1
 
 
 def make_motion(

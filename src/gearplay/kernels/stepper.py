@@ -10,16 +10,17 @@ import math
 
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.events import attempt, first_switch, retake
-from gearplay.kernels.layout import ACTIVE, OPEN, RATE, System, contact_count
-from gearplay.kernels.mesh import follow_orbit, know_angles, mesh_phase
-from gearplay.kernels.recording import record_samples, sample_is_due, tally_change, tally_step
-from gearplay.kernels.restart import begin, check_state, check_states, restart
+from gearplay.kernels.fixed_steps import take_fixed_step
+from gearplay.kernels.layout import ACTIVE, System
+from gearplay.kernels.mesh import know_angles, mesh_phase
+from gearplay.kernels.recording import record_samples, sample_is_due
+from gearplay.kernels.restart import begin, check_states, restart
 from gearplay.kernels.roster import state_of
 from gearplay.kernels.run_state import (
     BEGUN,
     CANNOT_MESH,
     DONE,
-    EVENTS,
+    FIXED,
     LOGGED,
     NOT_FINITE,
     PAUSED,
@@ -31,8 +32,9 @@ from gearplay.kernels.run_state import (
     Motion,
     T,
 )
-from gearplay.kernels.runge_kutta import ORDER, STAGES, error_norm
-from gearplay.kernels.switches import contact_of_switch, switch_mode, switch_values
+from gearplay.kernels.runge_kutta import ORDER, error_norm
+from gearplay.kernels.step_end import accept, go_on
+from gearplay.kernels.switches import switch_values
 from gearplay.kernels.touch import next_touch, something_is_due, touch_down
 
 
@@ -66,27 +68,6 @@ def next_stop(motion: Motion) -> float:
 
 
 @compiled
-def change_modes(system: System, motion: Motion, t: float, first: int) -> None:
-    """Apply switch ``first`` and every other one that is positive at the same state."""
-    n_s, roster = system.sleeves.size, motion.roster
-    for c in range(1, roster.switches[0] + 1):
-        k = roster.switches[c]
-        if k != first and not (motion.g_1[k] > 0.0 and motion.g_0[k] <= 0.0):
-            continue
-        motion.counts[EVENTS] += 1
-        # A switch changes its own contact, and with printed flanks perhaps its neighbour.
-        contact = contact_of_switch(system, k)
-        other = n_s + ((contact - n_s) ^ 1) if contact >= n_s else -1
-        before = motion.modes[contact] if contact >= 0 else OPEN
-        other_before = motion.modes[other] if other >= 0 else OPEN
-        switch_mode(system, k, t, motion.y_new, motion.modes, motion.contacts, motion.latch)
-        if contact >= 0:
-            tally_change(motion, t, contact, before, motion.contacts[contact, RATE])
-        if other >= 0:
-            tally_change(motion, t, other, other_before, motion.contacts[other, RATE])
-
-
-@compiled
 def take_flight(system: System, motion: Motion) -> int:
     """Fly, all rotors untouched, to the next touch or stop; return a status."""
     clock = motion.clock
@@ -101,21 +82,6 @@ def take_flight(system: System, motion: Motion) -> int:
     if e == motion.roster.due.size and stop >= clock[T_END]:
         return DONE
     return land(system, motion, e, t)
-
-
-@compiled_inline
-def go_on(system: System, motion: Motion) -> None:
-    """Make the end of a step the start of the next, for what takes part in it."""
-    roster = motion.roster
-    for s in range(1, roster.states[0] + 1):
-        i = roster.states[s]
-        motion.stages[0, i] = motion.stages[STAGES - 1, i]
-    n_c = contact_count(system)
-    for s in range(1, roster.switches[0] + 1):
-        k = roster.switches[s]
-        motion.g_0[k] = motion.g_1[k]
-        if k < n_c:
-            motion.contacts_0[k, RATE] = motion.contacts[k, RATE]
 
 
 @compiled
@@ -172,21 +138,7 @@ def take_step(system: System, motion: Motion) -> int:
             return CANNOT_MESH
         t_new = t + taken
         to_stop = False
-    if sample_is_due(motion, t_new):
-        record_samples(system, motion, taken, t_new)
-    tally_step(motion, taken)
-    counts[STEPS] += 1
-    clock[T] = t_new
-    if first >= 0:
-        change_modes(system, motion, t_new, first)
-    status = DONE
-    for s in range(1, roster.states[0] + 1):
-        motion.y[roster.states[s]] = motion.y_new[roster.states[s]]
-        status = max(status, check_state(motion, roster.states[s]))
-    for c in range(1, roster.meshes[0] + 1):
-        follow_orbit(system, roster.meshes[c], motion.y)
-    for c in range(1, roster.watched_meshes[0] + 1):
-        follow_orbit(system, roster.watched_meshes[c], motion.y_new)
+    status = accept(system, motion, taken, t_new, first)
     if status != DONE:
         return status
     if to_stop and touching < roster.due.size:
@@ -234,7 +186,12 @@ def advance(system: System, motion: Motion, steps: int) -> int:
             return synchronise(system, motion)
         if log_is_full(motion):
             return PAUSED
-        status = take_step(system, motion) if motion.roster.active[0] > 0 else take_flight(system, motion)
+        if motion.roster.active[0] == 0:
+            status = take_flight(system, motion)
+        elif clock[FIXED] > 0.0:
+            status = take_fixed_step(system, motion, next_stop(motion))
+        else:
+            status = take_step(system, motion)
         if status != DONE:
             worse = synchronise(system, motion)
             return status if worse == DONE else worse

@@ -31,6 +31,18 @@ class Run(Part):
     ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
     tolerance: Annotated[float, Measure(None, "error tolerance on scaled states", ge=1e-13, le=1e-2)] = 1e-9
+    fixed_step: (
+        Annotated[
+            float,
+            Measure(
+                q.TIME,
+                "length of all steps, contacts noticed at their ends; without it contacts are located",
+                gt=0.0,
+                le=1.0,
+            ),
+        ]
+        | None
+    ) = None
     max_steps: Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")] | None = None
     max_wall_time: Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)] | None = None
 

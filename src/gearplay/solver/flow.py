@@ -13,7 +13,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.solver.status import WORDS, Status
-from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Floats = NDArray[np.float64]
 CHUNK_STEPS, LOG_CAPACITY = 20_000, 16_384
@@ -129,11 +129,22 @@ class Course:
             LOG_CAPACITY,
             flow.case.run.tolerance,
         )
+        if flow.case.run.fixed_step is not None:
+            run_state.fix_steps(self.motion, flow.case.run.fixed_step)
         if latch is not None:  # above the floor that means: not latched yet
             self.motion.latch[: flow.sleeves] = np.nextafter(latch, np.inf)
         rows = np.zeros((0, flow.size + flow.sleeves)) if changes is None else changes.copy()
         self.tangent = tangent.make_tangent(self.system, self.motion, rows, divergence=divergence)
         self.plain = changes is None and not divergence
+        if not self.plain and flow.case.run.fixed_step is not None:
+            raise InputError(
+                Fault(
+                    "run.fixed_step",
+                    flow.case.run.fixed_step,
+                    "must be absent where the derivative of the motion is wanted: it needs located contacts",
+                    "Remove it",
+                )
+            )
         self.log: list[Floats] = []
 
     @property

@@ -42,7 +42,8 @@ def estimate(
 ) -> Estimate:
     """Estimate the cost of simulating ``members`` members."""
     meshes = max(1, packed.system.meshes.size)
-    steps = STEPS_PER_SECOND * meshes * (duration + transient) * members
+    rate = STEPS_PER_SECOND * meshes if case.run.fixed_step is None else 1.0 / case.run.fixed_step
+    steps = rate * (duration + transient) * members
     samples = sampling * duration * members
     return Estimate(
         steps=steps,

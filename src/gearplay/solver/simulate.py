@@ -73,6 +73,8 @@ class _Run:
             LOG_CAPACITY,
             self.case.run.tolerance,
         )
+        if self.case.run.fixed_step is not None:
+            run_state.fix_steps(self.motion, self.case.run.fixed_step)
         if self.origin is not None:
             follow(self.system, self.motion.latch, self.origin)
 

@@ -28,6 +28,9 @@ LONGEST = 40.0  # s over which the exponent is measured
 FEWEST = 20  # periods of it at least
 SWINGS, PARTS = 8, 32  # periods, and instants in each, over which the motion within a period is looked at
 DOUBT = 1e-3  # chance of calling any statistic changed that is not
+ROUNDING, PLAIN = 1e-6, 0.02
+"""Relative differences that mean nothing: of what does not scatter at all, and of plain steps, which see contacts late."""
+PLAIN_STEP = 0.5  # of a plain method [steps after a located contact, which are 0.1 rad of the fastest one]
 SPREADS = ("impacts_per_second", "share_of_time", "rms_impact_speed")
 
 
@@ -46,9 +49,10 @@ class Comparison:
 class Motion:
     """The kind of a motion, why, and the evidence.
 
-    ``kind`` is that of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance or
-    the output step; ``exponent`` is the largest Lyapunov exponent [1/s] with the half-width of its 95 % interval, ``period`` [s]
-    that of the section. ``limit`` is the t from which on a comparison counts as changed.
+    ``kind`` is that of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance, the
+    output step or the method; ``exponent`` is the largest Lyapunov exponent [1/s] with the half-width of its 95 % interval (NaN
+    for a case with ``run.fixed_step``, whose motion has no exact derivative), ``period`` [s] that of the section. ``limit`` is
+    the t from which on a comparison counts as changed.
     """
 
     kind: str
@@ -75,7 +79,9 @@ def identify_motion(
     """Return what kind of motion a case settles to, from ``periods`` sections after ``settle`` periods.
 
     With ``compare`` an ensemble of ``members`` runs, as long as the case's duration, is repeated with a hundredth of the
-    tolerance and with a third of the output step: what changes then beyond its spread is no property of the mechanism.
+    tolerance, with a third of the output step, and by another method: plain steps of one length, 126 in a period of the fastest
+    contact, that notice contacts at their ends (for a case with ``run.fixed_step``: half the step, and located contacts). What
+    changes then beyond its spread is no property of the mechanism.
 
     Raises `InputError` for a case without a period or numbers that cannot be, `SimulationError` where the motion cannot be
     followed.
@@ -88,19 +94,20 @@ def identify_motion(
     step = section_period(flow.packed, period)
     samples, swing = _section(flow, step, periods, settle, tell, stop)
     resolution = TRUSTED * case.run.tolerance * flow.natural[flow.free]
-    span = max(min(periods * step, LONGEST), FEWEST * step)
-    found = lyapunov_exponents(
-        case,
-        count=1,
-        time=span,
-        transient=settle * step,
-        progress=lambda done, total: tell("exponent", done, total),
-    )
-    value, half = found.largest
-    response = classify(
-        samples, resolution=resolution, exponent=(value * step, 0.5 * half * step), swing=swing
-    )
-    comparisons, limit = _compare(case, _moving(flow), members, tell, stop) if compare else ((), math.inf)
+    value, half, known = math.nan, math.nan, None
+    if case.run.fixed_step is None:
+        span = max(min(periods * step, LONGEST), FEWEST * step)
+        found = lyapunov_exponents(
+            case,
+            count=1,
+            time=span,
+            transient=settle * step,
+            progress=lambda done, total: tell("exponent", done, total),
+        )
+        value, half = found.largest
+        known = (value * step, 0.5 * half * step)
+    response = classify(samples, resolution=resolution, exponent=known, swing=swing)
+    comparisons, limit = _compare(flow, members, tell, stop) if compare else ((), math.inf)
     worst = max(comparisons, key=lambda each: abs(each.t), default=None)
     if worst is not None and abs(worst.t) > limit:
         reason = (
@@ -132,22 +139,39 @@ def _section(
     return samples, np.median(np.ptp(within, axis=1), axis=0)
 
 
+def _changes(flow: Flow) -> dict[str, tuple[Mapping[str, Any], float]]:
+    """Return how the method of a case is changed, and which relative difference of a statistic means nothing then."""
+    run = flow.case.run
+    output: dict[str, tuple[Mapping[str, Any], float]] = {
+        "a third of the output step": ({"run.sampling": 3.0 * run.sampling}, ROUNDING)
+    }
+    if run.fixed_step is not None:
+        return output | {
+            "half the step": ({"run.fixed_step": 0.5 * run.fixed_step}, PLAIN),
+            "located contacts": ({"run.fixed_step": None}, PLAIN),
+        }
+    plain = PLAIN_STEP * flow.packed.restart_step
+    return output | {
+        "a hundredth of the tolerance": ({"run.tolerance": 0.01 * run.tolerance}, ROUNDING),
+        f"plain steps of {1e6 * plain:.3g} us": ({"run.fixed_step": plain}, PLAIN),
+    }
+
+
 def _compare(
-    case: Case, names: list[str], members: int, tell: Progress, stop: threading.Event | None
+    flow: Flow, members: int, tell: Progress, stop: threading.Event | None
 ) -> tuple[tuple[Comparison, ...], float]:
-    """Return the statistics of an ensemble against those with other numbers of the method, and the t that is still chance."""
+    """Return the statistics of an ensemble against those of changed methods, and the t that is still chance."""
     from scipy.special import stdtrit
 
-    changes: dict[str, Mapping[str, Any]] = {
-        "a hundredth of the tolerance": {"run.tolerance": 0.01 * case.run.tolerance},
-        "a third of the output step": {"run.sampling": 3.0 * case.run.sampling},
-    }
-    usual = _statistics(case, names, members, "ensemble", tell, stop)
+    names = _moving(flow)
+    usual = _statistics(flow.case, names, members, "ensemble", tell, stop)
     found = []
-    for change, values in changes.items():
-        changed = _statistics(replace(case, values), names, members, change, tell, stop)
+    for change, (values, least) in _changes(flow).items():
+        changed = _statistics(replace(flow.case, values), names, members, change, tell, stop)
         found += [
-            Comparison(change, name, *_welch(usual[name], changed[name])) for name in usual if name in changed
+            Comparison(change, name, *_welch(usual[name], changed[name], least))
+            for name in usual
+            if name in changed
         ]
     freedom = float(members - 1)  # the least that Welch's degrees of freedom can be
     return tuple(found), float(stdtrit(freedom, 1.0 - 0.5 * DOUBT / max(1, len(found))))
@@ -190,15 +214,17 @@ def _contact(run: Trajectory, name: str, at: int) -> float:
     return (value if math.isfinite(value) else 0.0) if run.success else math.nan
 
 
-def _welch(usual: Floats, changed: Floats) -> tuple[float, float, float]:
-    """Return both means and their difference over its standard error (Welch); 0 where neither varies nor differs."""
+def _welch(usual: Floats, changed: Floats, relative: float) -> tuple[float, float, float]:
+    """Return both means and their difference over its standard error (Welch), 0 where neither varies nor differs.
+
+    The error is at least ``relative`` times the larger mean.
+    """
     a, b = usual[np.isfinite(usual)], changed[np.isfinite(changed)]
     if min(a.size, b.size) < 2:
         return math.nan, math.nan, 0.0
     error = math.sqrt(float(np.var(a, ddof=1)) / a.size + float(np.var(b, ddof=1)) / b.size)
     one, other = float(np.mean(a)), float(np.mean(b))
-    # What does not scatter at all still has the rounding of its sums.
-    least = 1e-6 * max(abs(one), abs(other))
-    if abs(other - one) <= least:
+    least = relative * max(abs(one), abs(other))
+    if abs(other - one) <= ROUNDING * max(abs(one), abs(other)):
         return one, other, 0.0
     return one, other, (other - one) / max(error, least)
