@@ -28,11 +28,13 @@ _HOME = {
     "sweep": "gearplay.api.sweep",
     "basins": "gearplay.api.nonlinear",
     "bifurcation": "gearplay.api.nonlinear",
-    "branch": "gearplay.api.nonlinear",
+    "branch": "gearplay.api.branches",
+    "branches": "gearplay.api.branches",
     "impacts": "gearplay.api.nonlinear",
     "lyapunov": "gearplay.api.nonlinear",
     "motion": "gearplay.api.nonlinear",
-    "periodic_orbit": "gearplay.api.nonlinear",
+    "periodic_orbit": "gearplay.api.branches",
+    "portrait": "gearplay.api.nonlinear",
     "section": "gearplay.api.nonlinear",
     "torsional_pair": "gearplay.study.nonlinear.torsional",
     "GearplayError": "gearplay.vocabulary.errors",
@@ -56,6 +58,7 @@ __all__ = [
     "basins",
     "bifurcation",
     "branch",
+    "branches",
     "calibrate",
     "check_case",
     "impacts",
@@ -65,6 +68,7 @@ __all__ = [
     "measure",
     "motion",
     "periodic_orbit",
+    "portrait",
     "read_measurement",
     "read_result",
     "replace",
@@ -77,16 +81,16 @@ __all__ = [
 
 if TYPE_CHECKING:
     from gearplay.api import Result, read_result, simulate
+    from gearplay.api.branches import branch, branches, periodic_orbit
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
     from gearplay.api.nonlinear import (
         basins,
         bifurcation,
-        branch,
         impacts,
         lyapunov,
         motion,
-        periodic_orbit,
+        portrait,
         section,
     )
     from gearplay.api.sweep import sweep

@@ -35,6 +35,25 @@ def test_a_diagram_is_written_with_its_picture(tmp_path: Path, capsys: pytest.Ca
     assert "3 values up and down, 0 failed" in capsys.readouterr().out
 
 
+def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "pair.toml", tmp_path / "out"
+    file.write_text(
+        to_toml(gp.torsional_pair(0.6, mean_force=0.1, force=0.15, damping_ratio=0.1)), encoding="utf-8"
+    )
+    words = ["bifurcation", str(file), "meshes.0.transmission_error.0.amplitude", "--signal", "wheel.theta"]
+    words += ["--count", "3", "--keep", "2", "--settle", "200", "--out", str(out), "--branches"]
+    assert run([*words, "--low", "21um", "--high", "24um", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    one, two = document["branches"]
+    assert (one["order"], two["order"]) == (1, 2)
+    assert [s["kind"] for s in one["special"]] == ["period doubling"]
+    with xr.open_dataset(out / "branches.nc", engine="h5netcdf") as table:
+        assert table.sizes["orbit"] == one["orbits"] + two["orbits"]
+        assert table.amplitude.attrs["units"] == "m"
+    assert run([*words, "--low", "16um", "--high", "17um", "--order", "2", "--overwrite"]) == 0
+    assert "there is no orbit of order 2" in capsys.readouterr().out
+
+
 def test_a_value_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [
         "--low",

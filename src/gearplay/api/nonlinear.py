@@ -1,43 +1,37 @@
-"""Nonlinear analysis of a case: sections, diagrams over a field, exponents, periodic orbits and their branches."""
+"""Nonlinear analysis of a case: sections, portraits, diagrams over a field, exponents, kinds of motion, basins."""
 
-import json
 import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.api.result import Source
-from gearplay.model.case import Case
+from gearplay.api.described import provenance, signal_words
+from gearplay.api.result import Source, case_of
 from gearplay.model.field_units import unit_at
-from gearplay.model.reading import load_case
-from gearplay.solver.flow import prepare_tangent
+from gearplay.solver.flow import Flow, prepare_tangent
+from gearplay.solver.observables import state_names
 from gearplay.solver.simulate import prepare, worker_count
+from gearplay.solver.trajectory import contact_labels
 from gearplay.study.nonlinear.basins import Basins, Grid, basins_of_attraction
-from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
 from gearplay.study.nonlinear.motion import Motion, identify_motion
-from gearplay.study.nonlinear.orbits import Orbit, find_orbit
-from gearplay.study.nonlinear.period_map import StrobeMap, along
+from gearplay.study.nonlinear.period_map import along, section_period
 from gearplay.study.nonlinear.sections import (
     Section,
     bifurcation_diagram,
     contact_section,
     stroboscopic_section,
 )
-from gearplay.study.plan_values import number_in_si, value_at
+from gearplay.study.plan_values import number_in_si
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
-from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[float, float], None]
-
-
-def _case(source: Source) -> Case:
-    return source if isinstance(source, Case) else load_case(source)
+PARTS = 200
+"""Samples of a portrait's path in each period."""
 
 
 def bifurcation(
@@ -73,7 +67,7 @@ def bifurcation(
     """
     import xarray as xr
 
-    base = _case(case)
+    base = case_of(case)
     numbers = [number_in_si(base, (path,), value, f"values.{at}") for at, value in enumerate(values)]
     found = bifurcation_diagram(
         along(base, path),
@@ -91,10 +85,7 @@ def bifurcation(
     name = path.rpartition(".")[2]
     variables: dict[str, Any] = {}
     for at, signal in enumerate(found.names):
-        label, _, kind = signal.rpartition(".")
-        quantity = RESULT_VARIABLES[kind]
-        words = {"units": quantity.unit, "long_name": f"{quantity.long_name}, {label}"}
-        variables[signal] = (("direction", name, "section"), found.values[..., at], words)
+        variables[signal] = (("direction", name, "section"), found.values[..., at], signal_words(signal))
     variables["reason"] = (
         ("direction", name),
         np.array(found.reasons, dtype=object),
@@ -104,71 +95,8 @@ def bifurcation(
         "direction": ("direction", np.array(found.directions, dtype=object)),
         name: (name, found.parameters, {"units": unit_at(base, path), "long_name": path}),
     }
-    attributes = {
-        "title": base.title,
-        "case": json.dumps(base.resolved()),
-        "case_sha256": base.sha256,
-        "settle": settle,
-        "keep": keep,
-        "period": period,
-        "carried": int(carry),
-        "gearplay_version": VERSION,
-    }
+    attributes = provenance(base, settle=settle, keep=keep, period=period, carried=int(carry))
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
-
-
-def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Orbit:
-    """Return the periodic orbit of an order near what a case settles to in ``settle`` common periods.
-
-    States at the section are those of `StrobeMap`: free positions and rotations, their velocities, latched impact speeds.
-
-    Raises `InputError` for a case without a period, `SimulationError` where no orbit is near.
-    """
-    _check_order(order)
-    base = _case(case)
-    prepare_tangent(base)
-    period_map = StrobeMap(lambda _: base, 0.0)
-    return find_orbit(period_map, period_map.settle(period_map.start(0.0), 0.0, settle), 0.0, order=order)
-
-
-def branch(
-    case: Source,
-    path: str,
-    low: Any,
-    high: Any,
-    *,
-    order: int = 1,
-    settle: int = 200,
-    size: float | None = None,
-    orbits: int = 500,
-    upwards: bool = True,
-    progress: Progress | None = None,
-) -> Branch:
-    """Return the branch of periodic orbits over a field of a case, from near what the case itself settles to.
-
-    ``low`` and ``high`` bound the field, in SI or with a unit; ``size`` is its natural size, a tenth of the range if not given.
-    The branch is followed through folds, stable and unstable, until the field leaves its bounds; see `follow_branch`.
-
-    Raises `InputError` for a field or bounds that cannot be, `SimulationError` where there is no orbit to start from.
-    """
-    _check_order(order)
-    base = _case(case)
-    prepare_tangent(base)
-    ends = [number_in_si(base, (path,), value, name) for name, value in (("low", low), ("high", high))]
-    if not ends[0] < ends[1]:
-        raise InputError(Fault("high", high, "must be above low", "Swap them"))
-    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
-    period_map = StrobeMap(along(base, path), now)
-    start = find_orbit(period_map, period_map.settle(period_map.start(now), now, settle), now, order=order)
-    settings = Settings(
-        low=ends[0], high=ends[1], size=0.1 * (ends[1] - ends[0]) if size is None else size, orbits=orbits
-    )
-    return follow_branch(period_map, start, settings, upwards=upwards, progress=progress)
-
-
-def _check_order(order: int) -> None:
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= 1000:
-        raise InputError(Fault("order", order, "must be a whole number from 1 to 1000", "Choose one"))
 
 
 def lyapunov(
@@ -181,7 +109,7 @@ def lyapunov(
     progress: Progress | None = None,
 ) -> Exponents:
     """Return the Lyapunov exponents of a case's motion with their intervals; see `lyapunov_exponents`."""
-    base = _case(case)
+    base = case_of(case)
     prepare_tangent(base)
     return lyapunov_exponents(
         base, count=count, time=time, transient=transient, member=member, progress=progress
@@ -200,7 +128,7 @@ def motion(
     stop: threading.Event | None = None,
 ) -> Motion:
     """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
-    base = _case(case)
+    base = case_of(case)
     (prepare_tangent if base.run.fixed_step is None else prepare)(base)
     return identify_motion(
         base,
@@ -230,7 +158,7 @@ def basins(
     ``first`` and ``second`` are an entry of the state, its least and largest value in SI, and their number:
     ``("ring.vx", -0.1, 0.1, 50)``.
     """
-    base = _case(case)
+    base = case_of(case)
     prepare(base)
     return basins_of_attraction(
         base,
@@ -254,7 +182,7 @@ def section(
     member: int = 0,
 ) -> Section:
     """Return signals of a case once per period; see `stroboscopic_section`."""
-    base = _case(case)
+    base = case_of(case)
     prepare(base)
     return stroboscopic_section(base, signals, count=count, skip=skip, period=period, member=member)
 
@@ -270,7 +198,7 @@ def impacts(
     member: int = 0,
 ) -> Section:
     """Return signals of a case at every onset or release of a contact; see `contact_section`."""
-    base = _case(case)
+    base = case_of(case)
     prepare(base)
     return contact_section(
         base,
@@ -281,3 +209,66 @@ def impacts(
         transient=base.run.transient if transient is None else transient,
         member=member,
     )
+
+
+def portrait(
+    case: Source,
+    *,
+    settle: int = 200,
+    keep: int = 500,
+    show: int = 20,
+    period: str | float = "common",
+    member: int = 0,
+) -> "xr.Dataset":
+    """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
+
+    ``settle`` periods pass; then the path is sampled `PARTS` times a period over ``show`` periods, and the section and the onsets
+    are those of ``keep`` periods. ``period`` is that of `section`.
+
+    The result has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over
+    ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on, rotations from the nominal ones.
+
+    Raises `InputError` for a case without a period or numbers that cannot be.
+    """
+    import xarray as xr
+
+    for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
+        if number < least:
+            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
+    base = case_of(case)
+    prepare(base)
+    flow = Flow(base)
+    packed, every = flow.packed, state_names(flow.packed)
+    signals = [every[at] for at in flow.free if at < len(every)]
+    if not signals:
+        rule = "must leave a rotor free to move or turn"
+        raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))
+    step = section_period(packed, period)
+    path = stroboscopic_section(
+        base, signals, count=show * PARTS + 1, skip=settle * PARTS, period=step / PARTS, member=member
+    )
+    strobe = stroboscopic_section(base, signals, count=keep, skip=settle, period=step, member=member)
+    hits = {
+        label: contact_section(
+            base, signals, label, duration=keep * step, transient=settle * step, member=member
+        )
+        for label in contact_labels(packed)
+    }
+    instants = np.concatenate([np.zeros(0), *(each.times for each in hits.values())])
+    order = np.argsort(instants, kind="stable")
+    names = [label for label, each in hits.items() for _ in each.times]
+    rows = np.concatenate([np.zeros((0, len(signals) + 1)), *(each.values for each in hits.values())])
+    contact = np.array(names, dtype=object)[order]
+    variables: dict[str, Any] = {"contact": ("onset_time", contact, {"long_name": "contact that begins"})}
+    for at, signal in enumerate(signals):
+        words = signal_words(signal)
+        variables[f"path.{signal}"] = ("path_time", path.values[:, at], words)
+        variables[f"section.{signal}"] = ("section_time", strobe.values[:, at], words)
+        variables[f"onset.{signal}"] = ("onset_time", rows[order, at], words)
+    seconds = {"units": "s", "long_name": "time"}
+    coordinates = {
+        "path_time": ("path_time", path.times, seconds),
+        "section_time": ("section_time", strobe.times, seconds),
+        "onset_time": ("onset_time", instants[order], seconds),
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=provenance(base, settle=settle, period=step))

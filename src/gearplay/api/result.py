@@ -138,6 +138,11 @@ class Result:
 Source = Case | str | os.PathLike[str] | Mapping[str, Any]
 
 
+def case_of(source: Source) -> Case:
+    """Return a case as it is, or read it: a file, the name of a bundled case, or a mapping."""
+    return source if isinstance(source, Case) else load_case(source)
+
+
 @overload
 def simulate(
     case: Source,
@@ -199,7 +204,7 @@ def simulate(
     given = {f"run.{key}": value for key, value in changes.items() if value is not None}
 
     def resolved(source: Source) -> Case:
-        loaded = source if isinstance(source, Case) else load_case(source)
+        loaded = case_of(source)
         return replace(loaded, given) if given else loaded
 
     cases = [resolved(source) for source in (case if isinstance(case, (list, tuple)) else [case])]

@@ -1,5 +1,6 @@
 """`gearplay bifurcation CASE PATH`: what a motion settles to over a field of its case, up and down."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,7 +9,7 @@ import typer
 from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 INTERRUPTED, PARTLY = 130, 4
 
@@ -29,6 +30,11 @@ def bifurcation(
     keep: Annotated[int, typer.Option("--keep", min=1, help="Periods looked at.")] = 100,
     period: Period = "mesh",
     carry: Annotated[bool, typer.Option("--carry/--no-carry", help="Go on from the value before.")] = True,
+    branches: Annotated[
+        bool, typer.Option("--branches", help="Follow the periodic orbits too, stable and unstable.")
+    ] = False,
+    order: Annotated[int, typer.Option("--order", help="Periods after which they repeat.")] = 1,
+    doublings: Annotated[int, typer.Option("--doublings", help="How many times their order may double.")] = 1,
     changes: Changes = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/bifurcation-CASE].")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
@@ -37,6 +43,8 @@ def bifurcation(
     """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
     import numpy as np
 
+    from gearplay.api.branches import branch_signals, branches_dataset
+    from gearplay.api.branches import branches as branches_of
     from gearplay.api.nonlinear import bifurcation as diagram_of
     from gearplay.model.overrides import parse_override
     from gearplay.model.reading import load_case
@@ -47,8 +55,8 @@ def bifurcation(
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"
-    data, picture = folder / "bifurcation.nc", folder / "bifurcation.png"
-    for each in (data, picture):
+    data, picture, tree = folder / "bifurcation.nc", folder / "bifurcation.png", folder / "branches.nc"
+    for each in (data, picture, tree) if branches else (data, picture):
         check_new(each, overwrite=overwrite)
     ends = [
         number_in_si(base, (path,), parse_override(f"{path}={text}")[1], name)
@@ -60,7 +68,6 @@ def bifurcation(
         prepare(base)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
-            watch = None if report is None else lambda done, total: report(base.title or case, done, total)
             found = diagram_of(
                 base,
                 path,
@@ -70,19 +77,58 @@ def bifurcation(
                 keep=keep,
                 period=period_of(period),
                 carry=carry,
-                progress=watch,
+                progress=_watching(base.title or case, report, stop),
                 stop=stop,
             )
+            names = [str(name) for name in found.data_vars if name != "reason"]
+            write_dataset(found, data, overwrite=overwrite)
+            write_bytes(picture, bifurcation_figure(found, names))
+            document = _summary(found, data, picture)
+            if branches:
+                watch = _watching("orbits", report, stop)
+                follow = partial(branches_of, order=order, doublings=doublings, settle=settle, progress=watch)
+                try:
+                    trees = follow(base, path, *ends)
+                except SimulationError as error:
+                    document["branches"] = str(error)
+                else:
+                    levels = [branch_signals(base, path, each, names) for each in trees]
+                    both = list(zip(trees, levels, strict=True))
+                    write_dataset(branches_dataset(base, path, trees, names), tree, overwrite=overwrite)
+                    write_bytes(picture, bifurcation_figure(found, names, branches=both))
+                    document |= {"tree": str(tree), "branches": _listed(trees)}
     except KeyboardInterrupt:
-        say("Interrupted: nothing was written.")
+        said = f"{data} is written, its branches are not" if data.exists() else "nothing was written"
+        say(f"Interrupted: {said}.")
         raise typer.Exit(INTERRUPTED) from None
-    names = [str(name) for name in found.data_vars if name != "reason"]
-    write_dataset(found, data, overwrite=overwrite)
-    write_bytes(picture, bifurcation_figure(found, names))
-    document = _summary(found, data, picture)
     print_json(document) if json else print_text(_words(document))
     if document["failed"]:
         raise typer.Exit(PARTLY)
+
+
+def _watching(label: str, report: Any, stop: Any) -> Any:
+    """Return a progress function for work that only it can end, once stopping is asked for."""
+
+    def watch(done: float, total: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        if report is not None:
+            report(label, done, total)
+
+    return watch
+
+
+def _listed(trees: Any) -> list[dict[str, Any]]:
+    return [
+        {
+            "order": branch.order,
+            "orbits": len(branch.orbits),
+            "stable": int(branch.stable.sum()),
+            "special": [{"kind": s.kind, "value": s.orbit.parameter} for s in branch.special],
+            "ended": branch.ended,
+        }
+        for branch in trees
+    ]
 
 
 def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
@@ -100,4 +146,12 @@ def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
 def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Bifurcation diagram'}: {d['values']} values up and down, {d['failed']} failed"]
     lines += [f"  {reason}" for reason in d["reasons"]]
-    return "\n".join([*lines, f"Written: {d['out']}, {d['picture']}"])
+    written = f"Written: {d['out']}, {d['picture']}"
+    if isinstance(d.get("branches"), str):
+        lines.append(d["branches"])
+    for branch in d["branches"] if "tree" in d else []:
+        special = "".join(f", {s['kind']} at {s['value']:.6g}" for s in branch["special"])
+        lines.append(
+            f"  order {branch['order']}: {branch['orbits']} orbits, {branch['stable']} stable{special}"
+        )
+    return "\n".join([*lines, written + (f", {d['tree']}" if "tree" in d else "")])

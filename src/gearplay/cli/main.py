@@ -18,6 +18,7 @@ COMMANDS: Final = (
     "study",
     "sweep",
     "motion",
+    "portrait",
     "bifurcation",
     "measure",
     "analyze",

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,20 +18,27 @@ if TYPE_CHECKING:
 
 WAYS = {"up": COUPLED, "down": UNCOUPLED}
 MARKS = {FOLD: "s", DOUBLING: "^", TORUS: "o", GRAZING: "x"}
-BRANCH = "#222222"
+BRANCH, POINT = "#222222", "#b02a4c"
 
 
-def bifurcation_figure(diagram: "xr.Dataset", signals: Sequence[str], *, title: str = "") -> bytes:
+def bifurcation_figure(
+    diagram: "xr.Dataset",
+    signals: Sequence[str],
+    *,
+    branches: Sequence[tuple[Branch, Any]] = (),
+    title: str = "",
+) -> bytes:
     """Return a bifurcation diagram as PNG: every section of each signal over the parameter, both ways in their colours.
 
-    ``diagram`` is that of `gearplay.bifurcation`; one panel a signal, below each other.
+    ``diagram`` is that of `gearplay.bifurcation`; one panel a signal, below each other. ``branches`` of periodic orbits come with
+    the same signals at their sections, shape [orbit, order, signal].
     """
     name = diagram[signals[0]].dims[1]
     axis = diagram[name]
     figure, axes = make_figure(len(signals), 1, 1.0 + 2.6 * len(signals))
     unit_x, factor_x = shown_in(axis.attrs["units"], float(np.abs(axis.values).max()))
     ways = [str(way) for way in diagram["direction"].values]
-    for ax, signal in zip(axes[:, 0], signals, strict=True):
+    for column, (ax, signal) in enumerate(zip(axes[:, 0], signals, strict=True)):
         variable = diagram[signal]
         largest = float(np.nanmax(np.abs(variable.values))) if np.isfinite(variable.values).any() else 1.0
         unit_y, factor_y = shown_in(variable.attrs["units"], largest)
@@ -38,10 +46,14 @@ def bifurcation_figure(diagram: "xr.Dataset", signals: Sequence[str], *, title: 
             values = variable.values[at]
             x = np.repeat(axis.values, values.shape[1])
             ax.plot(factor_x * x, factor_y * values.ravel(), ",", color=WAYS[way], alpha=0.9, rasterized=True)
+        for branch, levels in branches:
+            draw_branch(ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x)
+        ax.set_xlim(factor_x * axis.values[0], factor_x * axis.values[-1])
         ax.set_ylabel(_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
     axes[-1, 0].set_xlabel(_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
     arrows = {"up": "up →", "down": "← down"}
-    set_legend(figure, {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways})
+    handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
+    set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
     set_title(figure, title or str(diagram.attrs.get("title", "")))
     return to_png(figure)
 
@@ -93,19 +105,44 @@ def _label(words: str, unit: str) -> str:
     return plain("\n".join(textwrap.wrap(words if unit == "1" else f"{words} [{unit}]", 44)))
 
 
-def draw_branch(ax: Any, branch: Branch, values: Sequence[float], *, factor: float = 1.0) -> None:
-    """Draw a branch on an axis: stable parts solid, unstable ones dashed, special points marked.
+def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0) -> None:
+    """Draw a branch on an axis: stable parts solid, unstable ones dotted, special points marked.
 
-    ``values`` are what is shown of each orbit, shape [orbit]; ``factor`` multiplies the parameter.
+    ``values`` are what is shown of each orbit, shape [orbit] or [orbit, order]; ``factor`` multiplies the parameter.
     """
-    x, y, stable = factor * branch.parameters, np.asarray(values), branch.stable
-    for at in range(len(x) - 1):
-        whole = stable[at] and stable[at + 1]
-        ax.plot(x[at : at + 2], y[at : at + 2], "-" if whole else ":", color=BRANCH, linewidth=1.2)
-    for special in branch.special:
-        share = _share(branch, special.place, special.orbit.parameter)
-        level = (1.0 - share) * y[special.place] + share * y[special.place + 1]
-        ax.plot(factor * special.orbit.parameter, level, MARKS[special.kind], color="#b02a4c", markersize=5)
+    x, stable = factor * branch.parameters, branch.stable
+    for y in np.asarray(values).reshape(len(x), -1).T:
+        for first, last, whole in _stretches(stable):
+            style = "-" if whole else ":"
+            ax.plot(x[first:last], y[first:last], style, color=BRANCH, linewidth=1.2)
+        size = 5.0 / branch.order**0.5
+        for special in branch.special:
+            share = _share(branch, special.place, special.orbit.parameter)
+            level = (1.0 - share) * y[special.place] + share * y[special.place + 1]
+            ax.plot(
+                factor * special.orbit.parameter, level, MARKS[special.kind], color=POINT, markersize=size
+            )
+
+
+def _stretches(stable: Any) -> list[tuple[int, int, bool]]:
+    """Return the stretches of a branch that are stable or not: first place, one past the last, which.
+
+    >>> _stretches([True, True, False, False, True])
+    [(0, 2, True), (1, 5, False)]
+    """
+    whole = [bool(a and b) for a, b in pairwise(stable)]
+    ends = [0, *(at for at in range(1, len(whole)) if whole[at] != whole[at - 1]), len(whole)]
+    return [(first, last + 1, whole[first]) for first, last in pairwise(ends) if last > first]
+
+
+def branch_marks(branches: Sequence[Branch]) -> dict[str, Any]:
+    """Return the entries of a legend for what is on branches."""
+    stable = {bool(whole) for branch in branches for whole in branch.stable}
+    marks = {"stable orbits": legend_mark(BRANCH, line="-")} if True in stable else {}
+    if False in stable:
+        marks["unstable orbits"] = legend_mark(BRANCH, line=":")
+    kinds = {special.kind for branch in branches for special in branch.special}
+    return marks | {kind: legend_mark(POINT, marker=MARKS[kind]) for kind in MARKS if kind in kinds}
 
 
 def _share(branch: Branch, place: int, parameter: float) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.orbits import Orbit, Return, after, find_orbit, orbit_of
+from gearplay.study.nonlinear.orbits import Orbit, Return, after, defect_slopes, find_orbit, orbit_of
 from gearplay.study.nonlinear.period_map import PeriodMap
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
@@ -83,7 +83,7 @@ class _Follower:
         by_parameter = (ends[0] - ends[1]) / (2.0 * nudge)
         sizes = self.scale[:-1]
         slopes = np.empty((sizes.size, sizes.size + 1))
-        slopes[:, :-1] = found.matrix * sizes[None, :] / sizes[:, None] - np.eye(sizes.size)
+        slopes[:, :-1] = defect_slopes(found, sizes)
         slopes[:, -1] = by_parameter * self.scale[-1] / sizes
         return found, (found.image - state) / sizes, slopes
 
@@ -274,11 +274,9 @@ def doubled(period_map: PeriodMap, orbit: Orbit) -> Orbit:
     for amplitude in AMPLITUDES:
         guess = orbit.states[0] + amplitude * scale * direction / np.linalg.norm(direction)
         try:
-            found = find_orbit(period_map, guess, orbit.parameter, order=2 * orbit.order)
+            return find_orbit(period_map, guess, orbit.parameter, order=2 * orbit.order)
         except SimulationError:
             continue
-        if np.max(np.abs(found.states[orbit.order] - found.states[0]) / scale) > 1e-6:
-            return found
     raise SimulationError(
         "branch: only the orbit of half the order is here. Go to the other side of the doubling."
     )

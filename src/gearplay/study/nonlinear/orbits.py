@@ -11,6 +11,8 @@ from gearplay.vocabulary.errors import GearplayError, SimulationError
 Floats = NDArray[np.float64]
 CLOSE = 1e-9
 """Residual in natural sizes from which on an orbit counts as found."""
+SAME = 1e-6
+"""Distance in natural sizes up to which two sections of an orbit count as one."""
 MOST_STEPS = 30
 
 
@@ -18,7 +20,8 @@ MOST_STEPS = 30
 class Orbit:
     """A periodic orbit: its states at the section, shape [order, state], and what becomes of small changes over its period.
 
-    ``multipliers`` are the Floquet multipliers, the largest first, shape [state] complex; ``residual`` is in natural sizes;
+    ``multipliers`` are the Floquet multipliers, the largest first, complex, shape [state less constants]: the impact speed of a
+    sleeve that stays closed is a constant of the orbit and no direction that could grow. ``residual`` is in natural sizes;
     ``contacts`` the contact changes over the period, shape [change, 2].
     """
 
@@ -62,6 +65,23 @@ def after(period_map: PeriodMap, state: Floats, parameter: float, order: int) ->
     return Return(np.array(states), state, matrix, np.concatenate(contacts))
 
 
+def constants(matrix: Floats) -> NDArray[np.bool_]:
+    """Return which states a map keeps, whatever the others do: rows of its derivative that are those of the identity.
+
+    >>> constants(np.array([[0.5, 0.1], [0.0, 1.0]])).tolist()
+    [False, True]
+    """
+    return np.asarray(np.all(matrix == np.eye(len(matrix)), axis=1))
+
+
+def defect_slopes(found: Return, scale: Floats) -> Floats:
+    """Return the derivative of a map's defect, M - 1 in natural sizes; constants have the row of the identity: they stay."""
+    slopes = found.matrix * scale[None, :] / scale[:, None] - np.eye(scale.size)
+    kept = constants(found.matrix)
+    slopes[kept] = np.eye(scale.size)[kept]
+    return np.asarray(slopes)
+
+
 def find_orbit(
     period_map: PeriodMap, guess: Floats, parameter: float, *, order: int = 1, close: float = CLOSE
 ) -> Orbit:
@@ -69,7 +89,7 @@ def find_orbit(
 
     Newton's method, each step halved until the residual falls; stable and unstable orbits alike.
 
-    Raises `SimulationError` where it does not converge.
+    Raises `SimulationError` where it does not converge, or leads to an orbit of a lower order.
     """
     scale = period_map.scale
     state = np.array(guess, dtype=np.float64)
@@ -77,6 +97,7 @@ def find_orbit(
     residual = _size(found.image - state, scale)
     for _ in range(MOST_STEPS):
         if residual <= close:
+            _check_order(found.states, scale)
             return _polished(period_map, found, parameter, residual)
         step = _newton_step(found, scale)
         share = 1.0
@@ -99,6 +120,16 @@ def find_orbit(
     )
 
 
+def _check_order(states: Floats, scale: Floats) -> None:
+    """Raise `SimulationError` where an orbit repeats after fewer periods than its states, shape [order, state]."""
+    order = len(states)
+    for lower in range(1, order):
+        if order % lower == 0 and _size(states[lower] - states[0], scale) <= SAME:
+            raise SimulationError(
+                f"orbit: what is near the guess repeats after {lower} of {order} periods already. Ask for order {lower}."
+            )
+
+
 def _polished(period_map: PeriodMap, found: Return, parameter: float, residual: float) -> Orbit:
     """Return the orbit after one more step, if that brings it nearer: Newton's method squares the error."""
     scale = period_map.scale
@@ -112,9 +143,8 @@ def _polished(period_map: PeriodMap, found: Return, parameter: float, residual: 
 
 def _newton_step(found: Return, scale: Floats) -> Floats:
     """Solve (M - 1) dx = x - P(x) in natural sizes; entries that neither change nor matter stay."""
-    matrix = found.matrix * scale[None, :] / scale[:, None] - np.eye(scale.size)
     defect = (found.states[0] - found.image) / scale
-    return np.asarray(np.linalg.lstsq(matrix, defect, rcond=1e-12)[0] * scale)
+    return np.asarray(np.linalg.lstsq(defect_slopes(found, scale), defect, rcond=1e-12)[0] * scale)
 
 
 def _size(difference: Floats, scale: Floats) -> float:
@@ -123,6 +153,8 @@ def _size(difference: Floats, scale: Floats) -> float:
 
 def orbit_of(found: Return, parameter: float, residual: float, scale: Floats) -> Orbit:
     """Return the orbit behind a return map that closes."""
-    multipliers = np.linalg.eigvals(found.matrix * scale[None, :] / scale[:, None]).astype(np.complex128)
+    free = np.flatnonzero(~constants(found.matrix))
+    matrix = found.matrix * scale[None, :] / scale[:, None]
+    multipliers = np.linalg.eigvals(matrix[np.ix_(free, free)]).astype(np.complex128)
     order = np.argsort(-np.abs(multipliers), kind="stable")
     return Orbit(parameter, found.states, found.matrix, multipliers[order], residual, found.contacts)

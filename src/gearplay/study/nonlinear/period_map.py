@@ -163,7 +163,7 @@ def _check_prescribed(packed: Packed) -> None:
         "must be of kind 'speed' without a ramp, and there must be a mesh, for a motion that can be periodic"
     )
     name = packed.rotor_names[prescribed[0]] if prescribed else None
-    raise InputError(Fault("drive", name, rule, "Change the drive"))
+    raise InputError(Fault("drive", name, rule, "Set its ramp to 0 s, or prescribe its speed"))
 
 
 def common_period(packed: Packed) -> float:

@@ -1,0 +1,139 @@
+"""Draw the pictures of docs/gallery/han2021.md beside this file: python docs/gallery/han2021.py."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gearplay as gp
+from gearplay.api.branches import branch_signals
+from gearplay.model.geometry import jam_ratio
+from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.output.nonlinear.figures import WAYS, branch_marks, draw_branch
+from gearplay.output.nonlinear.portraits import portrait_figure
+from gearplay.output.plots import COUPLED, UNCOUPLED
+from gearplay.solver.simulate import run_members
+
+HERE = Path(__file__).parent
+RPM = 30.0 / np.pi
+MODELS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
+LOADED = {
+    "rotors.pinion.runout.amplitude": 0.0,
+    "rotors.ring.runout.amplitude": 0.0,
+    "rotors.ring.radial_damping": 1.0,
+}
+TORQUE = "rotors.ring.load.torque"
+
+
+def portrait() -> None:
+    """Orbit and phase portraits of the article's pair."""
+    found = gp.portrait("han2021", settle=200, keep=500, show=120, period="mesh")
+    (HERE / "han2021-portrait.png").write_bytes(portrait_figure(found))
+
+
+def models() -> None:
+    """Coupled against uncoupled, over speed and over the jam ratio."""
+    figure, axes = make_figure(2, 2, 6.4)
+    clearance = "sleeves.ring.radial_clearance"
+    for column, (model, color) in enumerate(MODELS.items()):
+        case = gp.replace(gp.load_case("han2021"), {"backlash_model": model})
+        speeds = np.linspace(10.0, 400.0, 300)
+        clearances = np.linspace(5e-6, 300e-6, 300)
+        ratios = [jam_ratio(gp.replace(case, {clearance: float(each)}), 0) for each in clearances]
+        rows: list[tuple[str, Any, Any, str, str, str]] = [
+            ("rotors.pinion.drive.speed", speeds / RPM, speeds, "ring.vx", "speed [rpm]", "ring's dx/dt [mm/s]"),
+            (clearance, clearances, ratios, "ring.x", "jam ratio", "ring's x [µm]"),
+        ]  # fmt: skip
+        for ax, (path, values, shown, signal, across, up) in zip(axes[:, column], rows, strict=True):
+            found = gp.bifurcation(
+                case, path, values.tolist(), [signal], period="mesh", settle=400, keep=100, directions=["up"]
+            )
+            factor = 1e3 if signal == "ring.vx" else 1e6
+            sections = factor * found[signal].values[0]
+            ax.plot(np.repeat(shown, sections.shape[1]), sections.ravel(), ",", color=color, rasterized=True)
+            ax.set_xlabel(across, fontsize=SMALL)
+            ax.set_ylabel(up, fontsize=SMALL)
+            ax.set_title(model, fontsize=SMALL)
+    for row in axes:
+        low = min(ax.get_ylim()[0] for ax in row)
+        high = max(ax.get_ylim()[1] for ax in row)
+        for ax in row:
+            ax.set_ylim(low, high)
+    set_title(figure, "Han 2021: 100 sections, one a mesh period, after 400 periods")
+    (HERE / "han2021-models.png").write_bytes(to_png(figure))
+
+
+def tongue() -> None:
+    """Orbits of the pair under load: the shaft swings in its sleeve at half the mesh frequency."""
+    figure, axes = make_figure(1, 2, 4.2)
+    values = np.linspace(0.02, 0.4, 160)
+    trees = {}
+    for ax, model in zip(axes[0], MODELS, strict=True):
+        case = gp.replace(gp.load_case("han2021"), LOADED | {"backlash_model": model, TORQUE: 0.3})
+        found = gp.bifurcation(case, TORQUE, values.tolist(), ["ring.x"], period="mesh", settle=400, keep=20)
+        for way, name in enumerate(found["direction"].values):
+            sections = 1e6 * found["ring.x"].values[way]
+            ax.plot(
+                np.repeat(values, sections.shape[1]), sections.ravel(), ".", color=WAYS[name], markersize=2.0
+            )
+        tree = trees[model] = gp.branches(case, TORQUE, 0.08, 0.4, doublings=1, settle=400)
+        for branch in tree:
+            draw_branch(ax, branch, 1e6 * branch_signals(case, TORQUE, branch, ["ring.x"])[:, :, 0])
+            for special in branch.special:
+                print(model, branch.order, special.kind, f"{special.orbit.parameter:.6f}")
+        ax.set_xlabel("load torque [N m]", fontsize=SMALL)
+        ax.set_ylabel("ring's x [µm]", fontsize=SMALL)
+        ax.set_title(model, fontsize=SMALL)
+        ax.set_xlim(values[0], values[-1])
+    handles = {"sweep up": legend_mark(WAYS["up"], marker="o"), "sweep down": legend_mark(WAYS["down"], marker="o")}  # fmt: skip
+    set_legend(figure, handles | branch_marks(trees["coupled"]))
+    set_title(figure, "Han 2021 under load, 1 N s/m of radial damping, no run-out: parametric resonance")
+    (HERE / "han2021-tongue.png").write_bytes(to_png(figure))
+
+
+def artefact() -> None:
+    """Draw how impact speeds of the published formulation at 200/100 um hang on the step."""
+    figure, axes = make_figure(1, 1, 3.8)
+    ax = axes[0, 0]
+    steps = np.array([0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6])
+    handles = {}
+    for color, (formulation, words) in zip(
+        (UNCOUPLED, COUPLED), (("as_published", "as published"), ("geometric", "geometric")), strict=True
+    ):
+        changes = {"formulation": formulation, "sleeves.ring.radial_clearance": 2e-4, "run.sampling": 1e3}
+        case = gp.replace(gp.load_case("han2021"), changes)
+        for at, step in enumerate((None, *steps)):
+            runs = run_members(
+                gp.replace(case, {"run.fixed_step": step}), range(1, 25), signals=["ring.omega"]
+            )
+            whole = [run for run in runs if run.success]
+            speeds = np.array([1e3 * float(run.statistics.rms_impact_speed[1]) for run in whole])
+            print(formulation, step, len(whole), speeds.mean() if whole else None)
+            if not whole:
+                continue
+            mean, spread = float(speeds.mean()), float(2.0 * speeds.std(ddof=1) / np.sqrt(speeds.size))
+            if step is None:
+                ax.axhspan(mean - spread, mean + spread, color=color, alpha=0.25, linewidth=0)
+                continue
+            ax.errorbar(1e6 * steps[at - 1], mean, spread, fmt="o", color=color, markersize=4, capsize=2)
+            if len(whole) < len(runs):
+                ax.annotate(
+                    f"{len(runs) - len(whole)} of {len(runs)} blow up", (1e6 * steps[at - 1], mean),
+                    xytext=(-6, 6), textcoords="offset points", fontsize=SMALL, ha="right",
+                )  # fmt: skip
+        handles[f"{words}, plain steps"] = legend_mark(color, marker="o")
+        handles[f"{words}, located contacts (band)"] = legend_mark(color, line="-")
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("length of a plain step [µs]", fontsize=SMALL)
+    ax.set_ylabel("rms impact speed of the drive flank [mm/s]", fontsize=SMALL)
+    set_legend(figure, handles)
+    set_title(figure, "200/100 µm: mean of 24 runs of 2 s with twice its standard error")
+    (HERE / "han2021-artefact.png").write_bytes(to_png(figure))
+
+
+if __name__ == "__main__":
+    portrait()
+    models()
+    artefact()
+    tongue()

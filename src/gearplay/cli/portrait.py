@@ -1,0 +1,69 @@
+"""`gearplay portrait CASE`: orbits in the clearance circles and phase portraits of a settled motion, with its sections."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.arguments import Changes, Period, period_of
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compiling_notice
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(portrait)
+
+
+def portrait(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    rotor: Annotated[
+        list[str] | None, typer.Option("--rotor", help="A rotor to draw; all if not given. May be repeated.")
+    ] = None,
+    settle: Annotated[int, typer.Option("--settle", help="Periods before looking.")] = 200,
+    keep: Annotated[int, typer.Option("--keep", help="Periods of the section and of the onsets.")] = 500,
+    show: Annotated[int, typer.Option("--show", help="Periods of the path.")] = 60,
+    period: Period = "mesh",
+    changes: Changes = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/portrait-CASE].")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
+    json: Json = False,
+) -> None:
+    """Draw the orbits and phase portraits of a settled motion, once per period and at each onset of a contact."""
+    from gearplay.api.nonlinear import portrait as portrait_of
+    from gearplay.model.reading import load_case
+    from gearplay.output.files import check_new, write_bytes, write_dataset
+    from gearplay.output.nonlinear.portraits import portrait_figure
+    from gearplay.solver.simulate import prepare
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    base = load_case(case, changes or ())
+    for name in rotor or ():
+        if name not in base.rotors:
+            rule = "must be a rotor of the case"
+            raise InputError(Fault("--rotor", name, rule, f"Choose from: {', '.join(base.rotors)}"))
+    folder = out if out is not None else Path("out") / f"portrait-{Path(case).stem}"
+    data, picture = folder / "portrait.nc", folder / "portrait.png"
+    for each in (data, picture):
+        check_new(each, overwrite=overwrite)
+    with compiling_notice():
+        prepare(base)
+    found = portrait_of(base, settle=settle, keep=keep, show=show, period=period_of(period))
+    drawn = portrait_figure(found, rotors=tuple(rotor or ()))
+    write_dataset(found, data, overwrite=overwrite)
+    write_bytes(picture, drawn)
+    document: dict[str, Any] = {
+        "title": base.title,
+        "period": found.attrs["period"],
+        "sections": int(found.sizes["section_time"]),
+        "onsets": int(found.sizes["onset_time"]),
+        "out": str(data),
+        "picture": str(picture),
+    }
+    if json:
+        print_json(document)
+        return
+    print_text(
+        f"{base.title or 'Portrait'}: {document['sections']} sections, one per {document['period']:.4g} s, and "
+        f"{document['onsets']} onsets of contacts\nWritten: {data}, {picture}"
+    )

@@ -1,0 +1,110 @@
+"""Portraits of a settled motion: orbits in the clearance circles, phase portraits, with its sections on them."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.reading import load_case
+from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.output.plots import CLEARANCE, COUPLED, plain, thinned
+from gearplay.output.sweeps.view import shown_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+SECTION, ONSET = "#b02a4c", "#e0a100"
+PLANES = (("x", "y"), ("x", "vx"), ("y", "vy"), ("theta", "omega"))
+SYMBOLS = {
+    "x": "x",
+    "y": "y",
+    "vx": "dx/dt",
+    "vy": "dy/dt",
+    "theta": "rotation",
+    "omega": "speed of rotation",
+}
+MOST_ROTORS, MOST_ONSETS = 12, 600
+
+
+def portrait_figure(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), title: str = "") -> bytes:
+    """Return a portrait as PNG: for each rotor its orbit and the phase portraits of all that is free to move.
+
+    ``portrait`` is that of `gearplay.portrait`; ``rotors`` chooses among its rotors. Sections are dots, onsets of contacts
+    crosses. A rotor in a sleeve on the ground is shown in its clearance circle.
+    """
+    case = load_case(json.loads(portrait.attrs["case"]))
+    chosen = rotors or tuple(case.rotors)
+    panels = [
+        (rotor, *plane)
+        for rotor in chosen[:MOST_ROTORS]
+        for plane in PLANES
+        if all(f"path.{rotor}.{name}" in portrait for name in plane)
+    ]
+    columns = 2 if len(panels) <= 4 else 4
+    rows = -(-len(panels) // columns)
+    figure, axes = make_figure(rows, columns, 0.8 + rows * (3.6 if columns == 2 else 2.4))
+    for ax in axes.flat[len(panels) :]:
+        ax.set_visible(False)
+    for ax, (rotor, across, up) in zip(axes.flat, panels, strict=False):
+        _plane(ax, portrait, case, rotor, across, up)
+    handles = {
+        "path": legend_mark(COUPLED, line="-"),
+        "once per period": legend_mark(SECTION, marker="o"),
+        "a contact begins": legend_mark(ONSET, marker="x"),
+    }
+    if any(_clearance(case, rotor) for rotor in chosen):
+        handles["clearance circle"] = legend_mark(CLEARANCE, line="-")
+    set_legend(figure, handles)
+    more = f" (the first {MOST_ROTORS} of {len(chosen)} rotors)" if len(chosen) > MOST_ROTORS else ""
+    set_title(figure, (title or str(portrait.attrs.get("title", ""))) + more)
+    return to_png(figure)
+
+
+def _clearance(case: Case, rotor: str) -> float:
+    """Return the radial clearance [m] of a rotor's sleeve on the ground, 0 without one."""
+    sleeve = case.sleeves.get(rotor)
+    return sleeve.radial_clearance if sleeve is not None and sleeve.on is None else 0.0
+
+
+def _contacts(case: Case, rotor: str) -> list[str]:
+    """Return the names of the contacts that touch a rotor: its sleeve, those on it, the flanks of its meshes."""
+    sleeves = [name for name, sleeve in case.sleeves.items() if rotor in (name, sleeve.on)]
+    meshes = [mesh.label for mesh in case.meshes if rotor in (mesh.driver, mesh.driven)]
+    return sleeves + [f"{label}:{flank}" for label in meshes for flank in ("drive", "back")]
+
+
+def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str, up: str) -> None:
+    """Draw one plane: path, section, onsets."""
+    scales = []
+    for name in (across, up):
+        variable = portrait[f"path.{rotor}.{name}"]
+        scales.append(shown_in(variable.attrs["units"], float(np.abs(variable.values).max())))
+    clearance = _clearance(case, rotor) if (across, up) == ("x", "y") else 0.0
+    if (across, up) == ("x", "y"):
+        scales = [max(scales, key=lambda s: -s[1])] * 2  # one unit for both
+        ax.set_aspect("equal", adjustable="datalim")
+    factors = [factor for _, factor in scales]
+    if clearance > 0.0:
+        angle = np.linspace(0.0, 2.0 * np.pi, 361)
+        ax.plot(
+            factors[0] * clearance * np.cos(angle), factors[1] * clearance * np.sin(angle), color=CLEARANCE
+        )
+
+    def points(kind: str) -> list[Floats]:
+        return [
+            factor * portrait[f"{kind}.{rotor}.{name}"].values
+            for name, factor in zip((across, up), factors, strict=True)
+        ]
+
+    own = np.flatnonzero(np.isin(portrait["contact"].values.astype(str), _contacts(case, rotor)))
+    own = own[:: -(-max(1, own.size) // MOST_ONSETS)]
+    ax.plot(*(p[own] for p in points("onset")), "x", color=ONSET, markersize=2.6, markeredgewidth=0.6)
+    ax.plot(*thinned(*points("path")), color=COUPLED, linewidth=0.6)
+    ax.plot(*points("section"), "o", color=SECTION, markersize=1.8)
+    ax.locator_params(nbins=5)
+    ax.set_xlabel(f"{SYMBOLS[across]} [{scales[0][0]}]", fontsize=SMALL)
+    ax.set_ylabel(f"{SYMBOLS[up]} [{scales[1][0]}]", fontsize=SMALL)
+    ax.set_title(plain(rotor), fontsize=SMALL)

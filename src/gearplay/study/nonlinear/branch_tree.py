@@ -1,0 +1,133 @@
+"""All branches of periodic orbits that hang together: one both ways from its start, and those that leave it at doublings."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.solver.observables import Observables
+from gearplay.study.nonlinear.branches import DOUBLING, Branch, Settings, doubled, follow_branch
+from gearplay.study.nonlinear.orbits import Orbit, find_orbit
+from gearplay.study.nonlinear.period_map import StrobeMap
+from gearplay.vocabulary.errors import SimulationError
+
+Floats = NDArray[np.float64]
+Progress = Callable[[float, float], None]
+CLOSE = 1e-6
+"""Distance in natural sizes within which two doublings, or two orbits, count as the same."""
+NEAR = 0.2
+"""How far an orbit may be from the line between two neighbours of a branch, in their distance."""
+
+
+def settled_orbits(
+    period_map: StrobeMap, places: Sequence[float], *, order: int, settle: int
+) -> tuple[Orbit, ...]:
+    """Return the periodic orbits of an order near what the motion settles to at each of ``places``, where there is one.
+
+    Raises `SimulationError` where there is none at all.
+    """
+    found, last = [], None
+    for place in places:
+        try:
+            settled = period_map.settle(period_map.start(place), place, settle)
+            found.append(find_orbit(period_map, settled, place, order=order))
+        except SimulationError as error:
+            last = error
+    if found:
+        return tuple(found)
+    tried = ", ".join(f"{place:.6g}" for place in places)
+    raise SimulationError(
+        f"branch: near what the motion settles to there is no orbit of order {order} (tried at {tried}). "
+        f"Start where the motion repeats, or ask for another order. Last of all: {last}"
+    ) from last
+
+
+def whole_branch(
+    period_map: StrobeMap, start: Orbit, settings: Settings, *, progress: Progress | None = None
+) -> Branch:
+    """Return the branch through ``start``, followed both ways."""
+    down = follow_branch(period_map, start, settings, upwards=False, progress=progress)
+    up = follow_branch(period_map, start, settings, upwards=True, progress=progress)
+    return joined(down, up)
+
+
+def joined(one: Branch, other: Branch) -> Branch:
+    """Return one branch of two that begin with the same orbit and lead opposite ways: ``one`` backwards, then ``other``."""
+    last = len(one.orbits) - 1
+    special = [replace(each, place=last - each.place - 1) for each in reversed(one.special)]
+    special += [replace(each, place=each.place + last) for each in other.special]
+    ended = "; ".join(dict.fromkeys((one.ended, other.ended)))
+    return Branch((*one.orbits[:0:-1], *other.orbits), tuple(special), ended, one.order)
+
+
+def branch_tree(
+    period_map: StrobeMap,
+    starts: Sequence[Orbit],
+    settings: Settings,
+    *,
+    doublings: int = 1,
+    progress: Progress | None = None,
+) -> tuple[Branch, ...]:
+    """Return the branches through ``starts`` and, ``doublings`` deep, those of twice the order that leave them at doublings.
+
+    A start that lies on the branch of another gives no second one; a doubling from which no other branch could be followed
+    stays a special point without one.
+    """
+    found: list[Branch] = []
+    for start in starts:
+        if not any(_lies_on(start, branch, period_map.scale) for branch in found):
+            found.append(whole_branch(period_map, start, settings, progress=progress))
+    row = list(found)
+    for _ in range(doublings):
+        switched: list[Branch] = []
+        for branch in row:
+            for special in branch.special:
+                if special.kind != DOUBLING or _is_met(special.orbit, found + switched, settings):
+                    continue
+                try:
+                    orbit = doubled(period_map, special.orbit)
+                    switched.append(follow_branch(period_map, orbit, settings, progress=progress))
+                except SimulationError:
+                    continue
+        found += switched
+        row = switched
+    return tuple(found)
+
+
+def _lies_on(orbit: Orbit, branch: Branch, scale: Floats) -> bool:
+    """Return whether an orbit is one of a branch: near the line between two of its orbits."""
+    if orbit.order != branch.order:
+        return False
+    for a, b in pairwise(branch.orbits):
+        if not min(a.parameter, b.parameter) <= orbit.parameter <= max(a.parameter, b.parameter):
+            continue
+        share = (orbit.parameter - a.parameter) / (b.parameter - a.parameter or 1.0)
+        there = (1.0 - share) * a.states[0] + share * b.states[0]
+        reach = NEAR * float(np.max(np.abs(b.states[0] - a.states[0]) / scale)) + CLOSE
+        if any(np.max(np.abs(state - there) / scale) <= reach for state in orbit.states):
+            return True
+    return False
+
+
+def _is_met(orbit: Orbit, branches: Sequence[Branch], settings: Settings) -> bool:
+    """Return whether a branch of twice the order of ``orbit`` already ends or begins at its parameter."""
+    return any(
+        branch.order == 2 * orbit.order
+        and min(abs(branch.orbits[end].parameter - orbit.parameter) for end in (0, -1))
+        < CLOSE * settings.size
+        for branch in branches
+    )
+
+
+def signals_of(period_map: StrobeMap, branch: Branch, signals: Sequence[str]) -> Floats:
+    """Return signals at the sections of each orbit of a branch, shape [orbit, order, signal]."""
+    rows = []
+    for orbit in branch.orbits:
+        flow = period_map.member(orbit.parameter).flow
+        observe = Observables(flow.packed, signals)
+        full = np.zeros((branch.order, flow.size))
+        full[:, flow.free] = orbit.states[:, : len(flow.free)]
+        rows.append([observe(flow.packed.system, 0.0, state) for state in full])
+    return np.array(rows)
