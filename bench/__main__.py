@@ -241,6 +241,25 @@ def hardware():
     return lines
 
 
+def diagram(ross_step):
+    """Return our time for a bifurcation diagram of 1000 values, 500 mesh periods each, beside ROSS's by its time per step [s]."""
+    values = np.linspace(60.0, 300.0, 1000) * np.pi / 30.0
+    began = time.perf_counter()
+    found = gp.bifurcation(
+        "han2021", "rotors.pinion.drive.speed", values.tolist(), ["ring.x"], period="mesh", settle=400, keep=100,
+        directions=["up"], carry=False,
+    )  # fmt: skip
+    seconds = time.perf_counter() - began
+    failed = int(np.sum(found["reason"].values != ""))
+    revolutions = 500 / 20  # of the pinion with 20 teeth
+    steps = values.size * revolutions * ross_peer.POINTS
+    return (
+        f"A bifurcation diagram of `han2021` over speed, 1000 values of 500 mesh periods each, takes us {seconds:.1f} s on "
+        f"{os.cpu_count()} cores ({failed} failed). The same count is {steps:.3g} of ROSS's steps: "
+        f"{steps * ross_step / 3600.0:.0f} h on one core at its {1e3 * ross_step:.2f} ms a step, estimated, not run."
+    )
+
+
 def ross():
     """Return ROSS's time per simulated second on its own case beside ours on the like."""
     module = ross_peer
@@ -258,6 +277,8 @@ def ross():
     return [
         f"{what}: {value:.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both gears in"
         f" linear bearings), {seconds:.3f} s: {value / seconds:.0f} times less.",
+        "",
+        diagram(value * 2.0 * np.pi / (ross_peer.SPEED * ross_peer.POINTS)),
     ]
 
 

@@ -109,7 +109,7 @@ def artefact() -> None:
             whole = [run for run in runs if run.success]
             speeds = np.array([1e3 * float(run.statistics.rms_impact_speed[1]) for run in whole])
             print(formulation, step, len(whole), speeds.mean() if whole else None)
-            if not whole:
+            if 2 * len(whole) < len(runs):  # what survives says nothing
                 continue
             mean, spread = float(speeds.mean()), float(2.0 * speeds.std(ddof=1) / np.sqrt(speeds.size))
             if step is None:
