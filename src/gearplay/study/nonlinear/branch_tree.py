@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.solver.observables import Observables
 from gearplay.study.nonlinear.branches import DOUBLING, Branch, Settings, doubled, follow_branch
-from gearplay.study.nonlinear.orbits import Orbit, find_orbit
+from gearplay.study.nonlinear.orbits import Orbit, constants, find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap
 from gearplay.vocabulary.errors import SimulationError
 
@@ -100,13 +100,14 @@ def _lies_on(orbit: Orbit, branch: Branch, scale: Floats) -> bool:
     """Return whether an orbit is one of a branch: near the line between two of its orbits."""
     if orbit.order != branch.order:
         return False
+    free = ~constants(orbit.matrix)  # what an orbit has latched depends on how it was come to
     for a, b in pairwise(branch.orbits):
         if not min(a.parameter, b.parameter) <= orbit.parameter <= max(a.parameter, b.parameter):
             continue
         share = (orbit.parameter - a.parameter) / (b.parameter - a.parameter or 1.0)
         there = (1.0 - share) * a.states[0] + share * b.states[0]
-        reach = NEAR * float(np.max(np.abs(b.states[0] - a.states[0]) / scale)) + CLOSE
-        if any(np.max(np.abs(state - there) / scale) <= reach for state in orbit.states):
+        reach = NEAR * float(np.max(np.abs(b.states[0] - a.states[0])[free] / scale[free])) + CLOSE
+        if any(np.max(np.abs(state - there)[free] / scale[free]) <= reach for state in orbit.states):
             return True
     return False
 
