@@ -23,6 +23,7 @@ COMMANDS: Final = (
     "measure",
     "analyze",
     "calibrate",
+    "serve",
     "check",
     "schema",
 )

@@ -28,16 +28,16 @@ def unit_at(case: Case, path: str) -> str:
         else:
             place = place[part]
     info = type(holder).model_fields[field]
-    measure = _measure_in((*info.metadata, info.annotation))
+    measure = measure_in((*info.metadata, info.annotation))
     if isinstance(measure, HertzStiffness):
         return hertz_stiffness(getattr(holder, "exponent", 1.5)).unit
     return measure.quantity.unit if measure is not None and measure.quantity is not None else "1"
 
 
-def _measure_in(annotations: Sequence[Any]) -> Measure | None:
+def measure_in(annotations: Sequence[Any]) -> Measure | None:
     """Return the first `Measure` of a type, however deep: in a tuple, or beside None."""
     for each in annotations:
-        found = each if isinstance(each, Measure) else _measure_in(get_args(each))
+        found = each if isinstance(each, Measure) else measure_in(get_args(each))
         if found is not None:
             return found
     return None

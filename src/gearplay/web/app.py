@@ -1,0 +1,241 @@
+"""The routes of the page: static files, cases, results, and one WebSocket for jobs (schema: docs/page.md)."""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from gearplay.model.case import Case
+from gearplay.model.reading import bundled_names, load_case, to_toml
+from gearplay.model.toml_files import LARGEST_FILE, parse_toml
+from gearplay.vocabulary.errors import GearplayError
+from gearplay.vocabulary.optional import load_optional
+from gearplay.vocabulary.version import VERSION
+from gearplay.web.controls import controls
+from gearplay.web.pool import Job, JobError, Pool, QueueFullError
+from gearplay.web.store import Store
+
+STATIC = Path(__file__).parent / "static"
+LARGEST_BODY = 2 * LARGEST_FILE
+MOST_OWN = 8  # jobs of one page, waiting or in hand
+PAGE_RUN = {"duration": 0.5, "transient": 0.1, "sampling": 2e4}
+KEPT = ("run", "bifurcation", "map")
+FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
+
+
+def plotly_file() -> Path:
+    """Return the browser file of plotly.js, as the Python package plotly ships it."""
+    return Path(str(load_optional("plotly", "web").__file__)).parent / "package_data" / "plotly.min.js"
+
+
+def make_app(folder: Path, pool: Pool) -> Starlette:
+    """Return the application; it starts and ends the pool, and keeps results in a folder."""
+    store = Store(folder)
+    plotly = plotly_file()
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        await pool.start()
+        yield
+        await pool.close()
+
+    async def page(_: Request) -> Response:
+        return FileResponse(STATIC / "index.html", headers={"cache-control": "no-cache"})
+
+    async def plots(_: Request) -> Response:
+        return FileResponse(plotly, media_type="text/javascript", headers={"cache-control": "max-age=86400"})
+
+    async def about(_: Request) -> Response:
+        return JSONResponse({"version": VERSION, "cases": bundled_names()})
+
+    async def bundled(request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in bundled_names():
+            return JSONResponse({"error": "case: there is no bundled case of this name."}, status_code=404)
+        return _described(load_case(name), fresh=True)
+
+    async def given(request: Request) -> Response:
+        body = await _body(request)
+        if body is None:
+            words = f"case: a file may have at most {LARGEST_FILE} bytes. Shorten it."
+            return JSONResponse({"error": words}, status_code=413)
+        try:
+            asked = json.loads(body)
+            if isinstance(asked, dict) and isinstance(asked.get("toml"), str):
+                return _described(load_case(parse_toml(asked["toml"], "upload")), fresh=True)
+            if isinstance(asked, dict) and isinstance(asked.get("case"), dict):
+                return _described(load_case(asked["case"]), fresh=False)
+        except (ValueError, RecursionError):
+            return JSONResponse({"error": "case: must be JSON with toml or case."}, status_code=400)
+        except GearplayError as error:
+            return JSONResponse({"error": str(error)}, status_code=400)
+        return JSONResponse({"error": "case: must be JSON with toml or case."}, status_code=400)
+
+    async def results(_: Request) -> Response:
+        return JSONResponse(await asyncio.to_thread(store.listed))
+
+    async def result(request: Request) -> Response:
+        frame = await asyncio.to_thread(store.load, request.path_params["key"])
+        if frame is None:
+            return JSONResponse({"error": "result: it is no longer kept. Run it again."}, status_code=404)
+        return Response(frame, media_type="application/octet-stream")
+
+    async def export(request: Request) -> Response:
+        form = request.path_params["form"]
+        body = await _body(request)
+        if form not in FORMS or body is None:
+            return JSONResponse({"error": "export: must be nc, csv or toml of a case."}, status_code=400)
+        try:
+            asked = json.loads(body)
+            job = pool.submit({"kind": "export", "form": form, "case": asked.get("case")}, _nothing)
+            data = await job.done
+        except (ValueError, AttributeError, RecursionError):
+            return JSONResponse({"error": "export: must be JSON with a case."}, status_code=400)
+        except QueueFullError:
+            return JSONResponse({"error": "The queue is full. Try again in a moment."}, status_code=503)
+        except JobError as error:
+            return JSONResponse({"error": str(error)}, status_code=400)
+        name = f'attachment; filename="gearplay.{form}"'
+        return Response(data, media_type=FORMS[form], headers={"content-disposition": name})
+
+    async def wire(socket: WebSocket) -> None:
+        await socket.accept()
+        await _Page(socket, pool, store).serve()
+
+    return Starlette(
+        routes=[
+            Route("/", page),
+            Route("/plotly.js", plots),
+            Route("/api/about", about),
+            Route("/api/cases/{name}", bundled),
+            Route("/api/case", given, methods=["POST"]),
+            Route("/api/results", results),
+            Route("/api/results/{key}", result),
+            Route("/api/export/{form}", export, methods=["POST"]),
+            WebSocketRoute("/wire", wire),
+            Mount("/static", StaticFiles(directory=STATIC)),
+        ],
+        lifespan=lifespan,
+    )
+
+
+async def _nothing(_: dict[str, Any]) -> None:
+    return None
+
+
+async def _body(request: Request) -> bytes | None:
+    """Return the body, None where it is too long."""
+    parts, size = [], 0
+    async for part in request.stream():
+        size += len(part)
+        if size > LARGEST_BODY:
+            return None
+        parts.append(part)
+    return b"".join(parts)
+
+
+def _described(case: Case, *, fresh: bool) -> Response:
+    """Return a case with its controls; a ``fresh`` one is made as short as a page wants it."""
+    if fresh:
+        document = case.resolved()
+        document["run"] |= PAGE_RUN | {"ensemble": 1}
+        case = load_case(document)
+    return JSONResponse(
+        {"case": case.resolved(), "controls": controls(case), "toml": to_toml(case), "title": case.title}
+    )
+
+
+class _Page:
+    """One page at the other end of a WebSocket."""
+
+    def __init__(self, socket: WebSocket, pool: Pool, store: Store) -> None:
+        self.socket, self.pool, self.store = socket, pool, store
+        self.jobs: dict[int, Job] = {}
+        self.tasks: set[asyncio.Task[None]] = set()
+        self.sending = asyncio.Lock()
+
+    async def serve(self) -> None:
+        """Answer until the page is gone; what it still wanted is cancelled."""
+        try:
+            while True:
+                text = await self.socket.receive_text()
+                await self._take(text)
+        except (WebSocketDisconnect, KeyError, RuntimeError):
+            pass
+        finally:
+            for job in list(self.jobs.values()):
+                await self.pool.cancel(job)
+
+    async def _take(self, text: str) -> None:
+        try:
+            asked = json.loads(text) if len(text) <= LARGEST_BODY else None
+        except (ValueError, RecursionError):
+            asked = None
+        if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):
+            await self._say({"type": "error", "id": None, "error": "message: must be JSON with an id."})
+            return
+        number, kind = asked["id"], asked.get("type")
+        if kind == "cancel":
+            if number in self.jobs:
+                await self.pool.cancel(self.jobs[number])
+            return
+        if kind not in KEPT:
+            words = f"type: must be one of {', '.join(KEPT)} or cancel."
+            await self._say({"type": "error", "id": number, "error": words})
+            return
+        if number in self.jobs or len(self.jobs) >= MOST_OWN:
+            await self._say(
+                {
+                    "type": "full",
+                    "id": number,
+                    "error": f"A page may have {MOST_OWN} jobs, each with its own id.",
+                }
+            )
+            return
+        wanted = {key: value for key, value in asked.items() if key not in ("id", "type")} | {"kind": kind}
+
+        async def tell(news: dict[str, Any]) -> None:
+            await self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)})
+
+        try:
+            job = self.pool.submit(wanted, tell, limit=600.0 if kind != "run" else 150.0)
+        except QueueFullError:
+            await self._say(
+                {"type": "full", "id": number, "error": "The queue is full. Try again in a moment."}
+            )
+            return
+        self.jobs[number] = job
+        task = asyncio.create_task(self._await(number, job, wanted))
+        self.tasks.add(task)
+        task.add_done_callback(self.tasks.discard)
+
+    async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
+        try:
+            frame = await job.done
+        except JobError as error:
+            kind = "cancelled" if error.cancelled else "error"
+            await self._say({"type": kind, "id": number, "error": str(error)})
+            return
+        finally:
+            self.jobs.pop(number, None)
+        key = Store.key_of(words)
+        with contextlib.suppress(GearplayError, OSError):
+            await asyncio.to_thread(self.store.save, key, frame)
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            async with self.sending:
+                await self.socket.send_text(json.dumps({"type": "result", "id": number, "key": key}))
+                await self.socket.send_bytes(frame)
+
+    async def _say(self, words: dict[str, Any]) -> None:
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            async with self.sending:
+                await self.socket.send_text(json.dumps(words))

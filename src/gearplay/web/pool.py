@@ -1,0 +1,202 @@
+"""Worker processes and the queue before them: bounded, cancellable, with limits on time; a worker that dies is replaced."""
+
+import asyncio
+import contextlib
+import json
+import struct
+import sys
+from collections import deque
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+Tell = Callable[[dict[str, Any]], Awaitable[None]]
+LONGEST_FRAME = 512 * 1024**2  # bytes
+WORDS, RESULT = b"w", b"r"
+"""First byte of what a worker sends: JSON words, or a result."""
+
+
+class QueueFullError(Exception):
+    """The queue has no room."""
+
+
+@dataclass(eq=False)
+class Job:
+    """A job in the queue or in hand; ``done`` gets its result frame, or fails with `JobError`."""
+
+    words: dict[str, Any]
+    limit: float  # s
+    tell: Tell
+    done: "asyncio.Future[bytes]"
+    worker: "Worker | None" = None
+    cancelled: bool = False
+
+
+class JobError(Exception):
+    """A job failed, in words for its user; ``cancelled`` where they asked for it."""
+
+    def __init__(self, words: str, *, cancelled: bool = False) -> None:
+        super().__init__(words)
+        self.cancelled = cancelled
+
+
+@dataclass(eq=False)
+class Worker:
+    """A worker process."""
+
+    process: asyncio.subprocess.Process
+    job: Job | None = None
+    served: int = 0
+
+    async def send(self, words: dict[str, Any]) -> None:
+        """Hand over one frame."""
+        payload = json.dumps(words).encode("utf-8")
+        stdin = self.process.stdin
+        assert stdin is not None
+        stdin.write(struct.pack("<I", len(payload)) + payload)
+        await stdin.drain()
+
+    async def read(self) -> bytes:
+        """Return the next frame; `asyncio.IncompleteReadError` where the process has ended."""
+        stdout = self.process.stdout
+        assert stdout is not None
+        (length,) = struct.unpack("<I", await stdout.readexactly(4))
+        return await stdout.readexactly(min(length, LONGEST_FRAME))
+
+
+@dataclass
+class Pool:
+    """A few worker processes behind one bounded queue.
+
+    ``size`` processes; at most ``bound`` jobs wait. A process is replaced after ``renew`` jobs, so that what libraries keep does
+    not pile up.
+    """
+
+    size: int = 2
+    bound: int = 32
+    renew: int = 2000
+    waiting: deque[Job] = field(default_factory=deque)
+    workers: set[Worker] = field(default_factory=set)
+    closing: bool = False
+    _wake: asyncio.Event = field(default_factory=asyncio.Event)
+    _tasks: list["asyncio.Task[None]"] = field(default_factory=list)
+
+    async def start(self) -> None:
+        """Start the workers; they compile, or load, the kernels in the background."""
+        self._tasks = [asyncio.create_task(self._tend()) for _ in range(self.size)]
+        for task in self._tasks:
+            task.add_done_callback(_report_end)
+
+    async def close(self) -> None:
+        """End the workers; jobs that are left fail."""
+        self.closing = True
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        for job in self.waiting:
+            _fail(job, "The server is closing.")
+        self.waiting.clear()
+
+    def submit(self, words: dict[str, Any], tell: Tell, *, limit: float = 150.0) -> Job:
+        """Put a job into the queue.
+
+        Raises `QueueFullError` where as many wait as may.
+        """
+        if len(self.waiting) >= self.bound:
+            raise QueueFullError
+        job = Job(words, limit, tell, asyncio.get_running_loop().create_future())
+        self.waiting.append(job)
+        self._wake.set()
+        return job
+
+    async def cancel(self, job: Job) -> None:
+        """Take a job out of the queue, or stop it where it runs."""
+        job.cancelled = True
+        if job in self.waiting:
+            self.waiting.remove(job)
+            _fail(job, "Cancelled.", cancelled=True)
+        elif job.worker is not None:
+            with contextlib.suppress(ConnectionError):
+                await job.worker.send({"stop": True})
+
+    async def _tend(self) -> None:
+        """Keep one worker alive and busy."""
+        while True:
+            worker = await _spawn()
+            self.workers.add(worker)
+            try:
+                await worker.read()  # it says that it is ready
+                while worker.served < self.renew:
+                    while not self.waiting:
+                        self._wake.clear()
+                        await self._wake.wait()
+                    await self._serve(worker, self.waiting.popleft())
+            except (asyncio.IncompleteReadError, ConnectionError):
+                await asyncio.sleep(0.2)
+            finally:
+                self.workers.discard(worker)
+                if worker.job is not None:
+                    _fail(worker.job, "The worker ended, perhaps for want of memory. Shorten the run.")
+                await _end(worker)
+
+    async def _serve(self, worker: Worker, job: Job) -> None:
+        worker.job, job.worker = job, worker
+        worker.served += 1
+        try:
+            async with asyncio.timeout(job.limit):
+                await worker.send(job.words)
+                while True:
+                    frame = await worker.read()
+                    if frame[:1] == RESULT:
+                        _finish(job, frame[1:])
+                        break
+                    words = json.loads(frame[1:])
+                    if "error" in words:
+                        _fail(job, words["error"], cancelled=bool(words.get("cancelled")))
+                        break
+                    await job.tell(words)
+        except TimeoutError:
+            _fail(job, f"The limit of {job.limit:g} s was reached. Shorten the run.")
+            raise ConnectionError from None  # ends the worker
+        finally:
+            if job.done.done():
+                worker.job = None
+
+
+def _finish(job: Job, frame: bytes) -> None:
+    if not job.done.done():
+        job.done.set_result(frame)
+
+
+def _fail(job: Job, words: str, *, cancelled: bool = False) -> None:
+    if not job.done.done():
+        job.done.set_exception(JobError(words, cancelled=cancelled))
+        job.done.exception()  # whoever waits gets it; nobody else needs to
+
+
+def _report_end(task: "asyncio.Task[None]") -> None:
+    """Make a fault in tending a worker heard: it must not end silently."""
+    if not task.cancelled() and (fault := task.exception()) is not None:
+        task.get_loop().call_exception_handler(
+            {"message": "gearplay: a worker's keeper ended", "exception": fault}
+        )
+
+
+async def _spawn() -> Worker:
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "gearplay.web.worker",
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        start_new_session=True,  # a Ctrl-C is for the server, which then ends its workers
+    )
+    return Worker(process)
+
+
+async def _end(worker: Worker) -> None:
+    process = worker.process
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+    await process.wait()

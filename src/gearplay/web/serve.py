@@ -1,0 +1,129 @@
+"""The server: which address, who may come in, and uvicorn under it."""
+
+import asyncio
+import secrets
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass
+from ipaddress import ip_address
+from pathlib import Path
+
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.optional import load_optional
+
+SHORTEST_TOKEN = 16
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the server listens, the names that its Host may be called, and the token it asks for."""
+
+    host: str
+    port: int
+    names: frozenset[str]
+    token: str | None
+
+    @property
+    def url(self) -> str:
+        """The address to open."""
+        shown = f"[{self.host}]" if ":" in self.host else self.host
+        query = f"?token={self.token}" if self.token else ""
+        return f"http://{shown}:{self.port}/{query}"
+
+
+def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] = ()) -> Address:
+    """Check where to listen; beyond loopback a token is required.
+
+    ``names`` are further names by which the host may be called.
+
+    Raises `InputError` for an address that cannot be, or one that others reach without a token.
+
+    >>> address_of("127.0.0.1", 8000, None).url
+    'http://127.0.0.1:8000/'
+    """
+    if not 0 <= port <= 65535:
+        raise InputError(Fault("--port", port, "must be from 0 to 65535", "Choose 0 for any that is free"))
+    try:
+        local = host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        rule = "must be an IP address of this machine, or localhost"
+        raise InputError(Fault("--host", host, rule, "Leave it out to serve this machine only")) from None
+    if not local and token is None:
+        cure = f"Add for example --token {secrets.token_urlsafe(18)}"
+        raise InputError(Fault("--token", "none", "is required for an address that others can reach", cure))
+    if token is not None and (len(token) < SHORTEST_TOKEN or not token.isascii() or not _is_plain(token)):
+        rule = f"must be {SHORTEST_TOKEN} or more letters, digits, - and _"
+        raise InputError(Fault("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}"))
+    called = {f"[{host}]" if ":" in host else host, *names, *(LOOPBACK if local else ())}
+    return Address(host, port, frozenset(f"{name}:{port}" for name in called), token)
+
+
+def _is_plain(token: str) -> bool:
+    return all(letter.isalnum() or letter in "-_" for letter in token)
+
+
+def serve(
+    host: str,
+    port: int,
+    token: str | None,
+    folder: Path,
+    *,
+    names: tuple[str, ...] = (),
+    workers: int = 2,
+    ready: Callable[[Address], None] = lambda _: None,
+) -> None:
+    """Serve the page until interrupted; results are kept in ``folder``.
+
+    ``ready`` is told the address, with the port that was taken, once connections are accepted.
+
+    Raises `InputError` where the address cannot be, is taken, or a library is missing.
+    """
+    for module in ("starlette", "uvicorn", "websockets", "plotly"):
+        load_optional(module, "web")
+    import uvicorn
+
+    from gearplay.web.app import make_app
+    from gearplay.web.guard import Guard
+    from gearplay.web.pool import Pool
+
+    address_of(host, port, token, names)
+    listening = _listen(host, port)
+    address = address_of(host, int(listening.getsockname()[1]), token, names)
+    app = Guard(make_app(folder, Pool(size=workers)), address.names, address.token)
+    server = uvicorn.Server(
+        uvicorn.Config(
+            app,
+            log_level="warning",
+            access_log=False,
+            ws="websockets-sansio",
+            ws_max_size=1024 * 1024,
+            server_header=False,
+            date_header=False,
+            timeout_graceful_shutdown=2,
+        )
+    )
+
+    async def run() -> None:
+        started = asyncio.create_task(server.serve(sockets=[listening]))
+        while not server.started and not started.done():
+            await asyncio.sleep(0.02)
+        if not started.done():
+            ready(address)
+        await started
+
+    asyncio.run(run())
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    made = socket.socket(family, socket.SOCK_STREAM)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        made.bind((host, port))
+    except OSError as error:
+        made.close()
+        rule = f"must be free to listen on ({error.strerror})"
+        raise InputError(Fault("--port", port, rule, "Choose another, or 0 for any")) from None
+    made.listen(128)
+    return made

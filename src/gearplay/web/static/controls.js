@@ -1,0 +1,162 @@
+// Sliders and fields from the server's description of a case; a change calls back with path and SI value.
+
+const digits = (value) => (value === 0 ? "0" : String(Number(value.toPrecision(6))));
+const STEPS = 1000;
+
+function toSlider(control, value) {
+  const { low, high, logarithmic } = control;
+  if (!(high > low)) return 0;
+  const share = logarithmic && value > 0 ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+  return Math.round(Math.min(1, Math.max(0, share)) * STEPS);
+}
+
+function fromSlider(control, place) {
+  const { low, high, logarithmic, kind } = control;
+  const share = place / STEPS;
+  const value = logarithmic ? low * (high / low) ** share : low + (high - low) * share;
+  return kind === "integer" ? Math.round(value) : Number(value.toPrecision(4));
+}
+
+function outOfBounds(control, value) {
+  if (!Number.isFinite(value)) return "must be a number";
+  if (control.kind === "integer" && !Number.isInteger(value)) return "must be a whole number";
+  if (control.least !== null && value < control.least) return `must be at least ${digits(control.least)} ${control.unit}`;
+  if (control.most !== null && value > control.most) return `must be at most ${digits(control.most)} ${control.unit}`;
+  return "";
+}
+
+export class Controls {
+  constructor(place, onChange) {
+    this.place = place;
+    this.onChange = onChange;
+    this.rows = new Map();
+  }
+
+  build(list, open = ["Sleeves", "Mesh", "Drive and load"]) {
+    const opened = new Set([...this.place.querySelectorAll("details[open]")].map((each) => each.dataset.group));
+    const first = this.rows.size === 0;
+    this.place.replaceChildren();
+    this.rows.clear();
+    const groups = new Map();
+    for (const control of list) {
+      if (!groups.has(control.group)) groups.set(control.group, new Map());
+      const owners = groups.get(control.group);
+      if (!owners.has(control.owner)) owners.set(control.owner, []);
+      owners.get(control.owner).push(control);
+    }
+    for (const [group, owners] of groups) {
+      const details = document.createElement("details");
+      details.dataset.group = group;
+      details.open = first ? open.includes(group) : opened.has(group);
+      const summary = document.createElement("summary");
+      summary.textContent = group;
+      details.append(summary);
+      for (const [owner, controls] of owners) {
+        if (owner) {
+          const title = document.createElement("div");
+          title.className = "owner";
+          title.textContent = owner;
+          details.append(title);
+        }
+        for (const control of controls) details.append(this.row(control));
+      }
+      this.place.append(details);
+    }
+  }
+
+  row(control) {
+    const row = document.createElement("div");
+    row.className = "control";
+    const name = `c-${this.rows.size}`;
+    const label = document.createElement("label");
+    label.className = "wide-label";
+    label.textContent = control.label;
+    label.title = `${control.about} (${control.path})`;
+    label.htmlFor = name;
+    row.append(label);
+    const entry = { control, row, start: control.value };
+    const changed = (value) => {
+      row.classList.toggle("changed", value !== entry.start);
+      entry.value = value;
+      this.onChange(control.path, typeof value === "number" && control.kind === "number" ? value / control.factor : value);
+    };
+    if (control.kind === "choice") {
+      const select = document.createElement("select");
+      for (const choice of control.choices) select.append(new Option(choice, choice, false, choice === control.value));
+      select.id = name;
+      select.onchange = () => changed(select.value);
+      entry.show = (value) => { select.value = value; };
+      select.classList.add("wide-label");
+      row.append(select);
+    } else if (control.kind === "switch") {
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.id = name;
+      box.checked = control.value;
+      box.onchange = () => changed(box.checked);
+      entry.show = (value) => { box.checked = value; };
+      row.append(box);
+    } else {
+      const slider = document.createElement("input");
+      slider.type = "range";
+      slider.min = 0;
+      slider.max = STEPS;
+      slider.value = toSlider(control, control.value);
+      slider.setAttribute("aria-label", `${control.owner} ${control.label}, slider`.trim());
+      const field = document.createElement("input");
+      field.type = "number";
+      field.step = "any";
+      field.id = name;
+      field.value = digits(control.value);
+      field.dataset.path = control.path;
+      slider.dataset.slider = control.path;
+      slider.setAttribute("aria-valuetext", `${digits(control.value)} ${control.unit}`);
+      slider.oninput = () => {
+        const value = fromSlider(control, Number(slider.value));
+        const fault = outOfBounds(control, value);
+        if (fault) return;
+        field.value = digits(value);
+        slider.setAttribute("aria-valuetext", `${digits(value)} ${control.unit}`);
+        field.removeAttribute("aria-invalid");
+        changed(value);
+      };
+      field.onchange = () => {
+        const value = field.value.trim() === "" ? NaN : Number(field.value);
+        const fault = outOfBounds(control, value);
+        field.setAttribute("aria-invalid", fault ? "true" : "false");
+        field.title = fault ? `${control.label} = ${field.value}: ${fault}.` : "";
+        if (fault) { this.onFault?.(`${control.path} = ${field.value || "empty"}: ${fault}. Correct it.`); return; }
+        slider.value = toSlider(control, value);
+        changed(value);
+      };
+      entry.show = (value) => {
+        field.value = digits(value);
+        field.removeAttribute("aria-invalid");
+        slider.value = toSlider(control, value);
+      };
+      const unit = document.createElement("span");
+      unit.className = "unit";
+      unit.textContent = control.unit.replace("um", "µm");
+      row.append(slider, field, unit);
+    }
+    this.rows.set(control.path, entry);
+    return row;
+  }
+
+  reset() {
+    for (const { row, start, show } of this.rows.values()) { show(start); row.classList.remove("changed"); }
+  }
+
+  find(text) {
+    const wanted = text.trim().toLowerCase();
+    for (const { control, row } of this.rows.values()) {
+      const words = `${control.label} ${control.owner} ${control.path} ${control.about}`.toLowerCase();
+      row.hidden = wanted !== "" && !words.includes(wanted);
+    }
+    for (const details of this.place.querySelectorAll("details")) {
+      const any = [...details.querySelectorAll(".control")].some((row) => !row.hidden);
+      details.hidden = !any;
+      if (wanted && any) details.open = true;
+    }
+  }
+}

@@ -1,0 +1,376 @@
+// The page: a case, its controls, and what is computed from them.
+
+import { Controls } from "./controls.js";
+import { drawBifurcation, drawMap, drawRun, drawSpectrum, fillStatistics } from "./plots.js";
+import { Stage } from "./mechanism.js";
+import { Wire, fetchJson } from "./wire.js";
+
+const $ = (name) => document.getElementById(name);
+const MOST_LINK = 64 * 1024;
+const state = { base: null, changes: new Map(), controls: [], result: null, running: null, again: false, job: null, tab: "run", moved: 0 };
+window.gearplay = { state, latencies: [] };
+
+// Messages ------------------------------------------------------------------------------------------------------------------
+
+function tell(words) {
+  $("message").textContent = words;
+  $("message").hidden = !words;
+}
+
+// The case ------------------------------------------------------------------------------------------------------------------
+
+/** The case as it stands: the base with the changes in place. */
+function current() {
+  const made = structuredClone(state.base);
+  for (const [path, value] of state.changes) {
+    const parts = path.split(".");
+    const last = parts.pop();
+    let place = made;
+    for (const part of parts) place = place[part];
+    place[last] = value;
+  }
+  return made;
+}
+
+function adopt(described) {
+  state.base = described.case;
+  state.changes.clear();
+  state.controls = described.controls;
+  panel.build(described.controls);
+  panel.find($("find").value);
+  $("title").textContent = described.title || "untitled";
+  fillForms();
+  tell("");
+  run();
+}
+
+async function choose(name) {
+  try { adopt(await fetchJson(`/api/cases/${encodeURIComponent(name)}`)); } catch (error) { tell(error.message); }
+}
+
+async function upload(file) {
+  if (!file) return;
+  if (file.size > 256 * 1024) { tell(`${file.name}: a case file has at most 256 kB. Shorten it.`); return; }
+  try { adopt(await fetchJson("/api/case", { toml: await file.text() })); $("case").value = ""; } catch (error) { tell(error.message); }
+}
+
+const packText = (text) => btoa(String.fromCharCode(...new TextEncoder().encode(text))).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+const unpackText = (text) => new TextDecoder().decode(Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0)));
+
+function link() { return `${location.origin}/#case=${packText(JSON.stringify(current()))}`; }
+
+async function fromLink() {
+  const found = /^#case=([A-Za-z0-9_-]+)$/.exec(location.hash);
+  if (!found || found[1].length > MOST_LINK) return false;
+  try {
+    adopt(await fetchJson("/api/case", { case: JSON.parse(unpackText(found[1])) }));
+    $("case").value = "";
+  } catch (error) {
+    tell(`The link's case cannot be used. ${error.message}`);
+    return false;
+  }
+  return true;
+}
+
+// Runs ----------------------------------------------------------------------------------------------------------------------
+
+function models() { return $("compare").checked ? ["coupled", "uncoupled"] : [current().backlash_model]; }
+
+/** Run the case as it stands; while one runs, the next waits, and only the last of those. */
+async function run() {
+  if (!wire.ready || !state.base) return;
+  if (state.running) { state.again = true; return; }
+  const began = state.moved || performance.now();
+  state.moved = 0;
+  const job = wire.ask("run", { case: current(), models: models() }, (done) => showProgress(done, job.number));
+  state.running = job;
+  try {
+    const result = await job;
+    await showRun(result);
+    window.gearplay.latencies.push(performance.now() - began);
+    tell("");
+  } catch (error) {
+    if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
+    else if (error.kind !== "cancelled" && wire.ready) tell(error.message);
+  } finally {
+    state.running = null;
+    hideProgress();
+    next();
+  }
+}
+
+function next() {
+  if (state.again && !state.running) { state.again = false; run(); }
+}
+
+async function showRun(result) {
+  state.result = result;
+  const choices = [...new Set(Object.values(result.models).flatMap((view) => view.spectra.map((each) => `${each.label}.${each.signal}`)))];
+  const select = $("spectrum-of");
+  const wanted = choices.includes(select.value) ? select.value : choices[0] ?? "";
+  if ([...select.options].map((each) => each.value).join() !== choices.join()) select.replaceChildren(...choices.map((each) => new Option(each, each)));
+  select.value = wanted;
+  stage.show(result);
+  clock(stage.at, stage.span[0] + stage.at * (stage.span[1] - stage.span[0]));
+  magnified();
+  fillStatistics($("statistics"), result);
+  const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "done" : view.status} ${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
+  $("status").textContent = words.join("; ");
+  await drawRun(result, spectrumOptions());
+  if (!window.gearplay.first) window.gearplay.first = performance.now();
+}
+
+const spectrumOptions = () => ({ of: $("spectrum-of").value, scale: $("spectrum-scale").value });
+
+function showProgress(done, number) {
+  $("progress").value = done;
+  if (!$("progress").hidden) return;
+  $("progress").hidden = false;
+  $("cancel").hidden = false;
+  $("cancel").onclick = () => wire.cancel(number);
+}
+
+function hideProgress() {
+  $("progress").hidden = true;
+  $("cancel").hidden = true;
+}
+
+// Diagrams and maps ---------------------------------------------------------------------------------------------------------
+
+const numbers = () => state.controls.filter((each) => each.kind === "number" && each.group !== "Run");
+const named = (path) => state.controls.find((each) => each.path === path);
+
+function field(form, name, words, element) {
+  const label = document.createElement("label");
+  label.textContent = words;
+  element.name = name;
+  label.append(element);
+  form.append(label);
+  return element;
+}
+
+function numberField(form, name, words, value) {
+  const input = document.createElement("input");
+  input.type = "number";
+  input.step = "any";
+  input.required = true;
+  input.value = value;
+  return field(form, name, words, input);
+}
+
+function pathField(form, name, words, chosen) {
+  const select = document.createElement("select");
+  for (const each of numbers()) select.append(new Option(`${each.owner} ${each.label}`.trim(), each.path, false, each.path === chosen));
+  field(form, name, words, select);
+  const ends = [numberField(form, `${name}-low`, "from", 0), numberField(form, `${name}-high`, "to", 1)];
+  const fill = () => {
+    const each = named(select.value);
+    if (!each) return;
+    ends[0].value = Number((each.low > 0 ? each.low * 3 : each.low || each.high / 20).toPrecision(3));
+    ends[1].value = Number((each.logarithmic ? each.high / 3 : each.high).toPrecision(3));
+    ends[0].parentElement.firstChild.textContent = `from [${each.unit || "1"}]`;
+    ends[1].parentElement.firstChild.textContent = `to [${each.unit || "1"}]`;
+  };
+  select.onchange = fill;
+  fill();
+}
+
+function listField(form, name, words, choices) {
+  const select = document.createElement("select");
+  for (const [value, text] of choices) select.append(new Option(text, value));
+  return field(form, name, words, select);
+}
+
+function button(form, text) {
+  const made = document.createElement("button");
+  made.type = "submit";
+  made.textContent = text;
+  form.append(made);
+}
+
+function fillForms() {
+  const first = numbers().find((each) => each.path.endsWith("drive.speed"))?.path ?? numbers()[0]?.path;
+  const second = numbers().find((each) => each.path.endsWith("radial_clearance"))?.path ?? numbers()[1]?.path;
+  const rotors = Object.keys(state.base.rotors);
+  const moving = Object.keys(state.base.sleeves)[0] ?? rotors[rotors.length - 1];
+  const diagram = $("bifurcation-form");
+  diagram.replaceChildren();
+  pathField(diagram, "axis", "over", first);
+  const signals = ["x", "y", "vx", "vy", "theta", "omega"].flatMap((signal) => [moving, ...rotors.filter((each) => each !== moving)].map((rotor) => `${rotor}.${signal}`));
+  listField(diagram, "signal", "signal", signals.map((each) => [each, each]));
+  numberField(diagram, "count", "values", 100);
+  numberField(diagram, "settle", "periods before", 200);
+  numberField(diagram, "keep", "periods kept", 60);
+  button(diagram, "Draw the diagram");
+  const map = $("map-form");
+  map.replaceChildren();
+  pathField(map, "first", "across", first);
+  pathField(map, "second", "up", second);
+  listField(map, "rotor", "acceleration of", [moving, ...rotors.filter((each) => each !== moving)].map((each) => [each, each]));
+  listField(map, "measure", "measure", [["rms", "rms"], ["peak", "largest"], ["line", "line at f_m"]]);
+  numberField(map, "columns", "columns", 16);
+  numberField(map, "rows", "rows", 12);
+  button(map, "Run the map");
+}
+
+function axisOf(data, name) {
+  const control = named(data.get(name));
+  return { path: control.path, low: Number(data.get(`${name}-low`)) / control.factor, high: Number(data.get(`${name}-high`)) / control.factor };
+}
+
+async function longJob(kind, words, draw) {
+  if (state.job) { tell("One diagram or map at a time: cancel the one that runs."); return; }
+  tell("");
+  const job = wire.ask(kind, words, (done) => showProgress(done, job.number));
+  state.job = job;
+  showProgress(0, job.number);
+  try {
+    await draw(await job);
+    listResults();
+  } catch (error) {
+    tell(error.message);
+  } finally {
+    state.job = null;
+    hideProgress();
+  }
+}
+
+$("bifurcation-form").onsubmit = (event) => {
+  event.preventDefault();
+  const data = new FormData(event.target);
+  const words = { case: current(), axis: axisOf(data, "axis"), signal: data.get("signal"), count: Number(data.get("count")), settle: Number(data.get("settle")), keep: Number(data.get("keep")) };
+  longJob("bifurcation", words, (result) => drawBifurcation(result, named(result.path)));
+};
+
+$("map-form").onsubmit = (event) => {
+  event.preventDefault();
+  const data = new FormData(event.target);
+  const words = { case: current(), first: axisOf(data, "first"), second: axisOf(data, "second"), rotor: data.get("rotor"), measure: data.get("measure"), columns: Number(data.get("columns")), rows: Number(data.get("rows")) };
+  longJob("map", words, (result) => drawMap(result, named(result.paths[0]), named(result.paths[1])));
+};
+
+// Results that are kept -----------------------------------------------------------------------------------------------------
+
+async function listResults() {
+  try {
+    const found = await fetchJson("/api/results");
+    const options = found.map((each) => new Option(`${each.kind}, ${each.title || "untitled"}, ${new Date(1000 * each.written).toLocaleTimeString()}`, each.key));
+    $("history").replaceChildren(new Option("earlier ones", ""), ...options);
+  } catch { /* the banner says that the server is gone */ }
+}
+
+async function recall(key) {
+  if (!key) return;
+  const answer = await fetch(`/api/results/${key}`);
+  if (!answer.ok) { tell((await answer.json()).error); return; }
+  const { decode } = await import("./wire.js");
+  const result = decode(await answer.arrayBuffer());
+  select(result.kind);
+  if (result.kind === "run") await showRun(result);
+  else if (result.kind === "map" && result.paths.every(named)) await drawMap(result, named(result.paths[0]), named(result.paths[1]));
+  else if (result.kind === "bifurcation" && named(result.path)) await drawBifurcation(result, named(result.path));
+  else tell("This result belongs to another case: open that case first.");
+}
+
+async function save(form) {
+  if (!form) return;
+  if (form === "png" || form === "svg") {
+    const shown = state.tab === "run" ? ["orbit", "spectrum", "backlash", "forces"] : [state.tab];
+    for (const name of shown) if ($(name).data) await Plotly.downloadImage(name, { format: form, filename: `gearplay-${name}`, width: 900, height: 500, scale: form === "png" ? 2 : 1 });
+    return;
+  }
+  const answer = await fetch(`/api/export/${form}`, { method: "POST", body: JSON.stringify({ case: current() }), headers: { "content-type": "application/json" } });
+  if (!answer.ok) { tell((await answer.json()).error); return; }
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(await answer.blob());
+  anchor.download = `gearplay.${form}`;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
+}
+
+// Tabs, theme, player -------------------------------------------------------------------------------------------------------
+
+const TABS = ["run", "bifurcation", "map"];
+
+function select(name) {
+  state.tab = name;
+  for (const each of TABS) {
+    const chosen = each === name;
+    $(`tab-${each}`).setAttribute("aria-selected", String(chosen));
+    $(`tab-${each}`).tabIndex = chosen ? 0 : -1;
+    $(`panel-${each}`).hidden = !chosen;
+  }
+}
+
+for (const [at, name] of TABS.entries()) {
+  $(`tab-${name}`).onclick = () => select(name);
+  $(`tab-${name}`).onkeydown = (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step) return;
+    const other = TABS[(at + step + TABS.length) % TABS.length];
+    select(other);
+    $(`tab-${other}`).focus();
+  };
+}
+
+function setTheme(dark) {
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  $("theme").setAttribute("aria-pressed", String(dark));
+  if (state.result) showRun(state.result);
+}
+
+function clock(share, time) {
+  $("scrub").value = share;
+  $("clock").textContent = `${time.toFixed(4)} s`;
+}
+
+function magnified() { $("factor").textContent = `${stage.factor.toPrecision(3)} times`; }
+
+const stage = new Stage($("stage"), clock);
+const panel = new Controls($("controls"), (path, value) => {
+  state.changes.set(path, value);
+  state.moved = performance.now();
+  run();
+});
+panel.onFault = tell;
+
+$("play").onclick = () => { stage.playing = !stage.playing; $("play").textContent = stage.playing ? "Pause" : "Play"; };
+$("play").textContent = stage.playing ? "Pause" : "Play";
+$("scrub").oninput = () => {
+  stage.playing = false;
+  $("play").textContent = "Play";
+  stage.at = Math.min(0.9999, Number($("scrub").value));
+  stage.draw();
+  clock(stage.at, stage.span[0] + stage.at * (stage.span[1] - stage.span[0]));
+};
+$("slow").onchange = () => { stage.speed = Number($("slow").value); };
+$("magnify").oninput = () => { stage.magnify = 10 ** (Number($("magnify").value) - 1); stage.draw(); magnified(); };
+$("theme").onclick = () => setTheme(document.documentElement.dataset.theme !== "dark");
+$("compare").onchange = run;
+$("find").oninput = () => panel.find($("find").value);
+$("reset").onclick = () => { panel.reset(); state.changes.clear(); run(); };
+$("case").onchange = () => choose($("case").value);
+$("upload").onchange = () => upload($("upload").files[0]);
+$("save").onchange = async () => { try { await save($("save").value); } catch (error) { tell(error.message); } finally { $("save").value = ""; } };
+$("history").onchange = async () => { await recall($("history").value); $("history").value = ""; };
+$("history").onfocus = listResults;
+$("spectrum-of").onchange = $("spectrum-scale").onchange = () => { if (state.result) drawSpectrum(state.result, spectrumOptions()); };
+$("share").onclick = async () => {
+  history.replaceState(null, "", link());
+  try { await navigator.clipboard.writeText(link()); $("share").textContent = "Copied"; } catch { $("share").textContent = "Link is in the address"; }
+  setTimeout(() => { $("share").textContent = "Copy link"; }, 2000);
+};
+window.addEventListener("hashchange", fromLink);
+
+document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+$("theme").setAttribute("aria-pressed", String(document.documentElement.dataset.theme === "dark"));
+
+const wire = new Wire((open) => {
+  $("gone").hidden = open;
+  $("link-state").textContent = open ? "connected" : "server gone";
+  if (open) { if (state.base) run(); listResults(); }
+});
+
+const about = await fetchJson("/api/about");
+for (const name of about.cases) $("case").append(new Option(name, name));
+if (!(await fromLink())) { $("case").value = "han2021"; await choose("han2021"); }

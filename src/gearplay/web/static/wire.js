@@ -1,0 +1,83 @@
+// The way to the server: one WebSocket that comes back by itself, jobs by number, results as frames.
+
+/** Decode a result frame: a JSON head, then 32-bit floats (see docs/page.md). */
+export function decode(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const numbers = new Float32Array(buffer, 4 + length);
+  const full = (value) => {
+    if (Array.isArray(value)) return value.map(full);
+    if (value === null || typeof value !== "object") return value;
+    const keys = Object.keys(value);
+    if (keys.length === 2 && "at" in value && "shape" in value) {
+      const size = value.shape.reduce((a, b) => a * b, 1);
+      return Object.assign(numbers.subarray(value.at, value.at + size), { shape: value.shape });
+    }
+    return Object.fromEntries(keys.map((key) => [key, full(value[key])]));
+  };
+  return full(head);
+}
+
+export class Wire {
+  constructor(onState) {
+    this.onState = onState;
+    this.jobs = new Map();
+    this.next = 1;
+    this.awaited = null;
+    this.open();
+  }
+
+  open() {
+    this.socket = new WebSocket(`ws://${location.host}/wire`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => this.onState(true);
+    this.socket.onmessage = (event) => this.take(event.data);
+    this.socket.onclose = () => {
+      for (const job of this.jobs.values()) job.reject(new Error("The server is gone."));
+      this.jobs.clear();
+      this.onState(false);
+      setTimeout(() => this.open(), 700);
+    };
+  }
+
+  get ready() { return this.socket.readyState === WebSocket.OPEN; }
+
+  /** Ask for a job; `onProgress` gets its share done. The promise has `number` for `cancel`. */
+  ask(type, words, onProgress = () => {}) {
+    const number = this.next++;
+    const promise = new Promise((resolve, reject) => {
+      if (!this.ready) { reject(new Error("The server is gone.")); return; }
+      this.jobs.set(number, { resolve, reject, onProgress });
+      this.socket.send(JSON.stringify({ ...words, type, id: number }));
+    });
+    return Object.assign(promise, { number });
+  }
+
+  cancel(number) { if (this.ready) this.socket.send(JSON.stringify({ type: "cancel", id: number })); }
+
+  take(data) {
+    if (typeof data !== "string") {
+      const { job, key } = this.awaited ?? {};
+      this.awaited = null;
+      if (job) job.resolve({ ...decode(data), key });
+      return;
+    }
+    const words = JSON.parse(data);
+    const job = this.jobs.get(words.id);
+    if (words.type === "progress") { job?.onProgress(words.done); return; }
+    this.jobs.delete(words.id);
+    if (words.type === "result") { this.awaited = { job, key: words.key }; return; }
+    const error = new Error(words.error);
+    error.kind = words.type;
+    job?.reject(error);
+  }
+}
+
+/** Fetch JSON; errors carry the server's sentence. */
+export async function fetchJson(path, body) {
+  const options = body === undefined ? {} : { method: "POST", body: JSON.stringify(body), headers: { "content-type": "application/json" } };
+  const answer = await fetch(path, options);
+  const document = await answer.json();
+  if (!answer.ok) throw new Error(document.error ?? `The server answered ${answer.status}.`);
+  return document;
+}

@@ -1,0 +1,68 @@
+"""Finished results on disk: they outlive the server, and the oldest give way to the newest."""
+
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from gearplay.output.files import write_bytes
+from gearplay.web.frames import unpack_frame
+
+KEY = re.compile(r"[0-9a-f]{32}")
+
+
+class Store:
+    """A folder of result frames, each named by the digest of what was asked.
+
+    At most ``most`` are kept, and at most ``room`` bytes.
+    """
+
+    def __init__(self, folder: Path, *, most: int = 100, room: int = 400 * 1024**2) -> None:
+        self.folder, self.most, self.room = folder, most, room
+        folder.mkdir(parents=True, exist_ok=True)
+
+    @staticmethod
+    def key_of(words: dict[str, Any]) -> str:
+        """Return the name of the result of a job."""
+        text = json.dumps(words, sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode("utf-8")).hexdigest()[:32]
+
+    def save(self, key: str, frame: bytes) -> None:
+        """Keep a frame, and let the oldest go."""
+        write_bytes(self.folder / f"{key}.frame", frame)
+        files = sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
+        room = 0
+        for at, file in enumerate(files):
+            room += file.stat().st_size
+            if at >= self.most or (room > self.room and at > 0):
+                file.unlink(missing_ok=True)
+
+    def load(self, key: str) -> bytes | None:
+        """Return the frame of a key, None where there is none."""
+        if not KEY.fullmatch(key):
+            return None
+        file = self.folder / f"{key}.frame"
+        try:
+            return file.read_bytes()
+        except OSError:
+            return None
+
+    def listed(self, count: int = 30) -> list[dict[str, Any]]:
+        """Return what is kept, the newest first: key, kind, title, time of writing [s]."""
+        found = []
+        files = sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
+        for file in files[:count]:
+            try:
+                document = unpack_frame(file.read_bytes())
+            except (OSError, ValueError):
+                continue
+            found.append(
+                {
+                    "key": file.stem,
+                    "kind": document.get("kind"),
+                    "title": document.get("title"),
+                    "written": file.stat().st_mtime,
+                }
+            )
+        return found

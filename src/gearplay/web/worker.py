@@ -1,0 +1,138 @@
+"""A worker process: runs what the server hands it, one job at a time, and says how far it is.
+
+Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON; answers are JSON, or a
+result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps and time by the case.
+"""
+
+import contextlib
+import json
+import os
+import struct
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, BinaryIO
+
+from gearplay.vocabulary.errors import GearplayError
+from gearplay.web.pool import RESULT, WORDS
+
+MEMORY = 4 * 1024**3  # bytes of address space
+PAUSE = 0.1  # s between two words about progress
+
+
+class Line:
+    """The way back to the server."""
+
+    def __init__(self, out: BinaryIO) -> None:
+        self.out, self.lock = out, threading.Lock()
+
+    def send(self, payload: bytes) -> None:
+        """Write one frame."""
+        with self.lock:
+            self.out.write(struct.pack("<I", len(payload)) + payload)
+            self.out.flush()
+
+    def tell(self, **words: Any) -> None:
+        """Write one JSON frame."""
+        self.send(WORDS + json.dumps(words).encode("utf-8"))
+
+
+def main() -> None:
+    """Serve jobs until standard input ends."""
+    _bound_memory()
+    line = Line(os.fdopen(os.dup(1), "wb"))
+    os.dup2(2, 1)  # whatever prints must not come between the frames
+    stop, jobs = threading.Event(), _Jobs()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, jobs, stop), daemon=True).start()
+    _warm(stop)
+    line.tell(ready=True)
+    while True:
+        job = jobs.next()
+        if job is None:
+            os._exit(0)  # the server is gone: nothing is left to tidy up
+        stop.clear()
+        _do(job, line, stop)
+
+
+def _warm(stop: threading.Event) -> None:
+    """Load all that a run needs, so that the first one is as quick as the next."""
+    from gearplay.model.reading import load_case
+    from gearplay.web.tasks import run
+
+    brief = ["run.duration=50ms", "run.transient=0s", "run.sampling=20kHz"]
+    run({"case": load_case("han2021", brief).resolved()}, lambda done, total: None, stop)
+
+
+class _Jobs:
+    def __init__(self) -> None:
+        self.waiting: list[dict[str, Any] | None] = []
+        self.changed = threading.Condition()
+
+    def put(self, job: dict[str, Any] | None) -> None:
+        with self.changed:
+            self.waiting.append(job)
+            self.changed.notify()
+
+    def next(self) -> dict[str, Any] | None:
+        with self.changed:
+            while not self.waiting:
+                self.changed.wait()
+            return self.waiting.pop(0)
+
+
+def _listen(source: BinaryIO, jobs: _Jobs, stop: threading.Event) -> None:
+    while True:
+        head = source.read(4)
+        if len(head) < 4:
+            stop.set()
+            jobs.put(None)
+            return
+        job = json.loads(source.read(struct.unpack("<I", head)[0]))
+        if job.get("stop"):
+            stop.set()
+        else:
+            jobs.put(job)
+
+
+def _bound_memory() -> None:
+    with contextlib.suppress(ImportError, ValueError, OSError):  # not on every system
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+
+
+def _do(job: dict[str, Any], line: Line, stop: threading.Event) -> None:
+    """Do one job and answer, whatever happens."""
+    from gearplay.web.tasks import TASKS
+
+    try:
+        document = TASKS[job["kind"]](job, _reporter(line), stop)
+        line.send(RESULT + document)
+    except KeyboardInterrupt:
+        line.tell(error="Cancelled.", cancelled=True)
+    except GearplayError as error:
+        line.tell(error=str(error))
+    except MemoryError:
+        line.tell(error="run: it needs more memory than the server allows. Shorten it or lower run.sampling.")
+    except Exception as error:
+        line.tell(
+            error=f"gearplay failed: {type(error).__name__}. This is a fault of the program, not of your input."
+        )
+
+
+def _reporter(line: Line) -> Callable[[float, float], None]:
+    last = time.monotonic()
+
+    def report(done: float, total: float) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= PAUSE and total > 0.0:
+            last = now
+            line.tell(progress=min(1.0, done / total))
+
+    return report
+
+
+if __name__ == "__main__":
+    main()
