@@ -122,7 +122,9 @@ def test_constants_of_a_map() -> None:
 
 
 def test_what_cannot_be_followed_is_said() -> None:
-    with pytest.raises(SimulationError, match=r"there is no orbit of order 2 .* repeats after 1 of 2 periods"):
+    with pytest.raises(
+        SimulationError, match=r"there is no orbit of order 2 .* repeats after 1 of 2 periods"
+    ):
         gp.branches(pair(), FORCE, "16 um", "17 um", order=2)
     with pytest.raises(InputError, match="doublings = 9"):
         gp.branches(pair(), FORCE, "16 um", "36 um", doublings=9)

@@ -15,7 +15,19 @@ from gearplay.vocabulary import quantities as q
 
 GROUPS = ("Model", "Gears", "Drive and load", "Sleeves", "Mesh", "Run")
 SKIPPED = frozenset(
-    "title position on gravity driver driven floating internal ensemble max_wall_time max_steps".split()
+    [
+        "title",
+        "position",
+        "on",
+        "gravity",
+        "driver",
+        "driven",
+        "floating",
+        "internal",
+        "ensemble",
+        "max_wall_time",
+        "max_steps",
+    ]
 )
 """Fields that a slider cannot change without changing the mechanism, and limits that the server sets."""
 

@@ -16,10 +16,14 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-# Both hashes are styles that plotly.js sets: an empty sheet that it fills by rule, and the rules of its text measure.
+# The styles that plotly.js sets as text, by their hashes, and no others: an empty one, that of its measure of text, an exponent's
+# size, and how the cells of a map are drawn.
 STYLES = (
+    "'unsafe-hashes'",
     "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='",
     "'sha256-ji27qzEtxXZW+7dun6UwjHXJ18e6WAin1VvNtkzIE/o='",
+    "'sha256-S+l+cz1wXqs2B0FcjqqT7NvjwGmhD1UjJswXjlSkj0s='",
+    "'sha256-AR/cKIZjWPcPmBUPDA6oti9XBiTbJvz0Cro2J1VzzS8='",
 )
 POLICY = "; ".join(
     (

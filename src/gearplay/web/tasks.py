@@ -235,7 +235,9 @@ def _axis(job: Job, name: str = "axis") -> tuple[str, float, float]:
     if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
         raise InputError(Fault(name, str(given), "must have a path, low and high", "Choose a field"))
     low, high = given.get("low"), given.get("high")
-    if not (isinstance(low, (int, float)) and isinstance(high, (int, float)) and -np.inf < low < high < np.inf):
+    if not (
+        isinstance(low, (int, float)) and isinstance(high, (int, float)) and -np.inf < low < high < np.inf
+    ):
         rule = f"must be a number below high, {high}"
         raise InputError(Fault(f"{name}.low", str(low), rule, "Correct it"))
     return given["path"], float(low), float(high)

@@ -30,8 +30,11 @@ class Line:
     def send(self, payload: bytes) -> None:
         """Write one frame."""
         with self.lock:
-            self.out.write(struct.pack("<I", len(payload)) + payload)
-            self.out.flush()
+            try:
+                self.out.write(struct.pack("<I", len(payload)) + payload)
+                self.out.flush()
+            except BrokenPipeError:
+                os._exit(0)  # the server is gone
 
     def tell(self, **words: Any) -> None:
         """Write one JSON frame."""

@@ -168,8 +168,8 @@ function pathField(form, name, words, chosen) {
     if (!each) return;
     ends[0].value = Number((each.low > 0 ? each.low * 3 : each.low || each.high / 20).toPrecision(3));
     ends[1].value = Number((each.logarithmic ? each.high / 3 : each.high).toPrecision(3));
-    ends[0].parentElement.firstChild.textContent = `from [${each.unit || "1"}]`;
-    ends[1].parentElement.firstChild.textContent = `to [${each.unit || "1"}]`;
+    ends[0].parentElement.firstChild.textContent = `from [${(each.unit || "1").replace("um", "µm")}]`;
+    ends[1].parentElement.firstChild.textContent = `to [${(each.unit || "1").replace("um", "µm")}]`;
   };
   select.onchange = fill;
   fill();

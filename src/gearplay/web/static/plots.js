@@ -13,14 +13,15 @@ const SIGNALS = {
 };
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
 export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+const shownUnit = (unit) => (unit || "1").replace("um", "µm");
 const scaled = (array, factor) => Float64Array.from(array, (value) => value * factor);
 
 function layout(more = {}) {
-  const axis = { gridcolor: style("grid"), zerolinecolor: style("line"), linecolor: style("line"), automargin: true, exponentformat: "e" };
+  const axis = { gridcolor: style("grid"), zerolinecolor: style("line"), linecolor: style("line"), exponentformat: "e" };
   const { xaxis, yaxis, ...rest } = more;
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: style("ink"), size: 12 },
-    margin: { l: 60, r: 12, t: 8, b: 40 }, showlegend: true, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
+    margin: { l: 66, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
     hovermode: "closest", uirevision: "keep", xaxis: { ...axis, ...xaxis }, yaxis: { ...axis, ...yaxis }, ...rest,
   };
 }
@@ -91,7 +92,7 @@ function history(result, signals) {
 function drawBacklash(result) {
   const traces = history(result, { backlash: ["y", "solid"], center_distance: ["y2", "solid"] });
   for (const trace of traces) if (trace.yaxis === "y2") trace.showlegend = false;
-  const axis = { gridcolor: style("grid"), automargin: true, exponentformat: "e" };
+  const axis = { gridcolor: style("grid"), exponentformat: "e" };
   return Plotly.react("backlash", traces, layout({ showlegend: traces.length <= 6,
     xaxis: { title: { text: "time [s]" }, anchor: "y2" }, yaxis: { title: { text: "backlash [µm]" }, domain: [0.55, 1] },
     yaxis2: { ...axis, title: { text: "centres [mm]" }, domain: [0, 0.45], tickformat: ".4f" } }), CONFIG);
@@ -99,7 +100,7 @@ function drawBacklash(result) {
 
 function drawForces(result) {
   const traces = history(result, { drive_force: ["y", "solid"], back_force: ["y", "dot"], sleeve_force: ["y", "dash"] });
-  const axis = { gridcolor: style("grid"), automargin: true, exponentformat: "e" };
+  const axis = { gridcolor: style("grid"), exponentformat: "e" };
   const labels = [];
   for (const model of names(result)) {
     for (const { label, spans } of result.models[model].strip) {
@@ -147,15 +148,15 @@ export function drawBifurcation(result, axis) {
     return { x, y: scaled(result[way], shown[1]), mode: "markers", type: "scatter", name: way === "up" ? "up →" : "← down",
       marker: { size: 2, color: style(way === "up" ? "coupled" : "uncoupled"), opacity: 0.7 } };
   });
-  return Plotly.react("bifurcation", traces, layout({ uirevision: result.path, xaxis: { title: { text: plain(`${axis.owner} ${axis.label} [${axis.unit || "1"}]`.trim()) } },
+  return Plotly.react("bifurcation", traces, layout({ uirevision: result.path, xaxis: { title: { text: plain(`${axis.owner} ${axis.label} [${shownUnit(axis.unit)}]`.trim()) } },
     yaxis: { title: { text: plain(`${result.signal} [${shown[0]}]`) } } }), CONFIG);
 }
 
 export function drawMap(result, first, second) {
   const [rows, columns] = result.values.shape;
   const z = Array.from({ length: rows }, (_, i) => Array.from(result.values.subarray(i * columns, (i + 1) * columns)));
-  const words = (each) => plain(`${each.owner} ${each.label} [${each.unit || "1"}]`.trim());
+  const words = (each) => plain(`${each.owner} ${each.label} [${shownUnit(each.unit)}]`.trim());
   return Plotly.react("map", [{ type: "heatmap", x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
     colorbar: { title: { text: plain(`${result.measure} [m/s²]`), side: "right" } } }],
-  layout({ showlegend: false, uirevision: result.paths.join(), xaxis: { title: { text: words(first) } }, yaxis: { title: { text: words(second) } } }), CONFIG);
+  layout({ showlegend: false, margin: { l: 66, r: 120, t: 12, b: 42, autoexpand: false }, uirevision: result.paths.join(), xaxis: { title: { text: words(first) } }, yaxis: { title: { text: words(second) } } }), CONFIG);
 }

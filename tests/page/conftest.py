@@ -1,0 +1,52 @@
+"""A server and a browser for the tests of the page. In CI the browser must be there; elsewhere its absence skips these tests."""
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from serving import Server, Visit
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    made = Server(tmp_path_factory.mktemp("served"))
+    yield made
+    made.stop()
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Drive the system's Chromium by Playwright."""
+    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    if path is None:
+        if os.environ.get("CI"):
+            pytest.fail("page tests need the system's Chromium: .ci/run installs it")
+        pytest.skip("no Chromium on this machine: page tests are not run (install the package chromium)")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(chromium: Any, server: Server) -> Iterator[Callable[..., Visit]]:
+    """Open the served page; at the end nothing may have been complained about, and nothing have left the machine."""
+    made: list[Visit] = []
+
+    def open_(path: str = "/", **more: Any) -> Visit:
+        made.append(Visit(chromium, server.url + path, **more))
+        return made[-1]
+
+    yield open_
+    for each in made:
+        each.close()
+        assert each.complaints == []
+        foreign = [url for url in each.asked if not url.startswith((server.url, "data:", "blob:"))]
+        assert foreign == []

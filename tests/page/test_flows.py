@@ -1,0 +1,374 @@
+"""What a user does on the page, in the system's Chromium."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from serving import Visit
+
+Open = Callable[..., Visit]
+SPEED, CLEARANCE = "rotors.pinion.drive.speed", "sleeves.ring.radial_clearance"
+BACKLASH = "meshes.0.backlash"
+
+
+def field(visit: Visit, path: str) -> Any:
+    return visit.page.locator(f'input[data-path="{path}"]')
+
+
+def slider(visit: Visit, path: str) -> Any:
+    return visit.page.locator(f'input[data-slider="{path}"]')
+
+
+def fill(visit: Visit, path: str, value: str) -> None:
+    def act() -> None:
+        field(visit, path).fill(value)
+        field(visit, path).press("Tab")
+
+    visit.after(act)
+
+
+def shown(visit: Visit, expression: str) -> Any:
+    return visit.page.evaluate(f"window.gearplay.state.{expression}")
+
+
+def test_opens_with_the_article_s_case(visit: Open) -> None:
+    page = visit().ready().page
+    assert page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
+    assert page.text_content("#link-state") == "connected"
+    assert page.locator("#stage figure").count() == 2
+    for name in ("orbit", "spectrum", "backlash", "forces"):
+        assert page.locator(f"#{name} .main-svg").count() > 0
+
+
+def test_a_field_changes_the_run(visit: Open) -> None:
+    made = visit().ready()
+    before = shown(made, "result.sha256")
+    fill(made, BACKLASH, "150")
+    assert shown(made, "result.sha256") != before
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(150e-6)
+
+
+def test_a_slider_moves_by_keys(visit: Open) -> None:
+    made = visit().ready()
+    slider(made, CLEARANCE).focus()
+    made.after(lambda: made.page.keyboard.press("ArrowRight"))
+    assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(100.4e-6, rel=1e-3)
+    assert field(made, CLEARANCE).input_value() == "100.4"
+
+
+def test_the_orbit_has_its_clearance_circle(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, CLEARANCE, "50")
+    top = made.page.evaluate("Math.max(...document.getElementById('orbit').data[0].x)")
+    assert top == pytest.approx(50.0, rel=1e-6)
+
+
+def test_models_side_by_side_or_alone(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.uncheck("#compare"))
+    assert made.page.locator("#stage figure").count() == 1
+    assert made.page.evaluate("Object.keys(window.gearplay.state.result.models)") == ["coupled"]
+    made.after(lambda: made.page.check("#compare"))
+    assert made.page.locator("#stage figure").count() == 2
+
+
+def test_another_bundled_case(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
+    assert made.page.text_content("#title") == "Pinion, idler and ring, 20/20/60"
+    assert "idler" in made.page.text_content("#statistics")
+    assert made.page.locator('input[data-path="sleeves.idler.radial_clearance"]').count() == 1
+
+
+def test_reset_brings_the_case_back(visit: Open) -> None:
+    made = visit().ready()
+    before = shown(made, "result.sha256")
+    fill(made, BACKLASH, "150")
+    made.after(lambda: made.page.click("#reset"))
+    assert shown(made, "result.sha256") == before
+    assert field(made, BACKLASH).input_value() == "100"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (BACKLASH, "-5", "must be at least 0 um"),
+        ("sleeves.ring.restitution", "1.5", "must be at most 1"),
+        (SPEED, "", "must be a number"),
+    ],
+)
+def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value: str, said: str) -> None:
+    made = visit().ready()
+    runs = made.runs()
+    field(made, path).fill(value)
+    field(made, path).press("Tab")
+    assert said in made.page.text_content("#message")
+    assert path in made.page.text_content("#message")
+    assert field(made, path).get_attribute("aria-invalid") == "true"
+    assert made.runs() == runs
+
+
+def test_what_only_the_server_can_refuse_is_told(visit: Open) -> None:
+    made = visit().ready()
+    field(made, "meshes.0.stiffness.amplitude").fill("500")
+    field(made, "meshes.0.stiffness.amplitude").press("Tab")
+    made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
+
+
+def test_find_narrows_the_fields(visit: Open) -> None:
+    made = visit().ready()
+    made.page.fill("#find", "backlash")
+    assert field(made, BACKLASH).is_visible()
+    assert not field(made, SPEED).is_visible()
+    made.page.fill("#find", "")
+    assert field(made, SPEED).is_visible()
+
+
+def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
+    made = visit().ready()
+    choice = made.page.locator(".control select", has_text="hunt-crossley").first
+    made.after(lambda: choice.select_option("hunt-crossley"))
+    assert shown(made, "result.case.sleeves.ring.law") == "hunt-crossley"
+
+
+def test_play_pause_and_scrub(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#play")
+    assert made.page.text_content("#play") == "Play"
+    first = made.page.text_content("#clock")
+    made.page.locator("#scrub").focus()
+    made.page.keyboard.press("End")
+    assert made.page.text_content("#clock") != first
+    assert made.page.text_content("#clock") == "0.5999 s"
+
+
+def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None:
+    made = visit().ready()
+    first = made.page.text_content("#factor")
+    made.page.locator("#magnify").focus()
+    made.page.keyboard.press("ArrowRight")
+    assert made.page.text_content("#factor") != first
+    assert first == "10.0 times"
+
+
+def test_the_picture_moves(visit: Open) -> None:
+    made = visit().ready()
+    made.page.select_option("#slow", "1")
+    first = made.page.evaluate("document.querySelector('#stage canvas').toDataURL()")
+    made.until(f"document.querySelector('#stage canvas').toDataURL() !== {json.dumps(first)}")
+
+
+def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:
+    made = visit().ready()
+    made.page.select_option("#spectrum-of", "ring.ay")
+    made.page.select_option("#spectrum-scale", "linear")
+    made.until("document.getElementById('spectrum').layout.yaxis.type === 'linear'")
+
+
+def test_lines_of_mesh_and_test_are_marked(visit: Open) -> None:
+    made = visit().ready()
+    texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
+    assert texts == ["f_m", "2 f_m", "test f_r", "test f_m", "test 2 f_m"]
+    fill(made, BACKLASH, "123")
+    texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
+    assert texts == ["f_m", "2 f_m"]
+
+
+def test_contacts_are_counted(visit: Open) -> None:
+    made = visit().ready()
+    head = made.page.locator("#statistics th").all_text_contents()
+    assert head[2:] == ["share of time", "impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"]
+    assert made.page.locator("#statistics tr").count() == 7
+
+
+def test_light_and_dark(visit: Open) -> None:
+    made = visit("/", color_scheme="dark").ready()
+    assert made.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    made.page.click("#theme")
+    assert made.page.evaluate("document.documentElement.dataset.theme") == "light"
+    made.until("document.getElementById('orbit').layout.font.color === '#1d2126'")
+
+
+def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
+    from gearplay.model.reading import load_case, to_toml
+
+    file = tmp_path / "mine.toml"
+    file.write_text(to_toml(load_case("han2021", ["title=Mine", "meshes.0.backlash=70um"])), encoding="utf-8")
+    made = visit().ready()
+    made.after(lambda: made.page.set_input_files("#upload", file))
+    assert made.page.text_content("#title") == "Mine"
+    assert field(made, BACKLASH).input_value() == "70"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("not = [a case", "upload"), ("[rotors.a]\nmass = -1\n", "rotors.a"), ("", "rotors")]
+)
+def test_a_bad_file_is_refused_and_the_case_stays(visit: Open, tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(text, encoding="utf-8")
+    made = visit().ready()
+    made.page.set_input_files("#upload", file)
+    made.until(f"document.getElementById('message').textContent.includes({json.dumps(said)})")
+    assert made.page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
+    made.complaints[:] = [
+        each for each in made.complaints if "400" not in each
+    ]  # the browser notes the refusal
+
+
+def test_a_link_carries_the_case(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, BACKLASH, "140")
+    made.page.click("#share")
+    made.until("location.hash.startsWith('#case=')")
+    link = made.page.evaluate("location.hash")
+    other = visit("/" + link).ready()
+    assert field(other, BACKLASH).input_value() == "140"
+    assert other.page.evaluate("window.gearplay.state.base.meshes[0].backlash") == pytest.approx(140e-6)
+
+
+@pytest.mark.parametrize(
+    ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"time [s],"), ("toml", b"title = ")]
+)
+def test_results_and_cases_are_saved(visit: Open, form: str, start: bytes) -> None:
+    made = visit().ready()
+    with made.page.expect_download() as waited:
+        made.page.select_option("#save", form)
+    path = Path(waited.value.path())
+    assert path.read_bytes().startswith(start)
+    assert waited.value.suggested_filename == f"gearplay.{form}"
+
+
+@pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<svg")])
+def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
+    made = visit().ready()
+    with made.page.expect_download() as waited:
+        made.page.select_option("#save", form)
+    assert Path(waited.value.path()).read_bytes().startswith(start)
+
+
+def brief(made: Visit) -> None:
+    for path, value in (("run.duration", "0.05"), ("run.transient", "0")):
+        made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+        fill(made, path, value)
+
+
+def test_a_bifurcation_diagram(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#tab-bifurcation")
+    for name, value in (("count", "6"), ("settle", "5"), ("keep", "4")):
+        made.page.fill(f"#bifurcation-form [name={name}]", value)
+    made.page.click("#bifurcation-form button")
+    made.until("document.getElementById('bifurcation').data?.length === 2")
+    assert made.page.evaluate("document.getElementById('bifurcation').data[0].x.length") == 24
+
+
+def test_a_map(visit: Open) -> None:
+    made = visit().ready()
+    brief(made)
+    made.page.click("#tab-map")
+    made.page.fill("#map-form [name=columns]", "4")
+    made.page.fill("#map-form [name=rows]", "3")
+    made.page.click("#map-form button")
+    made.until("document.getElementById('map').data?.[0].z.length === 3")
+    assert made.page.evaluate("document.getElementById('map').data[0].z[0].length") == 4
+
+
+def test_a_map_that_cannot_be_is_told(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#tab-map")
+    made.page.fill("#map-form [name=columns]", "1")
+    made.page.click("#map-form button")
+    made.until(
+        "document.getElementById('message').textContent.includes('columns = 1: must be a whole number')"
+    )
+
+
+def test_a_long_job_is_cancelled(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#tab-bifurcation")
+    made.page.fill("#bifurcation-form [name=count]", "900")
+    made.page.click("#bifurcation-form button")
+    made.page.click("#cancel")
+    made.until("document.getElementById('message').textContent.includes('Cancelled')")
+    assert made.page.locator("#progress").is_hidden()
+
+
+def test_earlier_results_are_recalled(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, BACKLASH, "111")
+    wanted = shown(made, "result.sha256")
+    fill(made, BACKLASH, "112")
+    with made.page.expect_response("**/api/results"):
+        made.page.focus("#history")
+    made.until("[...document.getElementById('history').options].length > 2")
+    made.page.wait_for_timeout(200)
+    made.page.evaluate("document.getElementById('history').selectedIndex = 2")
+    made.page.evaluate("document.getElementById('history').dispatchEvent(new Event('change'))")
+    made.until(f"window.gearplay.state.result.sha256 === {json.dumps(wanted)}")
+
+
+def test_the_main_flow_by_keyboard_alone(visit: Open) -> None:
+    """From the address bar: to a field, a new value, the tabs, and back, without a pointer."""
+    made = visit().ready()
+    page = made.page
+
+    def focused() -> str:
+        return str(page.evaluate("document.activeElement.dataset.path ?? document.activeElement.id"))
+
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    for _ in range(80):
+        if focused() == CLEARANCE:
+            break
+        page.keyboard.press("Tab")
+    assert focused() == CLEARANCE
+    page.keyboard.press("Control+A")
+    page.keyboard.type("80")
+    made.after(lambda: page.keyboard.press("Enter"))
+    assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(80e-6)
+    page.focus("#tab-run")
+    page.keyboard.press("ArrowRight")
+    assert focused() == "tab-bifurcation"
+    assert page.locator("#panel-bifurcation").is_visible()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    assert focused() == "tab-run"
+
+
+def test_fits_a_phone(visit: Open) -> None:
+    made = visit("/", viewport={"width": 390, "height": 844}).ready()
+    assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
+
+
+def test_reduced_motion_stands_still(visit: Open) -> None:
+    made = visit("/", reduced_motion="reduce").ready()
+    assert made.page.text_content("#play") == "Play"
+
+
+def test_the_last_of_many_moves_is_shown(visit: Open) -> None:
+    made = visit().ready()
+    slider(made, CLEARANCE).focus()
+    for _ in range(30):
+        made.page.keyboard.press("ArrowRight")
+    made.until("!window.gearplay.state.running && !window.gearplay.state.again")
+    value = float(field(made, CLEARANCE).input_value())
+    assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(value * 1e-6)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    made = visit("/", color_scheme=scheme).ready()
+    for tab in ("run", "bifurcation", "map"):
+        made.page.click(f"#tab-{tab}")
+        found = Axe().run(made.page)
+        serious = [
+            (each["id"], [node["html"][:120] for node in each["nodes"][:3]])
+            for each in found.response["violations"]
+            if each["impact"] in ("serious", "critical")
+        ]
+        assert serious == []

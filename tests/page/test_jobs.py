@@ -1,0 +1,248 @@
+"""Jobs over the WebSocket: many clients at once, a full queue, cancelling, limits, a killed server, a killed worker."""
+
+import asyncio
+import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import websockets
+
+from gearplay.web.frames import unpack_frame
+from serving import Server, Visit
+
+
+def brief_case(server: Server, **run: Any) -> dict[str, Any]:
+    case: dict[str, Any] = httpx.get(f"{server.url}/api/cases/han2021", timeout=20).json()["case"]
+    case["run"] |= {"duration": 0.02, "transient": 0.0, "sampling": 5000.0} | run
+    return case
+
+
+def together(work: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
+    """Run a coroutine on a thread of its own: the browser's driver keeps a loop on this one."""
+    found: list[Any] = []
+    fault: list[BaseException] = []
+
+    def go() -> None:
+        try:
+            found.append(asyncio.run(work()))
+        except BaseException as error:
+            fault.append(error)
+
+    thread = threading.Thread(target=go)
+    thread.start()
+    thread.join()
+    if fault:
+        raise fault[0]
+    return found[0]
+
+
+class Client:
+    """A page without a browser."""
+
+    def __init__(self, server: Server) -> None:
+        self.server = server
+
+    async def __aenter__(self) -> "Client":
+        self.socket = await websockets.connect(
+            f"ws://127.0.0.1:{self.server.port}/wire", origin=self.server.url, max_size=None, open_timeout=60
+        )  # type: ignore[arg-type]
+        return self
+
+    async def __aexit__(self, *_: Any) -> None:
+        await self.socket.close()
+
+    async def say(self, **words: Any) -> None:
+        await self.socket.send(json.dumps(words))
+
+    async def hear(self) -> dict[str, Any]:
+        """Return the next word that is no progress; a result with its frame."""
+        while True:
+            words = json.loads(await asyncio.wait_for(self.socket.recv(), 120))
+            if words["type"] == "progress":
+                continue
+            if words["type"] == "result":
+                frame = await asyncio.wait_for(self.socket.recv(), 60)
+                words["frame"] = unpack_frame(frame)
+            return dict(words)
+
+    async def run(self, number: int, case: dict[str, Any]) -> tuple[dict[str, Any], int]:
+        """Run a case, again while the queue is full; return the answer and how often it was full."""
+        full = 0
+        while True:
+            await self.say(type="run", id=number, case=case, models=["coupled"])
+            words = await self.hear()
+            if words["type"] != "full":
+                return words, full
+            assert "queue is full" in words["error"].lower()
+            full += 1
+            await asyncio.sleep(0.05)
+
+
+def memory(process: int) -> float:
+    """Return the resident memory of a process and its children [bytes]."""
+    total = 0.0
+    for each in [process, *children(process)]:
+        status = Path(f"/proc/{each}/status").read_text(encoding="utf-8")
+        total += 1024.0 * float(status.split("VmRSS:")[1].split()[0])
+    return total
+
+
+def children(process: int) -> list[int]:
+    return [
+        int(each)
+        for each in Path(f"/proc/{process}/task/{process}/children").read_text(encoding="utf-8").split()
+    ]
+
+
+def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
+    """No error, a full queue is said to be one, every answer is the client's own, and the memory comes back."""
+    server = Server(tmp_path)
+    try:
+        case = brief_case(server)
+
+        async def client(at: int, rounds: int) -> int:
+            full = 0
+            async with Client(server) as made:
+                for number in range(rounds):
+                    backlash = 1e-6 * (50 + at) + 1e-9 * number
+                    mine = case | {"meshes": [case["meshes"][0] | {"backlash": backlash}]}
+                    words, often = await made.run(number, mine)
+                    assert words["type"] == "result", words
+                    assert words["id"] == number
+                    assert words["frame"]["case"]["meshes"][0]["backlash"] == pytest.approx(
+                        backlash, rel=1e-12
+                    )
+                    full += often
+            return full
+
+        async def all_of(rounds: int) -> list[int]:
+            return list(await asyncio.gather(*(client(at, rounds) for at in range(50))))
+
+        together(lambda: all_of(3))  # what every library keeps is kept by now
+        before = memory(server.process.pid)
+        assert sum(together(lambda: all_of(20))) > 0  # 50 clients, 32 places
+        time.sleep(1.0)
+        assert memory(server.process.pid) < 1.05 * before
+        assert len(list(tmp_path.glob("*.frame"))) <= 100
+    finally:
+        server.stop()
+
+
+def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
+    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case["rotors"]["ring"]["load"]["torque"] = 5.0  # pressed: some hundred thousand steps a second of motion
+
+    async def go() -> None:
+        async with Client(server) as made:
+            for number in range(4):
+                await made.say(type="run", id=number, case=case)
+            await asyncio.sleep(0.5)
+            for number in (3, 0, 1, 2):
+                await made.say(type="cancel", id=number)
+            assert sorted([(await made.hear())["type"] for _ in range(4)]) == ["cancelled"] * 4
+            words, _ = await made.run(9, brief_case(server))
+            assert words["type"] == "result"
+
+    together(go)
+
+
+def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
+    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case["rotors"]["ring"]["load"]["torque"] = 5.0
+
+    async def go() -> float:
+        async with Client(server) as gone:
+            for number in range(6):
+                await gone.say(type="run", id=number, case=case)
+            await asyncio.sleep(0.3)
+        began = time.monotonic()
+        async with Client(server) as made:
+            words, _ = await made.run(1, brief_case(server))
+            assert words["type"] == "result"
+        return time.monotonic() - began
+
+    assert together(go) < 60.0  # six such runs take minutes
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"type": "run", "id": 1}, "case"),
+        ({"type": "run", "id": 1, "case": {"rotors": {}}}, "rotors"),
+        ({"type": "dance", "id": 1}, "type: must be one of"),
+        ({"type": "run"}, "must be JSON with an id"),
+        ({"type": "bifurcation", "id": 1, "count": 5, "keep": 5, "settle": 1}, "case"),
+        ({"type": "map", "id": 1, "case": "han2021"}, "case"),
+    ],
+)
+def test_a_bad_message_gets_one_sentence(server: Server, words: dict[str, Any], said: str) -> None:
+    async def go() -> dict[str, Any]:
+        async with Client(server) as made:
+            await made.say(**words)
+            return await made.hear()
+
+    answer = together(go)
+    assert answer["type"] == "error"
+    assert said in answer["error"]
+    assert "Traceback" not in answer["error"]
+
+
+def test_a_run_beyond_the_page_s_size_is_refused(server: Server) -> None:
+    async def go() -> dict[str, Any]:
+        async with Client(server) as made:
+            await made.say(type="run", id=1, case=brief_case(server, duration=1000.0, sampling=1e5))
+            return await made.hear()
+
+    answer = together(go)
+    assert "must give at most 2000000 samples" in answer["error"]
+
+
+def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
+    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case["rotors"]["ring"]["load"]["torque"] = 5.0
+
+    async def go() -> None:
+        async with Client(server) as made:
+            await made.say(type="run", id=1, case=case)
+            await asyncio.sleep(0.7)
+            for each in children(server.process.pid):
+                os.kill(each, signal.SIGKILL)
+            words = await made.hear()
+            assert words["type"] == "error"
+            assert "The worker ended" in words["error"]
+            words, _ = await made.run(2, brief_case(server))
+            assert words["type"] == "result"
+
+    together(go)
+
+
+def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, tmp_path: Path) -> None:
+    server = Server(tmp_path)
+    made = Visit(chromium, server.url).ready()
+    try:
+        kept = made.page.evaluate("window.gearplay.state.result.key")
+        made.page.click("#tab-bifurcation")
+        made.page.fill("#bifurcation-form [name=count]", "900")
+        made.page.click("#bifurcation-form button")
+        made.until("!document.getElementById('progress').hidden")
+        server.kill()
+        made.until("!document.getElementById('gone').hidden", 3.0)
+        assert "connects again" in made.page.text_content("#gone")
+        assert made.page.locator("#orbit .main-svg").count() > 0
+        server.start(server.port)
+        made.until(
+            "document.getElementById('gone').hidden && document.getElementById('link-state').textContent === 'connected'"
+        )
+        assert httpx.get(f"{server.url}/api/results/{kept}", timeout=20).status_code == 200
+        keys = [each["key"] for each in httpx.get(f"{server.url}/api/results", timeout=20).json()]
+        assert kept in keys
+    finally:
+        made.close()
+        server.stop()

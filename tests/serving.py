@@ -1,0 +1,97 @@
+"""A served page as a process, and a visit to it in a browser, for the tests of the page."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+COMMAND = "from gearplay.cli.main import main; main()"
+
+
+class Server:
+    """`gearplay serve` as a process of its own."""
+
+    def __init__(self, folder: Path, *more: str, port: int = 0) -> None:
+        self.folder, self.more = folder, more
+        self.start(port)
+
+    def start(self, port: int = 0) -> None:
+        words = ["serve", "--no-browser", "--port", str(port), "--folder", str(self.folder), *self.more]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", COMMAND, *words], stdout=subprocess.PIPE, text=True, start_new_session=True
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://[^/]+:(\d+)/", line)
+        assert found, line
+        self.port = int(found[1])
+        self.url = f"http://127.0.0.1:{self.port}"
+
+    def kill(self) -> None:
+        """End it at once, and its workers with it."""
+        self.process.kill()
+        self.process.wait()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+    def stop(self) -> None:
+        """End it as Ctrl-C does."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.wait(10)
+            except subprocess.TimeoutExpired:
+                self.kill()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+
+class Visit:
+    """A page that is open, with all that it complained about and asked for."""
+
+    def __init__(self, browser: Any, url: str, **more: Any) -> None:
+        self.context = browser.new_context(**{"viewport": {"width": 1400, "height": 1000}, **more})
+        self.page = self.context.new_page()
+        self.complaints: list[str] = []
+        self.asked: list[str] = []
+        self.page.on(
+            "console", lambda m: self.complaints.append(m.text) if m.type in ("error", "warning") else None
+        )
+        self.page.on("pageerror", lambda e: self.complaints.append(str(e)))
+        self.page.on("request", lambda r: self.asked.append(r.url))
+        self.page.on("dialog", lambda d: (self.complaints.append(f"dialog: {d.message}"), d.dismiss()))
+        self.page.goto(url)
+
+    def until(self, expression: str, seconds: float = 20.0) -> Any:
+        """Wait until an expression in the page is true; return it."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            found = self.page.evaluate(expression)
+            if found:
+                return found
+            time.sleep(0.02)
+        raise AssertionError(
+            f"not within {seconds} s: {expression}; message {self.page.text_content('#message')!r}"
+        )
+
+    def ready(self) -> "Visit":
+        """Wait for the first plot."""
+        self.until("Boolean(window.gearplay && window.gearplay.first)", 60.0)
+        return self
+
+    def runs(self) -> int:
+        """Return how many runs the page has shown."""
+        return int(self.page.evaluate("window.gearplay.latencies.length"))
+
+    def after(self, act: Callable[[], Any]) -> None:
+        """Do something and wait for the run that it starts."""
+        before = self.runs()
+        act()
+        self.until(f"window.gearplay.latencies.length > {before} && !window.gearplay.state.running")
+
+    def close(self) -> None:
+        self.context.close()
