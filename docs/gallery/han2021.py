@@ -27,7 +27,7 @@ TORQUE = "rotors.ring.load.torque"
 
 def portrait() -> None:
     """Orbit and phase portraits of the article's pair."""
-    found = gp.portrait("han2021", settle=200, keep=500, show=120, period="mesh")
+    found = gp.portrait("han2021", settle=200, keep=500, show=60, period="mesh")
     (HERE / "han2021-portrait.png").write_bytes(portrait_figure(found))
 
 

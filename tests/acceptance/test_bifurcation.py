@@ -50,7 +50,7 @@ def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.Captu
     with xr.open_dataset(out / "branches.nc", engine="h5netcdf") as table:
         assert table.sizes["orbit"] == one["orbits"] + two["orbits"]
         assert table.amplitude.attrs["units"] == "m"
-    assert run([*words, "--low", "16um", "--high", "17um", "--order", "2", "--overwrite"]) == 0
+    assert run([*words, "--low", "16um", "--high", "17um", "--order", "2", "--overwrite"]) == 4
     assert "there is no orbit of order 2" in capsys.readouterr().out
 
 

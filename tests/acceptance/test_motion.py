@@ -113,7 +113,7 @@ def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFix
         (["han2021", "--members", "3"], "members = 3: must be 4 or more"),
         (["han2021", "--settle", "-1"], "settle = -1: must be 0 or more"),
         (["han2021", "--period", "tooth"], 'period = "tooth"'),
-        (["external-pair"], 'drive = "input": must be of kind'),
+        (["external-pair"], "must be a prescribed speed without a ramp"),
         (["han2012"], "Did you mean 'han2021'?"),
     ],
 )

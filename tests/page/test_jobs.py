@@ -136,7 +136,7 @@ def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
 
 
 def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
-    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case = brief_case(server, duration=1500.0, sampling=1000.0)
     case["rotors"]["ring"]["load"]["torque"] = 5.0  # pressed: some hundred thousand steps a second of motion
 
     async def go() -> None:
@@ -154,7 +154,7 @@ def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
 
 
 def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
-    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case = brief_case(server, duration=1500.0, sampling=1000.0)
     case["rotors"]["ring"]["load"]["torque"] = 5.0
 
     async def go() -> float:
@@ -205,13 +205,13 @@ def test_a_run_beyond_the_page_s_size_is_refused(server: Server) -> None:
 
 
 def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
-    case = brief_case(server, duration=60.0, sampling=1000.0)
+    case = brief_case(server, duration=1500.0, sampling=1000.0)
     case["rotors"]["ring"]["load"]["torque"] = 5.0
 
     async def go() -> None:
         async with Client(server) as made:
             await made.say(type="run", id=1, case=case)
-            await asyncio.sleep(0.7)
+            assert json.loads(await asyncio.wait_for(made.socket.recv(), 60))["type"] == "progress"
             for each in children(server.process.pid):
                 os.kill(each, signal.SIGKILL)
             words = await made.hear()

@@ -32,6 +32,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Orbit:
     Raises `InputError` for a case without a period, `SimulationError` where no orbit is near.
     """
     _check_whole("order", order, 1, 1000)
+    _check_whole("settle", settle, 0, 10_000_000)
     base = case_of(case)
     prepare_tangent(base)
     period_map = StrobeMap(lambda _: base, 0.0)
@@ -54,11 +55,13 @@ def branch(
     """Return the branch of periodic orbits over a field of a case, from near what the case itself settles to.
 
     ``low`` and ``high`` bound the field, in SI or with a unit; ``size`` is its natural size, a tenth of the range if not given.
-    The branch is followed through folds, stable and unstable, until the field leaves its bounds; see `follow_branch`.
+    The branch is followed upwards (or downwards) from the case's own value, through folds, stable and unstable, until the field
+    leaves its bounds; see `follow_branch`, and `branches` for both ways at once.
 
     Raises `InputError` for a field or bounds that cannot be, `SimulationError` where there is no orbit to start from.
     """
     _check_whole("order", order, 1, 1000)
+    _check_whole("settle", settle, 0, 10_000_000)
     base = case_of(case)
     prepare_tangent(base)
     settings = _settings(base, path, low, high, size, orbits)
@@ -100,6 +103,17 @@ def branches(
     period_map = StrobeMap(along(base, path), places[0])
     starts = settled_orbits(period_map, places, order=order, settle=settle)
     return branch_tree(period_map, starts, settings, doublings=doublings, progress=progress)
+
+
+def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:
+    """Raise `InputError` where branches of a case cannot be followed: before long work begins."""
+    _check_whole("order", order, 1, 1000)
+    _check_whole("doublings", doublings, 0, 8)
+    base = case_of(case)
+    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
+    period_map = StrobeMap(along(base, path), now)
+    flow = period_map.member(now).flow
+    flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.sleeves)))
 
 
 def branch_signals(case: Source, path: str, branch: Branch, signals: Sequence[str]) -> Any:
@@ -149,7 +163,10 @@ def branches_dataset(
 def _settings(base: Case, path: str, low: Any, high: Any, size: float | None, orbits: int) -> Settings:
     ends = [number_in_si(base, (path,), value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
-        raise InputError(Fault("high", high, "must be above low", "Swap them"))
+        raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
+    if size is not None and not (np.isfinite(size) and size > 0.0):
+        raise InputError(Fault("size", size, "must be above 0", "Leave it out for a tenth of the range"))
+    _check_whole("orbits", orbits, 2, 100_000)
     return Settings(
         low=ends[0], high=ends[1], size=0.1 * (ends[1] - ends[0]) if size is None else size, orbits=orbits
     )

@@ -9,14 +9,15 @@ from gearplay.vocabulary.version import VERSION
 
 
 def signal_words(signal: str) -> dict[str, str]:
-    """Return unit and long name of a signal of one element.
+    """Return unit and long name of a signal of one element; rotations in sections count from the nominal ones.
 
     >>> signal_words("ring.vx")
     {'units': 'm/s', 'long_name': "velocity of the rotor's centre along x, ring"}
     """
     label, _, kind = signal.rpartition(".")
     quantity = RESULT_VARIABLES[kind]
-    return {"units": quantity.unit, "long_name": f"{quantity.long_name}, {label}"}
+    beside = ", less the nominal one" if kind in ("theta", "omega") else ""
+    return {"units": quantity.unit, "long_name": f"{quantity.long_name}{beside}, {label}"}
 
 
 def provenance(case: Case, **more: Any) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Nonlinear analysis of a case: sections, portraits, diagrams over a field, exponents, kinds of motion, basins."""
 
+import contextlib
 import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float, float], None]
 PARTS = 200
-"""Samples of a portrait's path in each period."""
+"""Samples of a portrait's path in each mesh period."""
 
 
 def bifurcation(
@@ -216,14 +217,14 @@ def portrait(
     *,
     settle: int = 200,
     keep: int = 500,
-    show: int = 20,
-    period: str | float = "common",
+    show: int = 60,
+    period: str | float = "mesh",
     member: int = 0,
 ) -> "xr.Dataset":
     """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
 
-    ``settle`` periods pass; then the path is sampled `PARTS` times a period over ``show`` periods, and the section and the onsets
-    are those of ``keep`` periods. ``period`` is that of `section`.
+    ``settle`` periods pass; then the path is sampled `PARTS` times a mesh period over ``show`` periods, and the section and the
+    onsets are those of ``keep`` periods. ``period`` is that of `section`.
 
     The result has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over
     ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on, rotations from the nominal ones.
@@ -243,9 +244,11 @@ def portrait(
     if not signals:
         rule = "must leave a rotor free to move or turn"
         raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))
-    step = section_period(packed, period)
+    step, parts = section_period(packed, period), PARTS
+    with contextlib.suppress(InputError):  # of a mesh period where there is one
+        parts = PARTS * max(1, min(100, round(step / section_period(packed, "mesh"))))
     path = stroboscopic_section(
-        base, signals, count=show * PARTS + 1, skip=settle * PARTS, period=step / PARTS, member=member
+        base, signals, count=show * parts + 1, skip=settle * parts, period=step / parts, member=member
     )
     strobe = stroboscopic_section(base, signals, count=keep, skip=settle, period=step, member=member)
     hits = {

@@ -35,6 +35,7 @@ def bifurcation(
     ] = False,
     order: Annotated[int, typer.Option("--order", help="Periods after which they repeat.")] = 1,
     doublings: Annotated[int, typer.Option("--doublings", help="How many times their order may double.")] = 1,
+    orbits: Annotated[int, typer.Option("--orbits", min=2, help="Most orbits of a branch, each way.")] = 500,
     changes: Changes = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/bifurcation-CASE].")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
@@ -43,7 +44,7 @@ def bifurcation(
     """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
     import numpy as np
 
-    from gearplay.api.branches import branch_signals, branches_dataset
+    from gearplay.api.branches import branch_signals, branches_dataset, check_branches
     from gearplay.api.branches import branches as branches_of
     from gearplay.api.nonlinear import bifurcation as diagram_of
     from gearplay.model.overrides import parse_override
@@ -63,9 +64,14 @@ def bifurcation(
         for name, text in (("--low", low), ("--high", high))
     ]
     if not ends[0] < ends[1]:
-        raise InputError(Fault("--high", high, "must be above --low", "Swap them"))
+        raise InputError(
+            Fault("--high", high, f"must be above --low, {low}", "Give both with their unit, the lower first")
+        )
     with compiling_notice():
         prepare(base)
+    if branches:
+        check_branches(base, path, order=order, doublings=doublings)
+    written = False
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = diagram_of(
@@ -83,14 +89,24 @@ def bifurcation(
             names = [str(name) for name in found.data_vars if name != "reason"]
             write_dataset(found, data, overwrite=overwrite)
             write_bytes(picture, bifurcation_figure(found, names))
+            written = True
+            if not branches:
+                tree.unlink(missing_ok=True)  # those of the diagram that was replaced
             document = _summary(found, data, picture)
             if branches:
                 watch = _watching("orbits", report, stop)
-                follow = partial(branches_of, order=order, doublings=doublings, settle=settle, progress=watch)
+                follow = partial(
+                    branches_of,
+                    order=order,
+                    doublings=doublings,
+                    settle=settle,
+                    orbits=orbits,
+                    progress=watch,
+                )
                 try:
                     trees = follow(base, path, *ends)
                 except SimulationError as error:
-                    document["branches"] = str(error)
+                    document |= {"branches": [], "branches_error": str(error)}
                 else:
                     levels = [branch_signals(base, path, each, names) for each in trees]
                     both = list(zip(trees, levels, strict=True))
@@ -98,11 +114,11 @@ def bifurcation(
                     write_bytes(picture, bifurcation_figure(found, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
     except KeyboardInterrupt:
-        said = f"{data} is written, its branches are not" if data.exists() else "nothing was written"
+        said = f"{data} is written, its branches are not" if written else "nothing was written"
         say(f"Interrupted: {said}.")
         raise typer.Exit(INTERRUPTED) from None
     print_json(document) if json else print_text(_words(document))
-    if document["failed"]:
+    if document["failed"] or "branches_error" in document:
         raise typer.Exit(PARTLY)
 
 
@@ -147,9 +163,9 @@ def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Bifurcation diagram'}: {d['values']} values up and down, {d['failed']} failed"]
     lines += [f"  {reason}" for reason in d["reasons"]]
     written = f"Written: {d['out']}, {d['picture']}"
-    if isinstance(d.get("branches"), str):
-        lines.append(d["branches"])
-    for branch in d["branches"] if "tree" in d else []:
+    if "branches_error" in d:
+        lines.append(d["branches_error"])
+    for branch in d.get("branches", []):
         special = "".join(f", {s['kind']} at {s['value']:.6g}" for s in branch["special"])
         lines.append(
             f"  order {branch['order']}: {branch['orbits']} orbits, {branch['stable']} stable{special}"

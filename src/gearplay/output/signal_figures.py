@@ -13,6 +13,7 @@ from gearplay.study.signals.angle import ShaftAngle
 from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
 from gearplay.study.signals.checks import TWO_PI, check_channel, refuse
 from gearplay.study.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
+from gearplay.study.signals.extremes import extremes
 from gearplay.study.signals.line_table import LineTable, line_table
 from gearplay.study.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
 from gearplay.study.signals.record import Channel
@@ -58,21 +59,9 @@ def _folded(text: str, width: int) -> str:
     return "\n".join("\n".join(textwrap.wrap(line, width)) for line in text.splitlines())
 
 
-def _extremes(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return at most `MOST_POINTS` points that keep the lowest and highest of every stretch: thinning loses shocks and lines."""
-    stretch = -(-2 * x.size // MOST_POINTS)
-    if stretch <= 2:
-        return x, y
-    whole = x.size // stretch
-    table = y[: whole * stretch].reshape(whole, stretch)
-    low, high = np.argmin(table, axis=1), np.argmax(table, axis=1)
-    places = np.sort(np.stack([low, high], axis=1), axis=1) + stretch * np.arange(whole)[:, None]
-    return x[places.ravel()], y[places.ravel()]
-
-
 def _decades(ax: "Axes", x: Floats, y: Floats, color: str, label: str | None) -> None:
     """Draw on a logarithmic ordinate, at most so many decades; a signal at rest has none."""
-    x, y = _extremes(x, y)
+    x, y = extremes(x, y, MOST_POINTS // 2)
     top = float(np.max(y, initial=0.0))
     if top > 0.0:
         low = max(top * 10.0**-DECADES, 0.5 * float(np.min(y[y > 0.0])))
@@ -86,7 +75,7 @@ def _decades(ax: "Axes", x: Floats, y: Floats, color: str, label: str | None) ->
 def plot_channel(ax: "Axes", channel: Channel, *, color: str = COUPLED) -> "Axes":
     """Draw a channel over time [s], with its statistics in the caption."""
     values = check_channel(channel)
-    ax.plot(*_extremes(channel.time, values), color=color, linewidth=0.5)
+    ax.plot(*extremes(channel.time, values, MOST_POINTS // 2), color=color, linewidth=0.5)
     s = signal_statistics(channel)
     unit = channel.unit or "1"
     caption = (
@@ -137,7 +126,9 @@ def plot_envelope_spectrum(
     """Draw an envelope spectrum up to ``highest`` [Hz]."""
     s = result.spectrum
     kept = s.frequency <= (highest if highest is not None else math.inf)
-    ax.plot(*_extremes(s.frequency[kept][1:], s.values[kept][1:]), color=color, linewidth=0.7)
+    ax.plot(
+        *extremes(s.frequency[kept][1:], s.values[kept][1:], MOST_POINTS // 2), color=color, linewidth=0.7
+    )
     ax.set_ylim(bottom=0.0)
     ax.set_xlim(0.0, float(s.frequency[kept][-1]))
     return _finish(ax, "frequency [Hz]", f"envelope amplitude [{shown_unit(s.unit)}]", result.caption, s.name)

@@ -16,6 +16,7 @@ from gearplay.model.geometry import (
     nominal_speeds,
 )
 from gearplay.solver.trajectory import Trajectory
+from gearplay.study.signals.extremes import extremes
 from gearplay.study.signals.spectra import amplitude_spectrum
 
 Floats = NDArray[np.float64]
@@ -92,23 +93,6 @@ def mechanism_of(case: Case) -> dict[str, Any]:
     }
 
 
-def envelope(time: Floats, values: Floats, stretches: int = STRETCHES) -> tuple[Floats, Floats]:
-    """Return at most two points a stretch of a curve, its lowest and highest in their order: no shock is lost.
-
-    >>> envelope(np.arange(6.0), np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0]), 2)
-    (array([0., 1., 3., 4.]), array([ 0.,  5.,  2., -3.]))
-    """
-    size = -(-values.size // stretches)
-    if size <= 2:
-        return time, values
-    whole = values.size // size
-    table = values[: whole * size].reshape(whole, size)
-    places = np.sort(np.stack([table.argmin(axis=1), table.argmax(axis=1)], axis=1), axis=1)
-    at = (places + size * np.arange(whole)[:, None]).ravel()
-    at = np.concatenate([at, [values.size - 1]]) if whole * size < values.size else at
-    return time[at], values[at]
-
-
 def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
     step = max(1, -(-len(run.values) // ORBIT_POINTS))
     return [
@@ -127,11 +111,11 @@ def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
     found = []
     for mesh in dict.fromkeys(c.label for c in run.columns if c.dimension == "mesh"):
         for signal in HISTORIES["mesh"]:
-            t, v = envelope(time, run.signal(signal, mesh))
+            t, v = extremes(time, run.signal(signal, mesh), STRETCHES)
             found.append({"signal": signal, "label": mesh, "t": t, "v": v})
     for sleeve in dict.fromkeys(c.label for c in run.columns if c.dimension == "sleeve"):
         force = np.hypot(run.signal("sleeve_force_x", sleeve), run.signal("sleeve_force_y", sleeve))
-        t, v = envelope(time, force)
+        t, v = extremes(time, force, STRETCHES)
         found.append({"signal": "sleeve_force", "label": sleeve, "t": t, "v": v})
     return found
 

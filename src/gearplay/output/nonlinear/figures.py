@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from gearplay.output.canvas import PALETTE, SMALL, legend_mark, make_figure, set
 from gearplay.output.plots import COUPLED, UNCOUPLED, plain
 from gearplay.output.sweeps.view import shown_in
 from gearplay.study.nonlinear.basins import FAILED, IRREGULAR, Basins
-from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch
+from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 WAYS = {"up": COUPLED, "down": UNCOUPLED}
 MARKS = {FOLD: "s", DOUBLING: "^", TORUS: "o", GRAZING: "x"}
 BRANCH, POINT = "#222222", "#b02a4c"
+FEW_POINTS = 3000
 
 
 def bifurcation_figure(
@@ -45,21 +45,28 @@ def bifurcation_figure(
         for at, way in enumerate(ways):
             values = variable.values[at]
             x = np.repeat(axis.values, values.shape[1])
-            ax.plot(factor_x * x, factor_y * values.ravel(), ",", color=WAYS[way], alpha=0.9, rasterized=True)
+            few = x.size <= FEW_POINTS
+            ax.plot(
+                factor_x * x, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ",",
+                markersize=3.0, markerfacecolor="none", color=WAYS[way], alpha=0.9, rasterized=True,
+            )  # fmt: skip
         for branch, levels in branches:
             draw_branch(ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x)
-        ax.set_xlim(factor_x * axis.values[0], factor_x * axis.values[-1])
+        edge = 0.01 * (axis.values[-1] - axis.values[0])
+        ax.set_xlim(factor_x * (axis.values[0] - edge), factor_x * (axis.values[-1] + edge))
         ax.set_ylabel(_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
     axes[-1, 0].set_xlabel(_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
     arrows = {"up": "up →", "down": "← down"}
     handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
     set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
-    set_title(figure, title or str(diagram.attrs.get("title", "")))
+    set_title(
+        figure, title or f"{diagram.attrs.get('title', '')}: {axis.attrs['long_name']} varied".lstrip(": ")
+    )
     return to_png(figure)
 
 
 def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -> bytes:
-    """Return basins of attraction as PNG: each start in the colour of its motion, whose sections are marked where they are.
+    """Return basins of attraction as PNG: each start in the pale colour of its motion.
 
     ``labels`` are the words of both axes; values are shown as they are, in SI.
     """
@@ -110,29 +117,42 @@ def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0) ->
 
     ``values`` are what is shown of each orbit, shape [orbit] or [orbit, order]; ``factor`` multiplies the parameter.
     """
-    x, stable = factor * branch.parameters, branch.stable
-    for y in np.asarray(values).reshape(len(x), -1).T:
-        for first, last, whole in _stretches(stable):
-            style = "-" if whole else ":"
-            ax.plot(x[first:last], y[first:last], style, color=BRANCH, linewidth=1.2)
-        size = 5.0 / branch.order**0.5
+    size = 5.0 / branch.order**0.5
+    for y in np.asarray(values).reshape(len(branch.orbits), -1).T:
+        for x, level, whole in _stretches(branch, y):
+            ax.plot(factor * x, level, "-" if whole else ":", color=BRANCH, linewidth=1.2)
         for special in branch.special:
-            share = _share(branch, special.place, special.orbit.parameter)
-            level = (1.0 - share) * y[special.place] + share * y[special.place + 1]
+            level = _level(branch, special, y)
             ax.plot(
                 factor * special.orbit.parameter, level, MARKS[special.kind], color=POINT, markersize=size
             )
 
 
-def _stretches(stable: Any) -> list[tuple[int, int, bool]]:
-    """Return the stretches of a branch that are stable or not: first place, one past the last, which.
+def _stretches(branch: Branch, y: Any) -> list[tuple[Any, Any, bool]]:
+    """Return the parts of a branch that are stable or not as lines x, y; they change at the special points between orbits."""
+    turns = {s.place: s for s in branch.special if s.kind != GRAZING}
+    lines: list[tuple[list[float], list[float], bool]] = []
+    x, stable = branch.parameters, branch.stable
+    for at in range(len(x)):
+        if not lines or lines[-1][2] != stable[at]:
+            begins: tuple[list[float], list[float]] = ([], [])
+            if lines and at - 1 in turns:
+                turn = turns[at - 1]
+                begins = ([turn.orbit.parameter], [_level(branch, turn, y)])
+                lines[-1][0].extend(begins[0])
+                lines[-1][1].extend(begins[1])
+            elif lines:
+                begins = ([float(x[at - 1])], [float(y[at - 1])])
+            lines.append((list(begins[0]), list(begins[1]), bool(stable[at])))
+        lines[-1][0].append(float(x[at]))
+        lines[-1][1].append(float(y[at]))
+    return [(np.array(xs), np.array(ys), whole) for xs, ys, whole in lines]
 
-    >>> _stretches([True, True, False, False, True])
-    [(0, 2, True), (1, 5, False)]
-    """
-    whole = [bool(a and b) for a, b in pairwise(stable)]
-    ends = [0, *(at for at in range(1, len(whole)) if whole[at] != whole[at - 1]), len(whole)]
-    return [(first, last + 1, whole[first]) for first, last in pairwise(ends) if last > first]
+
+def _level(branch: Branch, special: Special, y: Any) -> float:
+    """Return where a special point is drawn: on the line between its neighbours."""
+    share = _share(branch, special.place, special.orbit.parameter)
+    return float((1.0 - share) * y[special.place] + share * y[special.place + 1])
 
 
 def branch_marks(branches: Sequence[Branch]) -> dict[str, Any]:

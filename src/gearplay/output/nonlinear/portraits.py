@@ -11,6 +11,7 @@ from gearplay.model.reading import load_case
 from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.output.plots import CLEARANCE, COUPLED, plain, thinned
 from gearplay.output.sweeps.view import shown_in
+from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,27 +35,38 @@ def portrait_figure(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), tit
 
     ``portrait`` is that of `gearplay.portrait`; ``rotors`` chooses among its rotors. Sections are dots, onsets of contacts
     crosses. A rotor in a sleeve on the ground is shown in its clearance circle.
+
+    Raises `InputError` where nothing of the chosen rotors is free to move.
     """
     case = load_case(json.loads(portrait.attrs["case"]))
-    chosen = rotors or tuple(case.rotors)
+    chosen = tuple(dict.fromkeys(rotors)) or tuple(case.rotors)
     panels = [
         (rotor, *plane)
         for rotor in chosen[:MOST_ROTORS]
         for plane in PLANES
         if all(f"path.{rotor}.{name}" in portrait for name in plane)
     ]
-    columns = 2 if len(panels) <= 4 else 4
-    rows = -(-len(panels) // columns)
-    figure, axes = make_figure(rows, columns, 0.8 + rows * (3.6 if columns == 2 else 2.4))
-    for ax in axes.flat[len(panels) :]:
-        ax.set_visible(False)
-    for ax, (rotor, across, up) in zip(axes.flat, panels, strict=False):
+    if not panels:
+        rule = "must name a rotor that is free to move or turn"
+        raise InputError(Fault("rotor", ", ".join(chosen), rule, "Leave it out to see all that are"))
+    shown = list(dict.fromkeys(rotor for rotor, _, _ in panels))
+    alone = len(shown) == 1  # in two columns, else each rotor in its row
+    columns = min(2, len(panels)) if alone else len(PLANES)
+    rows = -(-len(panels) // columns) if alone else len(shown)
+    figure, axes = make_figure(rows, columns, 0.8 + rows * (3.6 if alone else 2.4))
+    places = list(axes.flat)
+    if not alone:
+        places = [axes[shown.index(rotor), PLANES.index((across, up))] for rotor, across, up in panels]
+    for ax in axes.flat:
+        ax.set_visible(ax in places[: len(panels)])
+    for ax, (rotor, across, up) in zip(places, panels, strict=False):
         _plane(ax, portrait, case, rotor, across, up)
     handles = {
         "path": legend_mark(COUPLED, line="-"),
         "once per period": legend_mark(SECTION, marker="o"),
-        "a contact begins": legend_mark(ONSET, marker="x"),
     }
+    if portrait.sizes["onset_time"]:
+        handles["a contact begins"] = legend_mark(ONSET, marker="x")
     if any(_clearance(case, rotor) for rotor in chosen):
         handles["clearance circle"] = legend_mark(CLEARANCE, line="-")
     set_legend(figure, handles)
@@ -104,7 +116,7 @@ def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str,
     ax.plot(*(p[own] for p in points("onset")), "x", color=ONSET, markersize=2.6, markeredgewidth=0.6)
     ax.plot(*thinned(*points("path")), color=COUPLED, linewidth=0.6)
     ax.plot(*points("section"), "o", color=SECTION, markersize=1.8)
-    ax.locator_params(nbins=5)
+    ax.locator_params(nbins=4)
     ax.set_xlabel(f"{SYMBOLS[across]} [{scales[0][0]}]", fontsize=SMALL)
     ax.set_ylabel(f"{SYMBOLS[up]} [{scales[1][0]}]", fontsize=SMALL)
     ax.set_title(plain(rotor), fontsize=SMALL)

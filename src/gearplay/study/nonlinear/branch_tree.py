@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.solver.observables import Observables
-from gearplay.study.nonlinear.branches import DOUBLING, Branch, Settings, doubled, follow_branch
+from gearplay.study.nonlinear.branches import CLOSED, DOUBLING, Branch, Settings, doubled, follow_branch
 from gearplay.study.nonlinear.orbits import Orbit, constants, find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap
 from gearplay.vocabulary.errors import SimulationError
@@ -49,6 +49,8 @@ def whole_branch(
 ) -> Branch:
     """Return the branch through ``start``, followed both ways."""
     down = follow_branch(period_map, start, settings, upwards=False, progress=progress)
+    if down.ended == CLOSED:
+        return down
     up = follow_branch(period_map, start, settings, upwards=True, progress=progress)
     return joined(down, up)
 
@@ -88,9 +90,12 @@ def branch_tree(
                     continue
                 try:
                     orbit = doubled(period_map, special.orbit)
-                    switched.append(follow_branch(period_map, orbit, settings, progress=progress))
+                    other = follow_branch(period_map, orbit, settings, progress=progress)
                 except SimulationError:
                     continue
+                middle = other.orbits[len(other.orbits) // 2]  # another end of a branch that is known?
+                if not any(_lies_on(middle, each, period_map.scale) for each in found + switched):
+                    switched.append(other)
         found += switched
         row = switched
     return tuple(found)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.orbits import Orbit, Return, after, defect_slopes, find_orbit, orbit_of
+from gearplay.study.nonlinear.orbits import SAME, Orbit, Return, after, defect_slopes, find_orbit, orbit_of
 from gearplay.study.nonlinear.period_map import PeriodMap
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
@@ -21,6 +21,8 @@ CLOSE = 1e-9  # residual in natural sizes
 NUDGE = 1e-6  # step of the derivative by the parameter, in its natural size
 MOST_CORRECTIONS = 8
 AMPLITUDES = (0.01, 0.03, 0.1, 0.3, 1.0)  # tried for an orbit of twice the order, in natural sizes
+CLOSED = "it closes on itself"
+FEWEST_OF_LOOP = 8
 FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "Neimark-Sacker", "grazing"
 
 
@@ -164,6 +166,9 @@ def follow_branch(
         if bend < 0.8 and step > 16.0 * settings.least:  # a sharp turn: look closer
             step *= 0.5
             continue
+        if _has_lower_order(there.orbit, follower.scale[:-1]):
+            ended = "it has met a branch of lower order"
+            break
         special += [
             Special(kind, len(orbits) - 1, located) for kind, located in _between(follower, here, there, step)
         ]
@@ -171,11 +176,33 @@ def follow_branch(
         orbits.append(here.orbit)
         if progress is not None:
             progress(float(len(orbits)), float(settings.orbits))
+        if len(orbits) > FEWEST_OF_LOOP and _passes(orbits[-2], here.orbit, start, follower.scale):
+            ended = CLOSED
+            break
         if not settings.low <= here.orbit.parameter <= settings.high:
             ended = "the parameter has left its bounds"
             break
         step = min(settings.most, step * (1.6 if count <= 2 and bend > 0.95 else 0.7 if count > 4 else 1.0))
     return Branch(tuple(orbits), tuple(special), ended or "the number of orbits is reached", start.order)
+
+
+def _has_lower_order(orbit: Orbit, scale: Floats) -> bool:
+    """Return whether an orbit repeats after fewer periods than its order."""
+    return any(
+        orbit.order % lower == 0 and np.max(np.abs(orbit.states[lower] - orbit.states[0]) / scale) <= SAME
+        for lower in range(1, orbit.order)
+    )
+
+
+def _passes(one: Orbit, other: Orbit, start: Orbit, scale: Floats) -> bool:
+    """Return whether the line between two neighbours of a branch leads by an orbit, wherever in its cycle that begins."""
+    a, b = (np.append(orbit.states[0], orbit.parameter) / scale for orbit in (one, other))
+    for state in start.states:
+        goal = np.append(state, start.parameter) / scale
+        share = float(np.clip((goal - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0))
+        if np.max(np.abs(goal - a - share * (b - a))) < 0.1 * np.max(np.abs(b - a)):
+            return True
+    return False
 
 
 def _advance(follower: _Follower, here: _Place, step: float) -> tuple[_Place, int]:

@@ -14,6 +14,7 @@ from gearplay.model.reading import replace
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import state_names
 from gearplay.solver.simulate import run_members
+from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
 from gearplay.study.nonlinear.period_map import section_period
@@ -194,6 +195,8 @@ def _statistics(
         stop=stop,
         progress=lambda done, total: tell(label, done, total),
     )
+    if any(run.status == Status.INTERRUPTED for run in runs):
+        raise KeyboardInterrupt
     labels = runs[0].statistics.labels
     found = {
         f"{name.replace('_', ' ')} of {contact}": np.array([_contact(run, name, at) for run in runs])

@@ -160,10 +160,14 @@ def _check_prescribed(packed: Packed) -> None:
     if prescribed and all(rotors[i].ramp_time == 0.0 for i in prescribed) and packed.system.meshes.size:
         return
     rule = (
-        "must be of kind 'speed' without a ramp, and there must be a mesh, for a motion that can be periodic"
+        "must be a prescribed speed without a ramp, in a case with a mesh, for a motion that can be periodic"
     )
-    name = packed.rotor_names[prescribed[0]] if prescribed else None
-    raise InputError(Fault("drive", name, rule, "Set its ramp to 0 s, or prescribe its speed"))
+    if not prescribed:
+        raise InputError(Fault("rotors", "none with a drive of kind speed", rule, "Prescribe a speed"))
+    name = packed.rotor_names[prescribed[0]]
+    ramp = float(rotors[prescribed[0]].ramp_time)
+    cure = f"Say --set rotors.{name}.drive.ramp=0s" if ramp > 0.0 else "Add a mesh"
+    raise InputError(Fault(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure))
 
 
 def common_period(packed: Packed) -> float:

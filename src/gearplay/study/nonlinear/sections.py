@@ -47,6 +47,9 @@ def stroboscopic_section(
 
     Raises `InputError` for a case without a period or signals it does not have.
     """
+    for name, number, least in (("count", count, 1), ("skip", skip, 0), ("member", member, 0)):
+        if number < least:
+            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     flow = Flow(case)
     step = section_period(flow.packed, period)
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
@@ -86,6 +89,8 @@ def contact_section(
         raise InputError(Fault("contact", contact, rule, f"Choose from: {', '.join(labels)}"))
     if change not in CHANGES:
         raise InputError(Fault("change", change, "must be onset or release", "Choose one"))
+    if not transient >= 0.0:
+        raise InputError(Fault("transient", transient, "must be 0 s or more", "Correct it"))
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if transient > 0.0:
         course.advance(transient)

@@ -187,7 +187,7 @@ def test_a_wish_to_stop_is_heard() -> None:
         (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], keep=0), "keep = 0: must be 1 or more"),
         (
             lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], count=1),
-            'drive = "input": must be of kind',
+            "must be a prescribed speed without a ramp",
         ),
         (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),
     ],
