@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from gearplay.study.nonlinear.branches import (
+    CLOSED,
     DOUBLING,
     FOLD,
     GRAZING,
@@ -344,3 +345,24 @@ def test_the_branch_is_that_of_harmonic_balance(family: StrobeMap, resonance: Br
         worst = max(worst, abs(np.ptp(balanced) / np.ptp(x) - 1.0))
     measured("stroke on the branch against harmonic balance", worst, "1e-2")
     assert worst < 1e-2
+
+
+def test_a_closed_branch_is_followed_once() -> None:
+    """Fixed points on the circle x^2 + p^2 = 1: two folds at p = -1 and 1, and the branch is back where it began."""
+    circle = Plain(lambda x, p: x + 0.3 * (x * x + p * p - 1.0), lambda x, p: np.array([[1.0 + 0.6 * x[0]]]))
+    start = find_orbit(circle, np.array([-1.0]), 0.1)
+    branch = follow_branch(circle, start, Settings(low=-2.0, high=2.0, size=1.0))
+    assert branch.ended == CLOSED
+    folds = sorted(each.orbit.parameter for each in branch.special if each.kind == FOLD)
+    assert folds == pytest.approx([-1.0, 1.0], abs=1e-8)
+    radius = [orbit.states[0][0] ** 2 + orbit.parameter**2 for orbit in branch.orbits]
+    assert radius == pytest.approx(np.ones(len(radius)), abs=1e-8)
+
+
+def test_a_branch_of_order_2_does_not_go_on_as_one_of_order_1() -> None:
+    """Downwards the 2-cycle of the logistic map ends at r = 3; what repeats each time is no orbit of order 2."""
+    start = find_orbit(LOGISTIC, np.array([0.8]), 3.2, order=2)
+    branch = follow_branch(LOGISTIC, start, Settings(low=2.5, high=3.3, size=0.1), upwards=False)
+    assert all(abs(orbit.states[0] - orbit.states[1]) > 1e-6 for orbit in branch.orbits)
+    assert min(branch.parameters) == pytest.approx(3.0, abs=0.02)
+    assert min(branch.parameters) > 3.0 - 1e-9

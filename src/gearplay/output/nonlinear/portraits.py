@@ -24,8 +24,8 @@ SYMBOLS = {
     "y": "y",
     "vx": "dx/dt",
     "vy": "dy/dt",
-    "theta": "rotation",
-    "omega": "speed of rotation",
+    "theta": "rotation, less the nominal one",
+    "omega": "its speed, less the nominal one",
 }
 MOST_ROTORS, MOST_ONSETS = 12, 600
 
