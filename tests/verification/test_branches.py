@@ -366,3 +366,20 @@ def test_a_branch_of_order_2_does_not_go_on_as_one_of_order_1() -> None:
     assert all(abs(orbit.states[0] - orbit.states[1]) > 1e-6 for orbit in branch.orbits)
     assert min(branch.parameters) == pytest.approx(3.0, abs=0.02)
     assert min(branch.parameters) > 3.0 - 1e-9
+
+
+def test_what_a_map_keeps_stays_along_its_branch() -> None:
+    """A second state that is only carried along, and shifts the first: its value picks the branch, nothing moves it."""
+    carried = Plain(
+        lambda x, r: np.array([r * x[0] * (1.0 - x[0]) + 0.01 * x[1], x[1]]),
+        lambda x, r: np.array([[r * (1.0 - 2.0 * x[0]), 0.01], [0.0, 1.0]]),
+        2,
+    )
+    start = find_orbit(carried, np.array([0.6, 0.3]), 2.6)
+    assert len(start.multipliers) == 1
+    branch = follow_branch(carried, start, Settings(low=2.5, high=3.4, size=1.0, step=0.02, most=0.05))
+    assert [orbit.states[0][1] for orbit in branch.orbits] == pytest.approx(
+        0.3 * np.ones(len(branch.orbits)), abs=1e-12
+    )
+    assert kinds(branch) == [DOUBLING]
+    assert branch.parameters[-1] > 3.4
