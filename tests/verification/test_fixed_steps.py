@@ -111,3 +111,17 @@ def test_too_many_steps_are_refused_before_they_start() -> None:
     )
     with pytest.raises(gp.ResourceError, match="steps"):
         run_one(long)
+
+
+def test_a_step_that_cannot_resolve_a_contact_is_warned_of() -> None:
+    def said(step: float | None) -> list[str]:
+        return [
+            str(each)
+            for each in gp.check_case(case(**{"run.fixed_step": step}))
+            if each.path == "run.fixed_step"
+        ]
+
+    assert said(None) == said(1e-6) == []
+    (words,) = said(1e-3)
+    assert "1000 us is" in words
+    assert "Shorten it" in words

@@ -10,7 +10,7 @@ from typing import Final, Literal
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
-from gearplay.model.pack import pack
+from gearplay.model.pack import Packed, pack
 from gearplay.model.rotor import Rotor, ServoDrive, SpeedDrive, TorqueDrive
 
 GYRATION: Final = (0.3, 1.5)
@@ -63,9 +63,10 @@ def check_case(case: Case) -> list[Finding]:
     warning rotors.pinion.inertia
 
     """
-    initial_state(case, pack(case))  # raises what only the assembled train can show
+    packed = pack(case)
+    initial_state(case, packed)  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in geometry.nominal_speeds(case)), strict=True))
-    found = [*_inertias(case), *_excitation(case)]
+    found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     for index in range(len(case.meshes)):
         found += [
             *_contact_ratio(case, index),
@@ -107,6 +108,17 @@ def _excitation(case: Case) -> Iterator[Finding]:
             "nothing excites this case: without load, error of the teeth, runout, gravity or an initial "
             "displacement, rolling without force is an exact solution. "
             "Give a transmission_error, a runout or a load.",
+        )
+
+
+def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:
+    step, resolved = case.run.fixed_step, packed.restart_step
+    if step is not None and step > 2.0 * resolved:
+        yield Finding(
+            "warning",
+            "run.fixed_step",
+            f"{1e6 * step:.4g} us is {step / resolved:.3g} times what resolves the fastest contact, {1e6 * resolved:.3g} us: "
+            "contacts are noticed so late that the run may gain energy or leave mesh. Shorten it.",
         )
 
 
