@@ -125,9 +125,10 @@ def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
         async def all_of(rounds: int) -> list[int]:
             return list(await asyncio.gather(*(client(at, rounds) for at in range(50))))
 
-        together(lambda: all_of(3))  # what every library keeps is kept by now
+        # 50 clients, 32 places; what every library keeps is kept after a while.
+        assert sum(together(lambda: all_of(10))) > 0
         before = memory(server.process.pid)
-        assert sum(together(lambda: all_of(20))) > 0  # 50 clients, 32 places
+        together(lambda: all_of(20))
         time.sleep(1.0)
         assert memory(server.process.pid) < 1.05 * before
         assert len(list(tmp_path.glob("*.frame"))) <= 100
@@ -154,21 +155,20 @@ def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
 
 
 def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
+    """Left alone its six jobs would hold both workers for minutes, longer than the next page waits."""
     case = brief_case(server, duration=1500.0, sampling=1000.0)
     case["rotors"]["ring"]["load"]["torque"] = 5.0
 
-    async def go() -> float:
+    async def go() -> None:
         async with Client(server) as gone:
             for number in range(6):
                 await gone.say(type="run", id=number, case=case)
             await asyncio.sleep(0.3)
-        began = time.monotonic()
         async with Client(server) as made:
             words, _ = await made.run(1, brief_case(server))
             assert words["type"] == "result"
-        return time.monotonic() - began
 
-    assert together(go) < 60.0  # six such runs take minutes
+    together(go)
 
 
 @pytest.mark.parametrize(
