@@ -35,9 +35,10 @@ def ask(
     origin: str | None = None,
     more: str = "",
     body: str = "",
+    connection: str = "close",
 ) -> tuple[int, str]:
     """Send one request as bytes, so that no library mends it; return the status and the answer."""
-    lines = [f"{method} {route} HTTP/1.1", "Connection: close", f"Content-Length: {len(body)}"]
+    lines = [f"{method} {route} HTTP/1.1", f"Connection: {connection}", f"Content-Length: {len(body)}"]
     lines += [f"Host: {host}"] if host is not None else []
     lines += [f"Origin: {origin}"] if origin is not None else []
     lines += [more] if more else []
@@ -110,7 +111,7 @@ def test_every_host_and_origin_on_every_route(server: Server, route: str) -> Non
 def test_a_websocket_of_another_origin_is_refused(server: Server, origin: str | None) -> None:
     words = "Upgrade: websocket\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13"
     for host in (f"127.0.0.1:{server.port}", f"evil.test:{server.port}"):
-        status, _ = ask(server.port, "/wire", host=host, origin=origin, more=words)
+        status, _ = ask(server.port, "/wire", host=host, origin=origin, more=words, connection="Upgrade")
         assert status == 403
 
 

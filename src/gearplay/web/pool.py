@@ -30,6 +30,7 @@ class Job:
     done: "asyncio.Future[bytes]"
     worker: "Worker | None" = None
     cancelled: bool = False
+    tried: bool = False  # a worker has begun it, or has died with it
 
 
 class JobError(Exception):
@@ -127,17 +128,38 @@ class Pool:
             try:
                 await worker.read()  # it says that it is ready
                 while worker.served < self.renew:
-                    while not self.waiting:
-                        self._wake.clear()
-                        await self._wake.wait()
+                    await self._until_work(worker)
                     await self._serve(worker, self.waiting.popleft())
             except (asyncio.IncompleteReadError, ConnectionError):
                 await asyncio.sleep(0.2)
             finally:
                 self.workers.discard(worker)
-                if worker.job is not None:
-                    _fail(worker.job, "The worker ended, perhaps for want of memory. Shorten the run.")
+                self._rescue(worker.job)
                 await _end(worker)
+
+    async def _until_work(self, worker: Worker) -> None:
+        """Wait until a job waits; `ConnectionError` where the worker has ended meanwhile."""
+        while not self.waiting and worker.process.returncode is None:
+            self._wake.clear()
+            either = {asyncio.create_task(self._wake.wait()), asyncio.create_task(worker.process.wait())}
+            try:
+                await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for each in either:
+                    each.cancel()
+        if worker.process.returncode is not None:
+            raise ConnectionError
+
+    def _rescue(self, job: Job | None) -> None:
+        """Put the job of a worker that has ended back in front, once; a job that was under way fails."""
+        if job is None or job.done.done():
+            return
+        if job.tried or job.cancelled or self.closing:
+            _fail(job, "The worker ended, perhaps for want of memory. Shorten the run.")
+            return
+        job.tried = True
+        self.waiting.appendleft(job)
+        self._wake.set()
 
     async def _serve(self, worker: Worker, job: Job) -> None:
         worker.job, job.worker = job, worker
@@ -154,6 +176,7 @@ class Pool:
                     if "error" in words:
                         _fail(job, words["error"], cancelled=bool(words.get("cancelled")))
                         break
+                    job.tried = True
                     await job.tell(words)
         except TimeoutError:
             _fail(job, f"The limit of {job.limit:g} s was reached. Shorten the run.")
