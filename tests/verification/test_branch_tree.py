@@ -75,7 +75,8 @@ def test_stable_orbits_are_where_the_motion_settles(tree: tuple[Branch, ...]) ->
 
 
 def test_the_table_holds_every_orbit_and_point(tree: tuple[Branch, ...]) -> None:
-    table = branches_dataset(pair(), FORCE, tree, ["wheel.theta"])
+    levels = [branch_signals(pair(), FORCE, branch, ["wheel.theta"]) for branch in tree]
+    table = branches_dataset(pair(), FORCE, tree, ["wheel.theta"], levels)
     assert table.sizes["orbit"] == sum(len(branch.orbits) for branch in tree)
     assert table.sizes["special"] == sum(len(branch.special) for branch in tree)
     assert table.amplitude.attrs == {"units": "m", "long_name": FORCE}

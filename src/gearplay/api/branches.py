@@ -65,7 +65,7 @@ def branch(
     base = case_of(case)
     prepare_tangent(base)
     settings = _settings(base, path, low, high, size, orbits)
-    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
+    now = _value_now(base, path)
     period_map = StrobeMap(along(base, path), now)
     (start,) = settled_orbits(period_map, [now], order=order, settle=settle)
     return follow_branch(period_map, start, settings, upwards=upwards, progress=progress)
@@ -97,7 +97,7 @@ def branches(
     base = case_of(case)
     prepare_tangent(base)
     settings = _settings(base, path, low, high, size, orbits)
-    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
+    now = _value_now(base, path)
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
     period_map = StrobeMap(along(base, path), places[0])
@@ -110,9 +110,8 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
     base = case_of(case)
-    now = number_in_si(base, (path,), value_at(base.resolved(), path), path)
-    period_map = StrobeMap(along(base, path), now)
-    flow = period_map.member(now).flow
+    now = _value_now(base, path)
+    flow = StrobeMap(along(base, path), now).member(now).flow
     flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.sleeves)))
 
 
@@ -124,9 +123,11 @@ def branch_signals(case: Source, path: str, branch: Branch, signals: Sequence[st
 
 
 def branches_dataset(
-    case: Source, path: str, found: Sequence[Branch], signals: Sequence[str]
+    case: Source, path: str, found: Sequence[Branch], signals: Sequence[str], levels: Sequence[Any]
 ) -> "xr.Dataset":
     """Return branches as one table: a row for each orbit, with signals at its first section, and one for each special point.
+
+    ``levels`` are the signals of each branch as `branch_signals` returns them.
 
     Coordinates: ``orbit`` with ``branch`` (number), ``order``, the field, ``stable`` (1 or 0) and ``multiplier`` (the largest
     modulus); ``special`` with its kind, branch and field.
@@ -153,11 +154,16 @@ def branches_dataset(
         "special_branch": ("special", np.array([p[1] for p in points], dtype=np.int64), {"long_name": "number of the branch"}),
         f"special_{name}": ("special", np.array([p[2] for p in points]), unit),
     }  # fmt: skip
-    values = np.concatenate([branch_signals(base, path, each, signals)[:, 0] for each in found])
+    values = np.concatenate([each[:, 0] for each in levels])
     for at, signal in enumerate(signals):
         variables[signal] = ("orbit", values[:, at], signal_words(signal))
     ended = json.dumps([each.ended for each in found])
     return xr.Dataset(variables, attrs=provenance(base, ended=ended))
+
+
+def _value_now(base: Case, path: str) -> float:
+    """Return the case's own value of a field [SI]."""
+    return number_in_si(base, (path,), value_at(base.resolved(), path), path)
 
 
 def _settings(base: Case, path: str, low: Any, high: Any, size: float | None, orbits: int) -> Settings:

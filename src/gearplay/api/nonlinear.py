@@ -11,12 +11,11 @@ from gearplay.api.described import provenance, signal_words
 from gearplay.api.result import Source, case_of
 from gearplay.model.field_units import unit_at
 from gearplay.solver.flow import Flow, prepare_tangent
-from gearplay.solver.observables import state_names
 from gearplay.solver.simulate import prepare, worker_count
 from gearplay.solver.trajectory import contact_labels
 from gearplay.study.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
-from gearplay.study.nonlinear.motion import Motion, identify_motion
+from gearplay.study.nonlinear.motion import Motion, identify_motion, prepare_motion
 from gearplay.study.nonlinear.period_map import along, section_period
 from gearplay.study.nonlinear.sections import (
     Section,
@@ -130,7 +129,7 @@ def motion(
 ) -> Motion:
     """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
     base = case_of(case)
-    (prepare_tangent if base.run.fixed_step is None else prepare)(base)
+    prepare_motion(base)
     return identify_motion(
         base,
         periods=periods,
@@ -239,8 +238,7 @@ def portrait(
     base = case_of(case)
     prepare(base)
     flow = Flow(base)
-    packed, every = flow.packed, state_names(flow.packed)
-    signals = [every[at] for at in flow.free if at < len(every)]
+    packed, signals = flow.packed, flow.free_names
     if not signals:
         rule = "must leave a rotor free to move or turn"
         raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))

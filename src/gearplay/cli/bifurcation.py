@@ -110,7 +110,9 @@ def bifurcation(
                 else:
                     levels = [branch_signals(base, path, each, names) for each in trees]
                     both = list(zip(trees, levels, strict=True))
-                    write_dataset(branches_dataset(base, path, trees, names), tree, overwrite=overwrite)
+                    write_dataset(
+                        branches_dataset(base, path, trees, names, levels), tree, overwrite=overwrite
+                    )
                     write_bytes(picture, bifurcation_figure(found, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
     except KeyboardInterrupt:

@@ -33,12 +33,11 @@ def motion(
     """Say what kind of motion a case settles to, and why."""
     from gearplay.api.nonlinear import motion as kind_of
     from gearplay.model.reading import load_case
-    from gearplay.solver.flow import prepare_tangent
-    from gearplay.solver.simulate import prepare
+    from gearplay.study.nonlinear.motion import prepare_motion
 
     base = load_case(case, changes or ())
     with compiling_notice():
-        (prepare_tangent if base.run.fixed_step is None else prepare)(base)
+        prepare_motion(base)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = kind_of(

@@ -4,14 +4,12 @@ No contact is located, no error is estimated and nothing flies in closed form. W
 at its end, which makes the method one of first order at every contact; between them it has the order of its formula.
 """
 
-import math
-
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.events import attempt
 from gearplay.kernels.layout import System
 from gearplay.kernels.mesh import know_angles
-from gearplay.kernels.restart import restart
-from gearplay.kernels.run_state import CANNOT_MESH, DONE, FIXED, NOT_FINITE, T_END, Motion, T
+from gearplay.kernels.restart import failure, restart
+from gearplay.kernels.run_state import DONE, FIXED, T_END, Motion, T
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
 
@@ -28,10 +26,7 @@ def take_fixed_step(system: System, motion: Motion, stop: float) -> int:
     for c in range(1, roster.meshes[0] + 1):
         know_angles(system, roster.meshes[c], t, motion.y)
     if attempt(system, motion, h) != 0:
-        for s in range(1, roster.states[0] + 1):
-            if not math.isfinite(motion.y_new[roster.states[s]]):
-                return NOT_FINITE
-        return CANNOT_MESH
+        return failure(motion)
     switch_values(system, roster, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
     first = -1
     for c in range(1, roster.switches[0] + 1):

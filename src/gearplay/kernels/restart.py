@@ -40,6 +40,15 @@ def check_state(motion: Motion, i: int) -> int:
     return BLOW_UP if abs(motion.y[i]) > FURTHEST * motion.natural[i] else DONE
 
 
+@compiled_inline
+def failure(motion: Motion) -> int:
+    """Return why the step tried into y_new failed: a state that is not finite, else gears that cannot mesh."""
+    for s in range(1, motion.roster.states[0] + 1):
+        if not math.isfinite(motion.y_new[motion.roster.states[s]]):
+            return NOT_FINITE
+    return CANNOT_MESH
+
+
 @compiled
 def check_states(motion: Motion) -> int:
     """Return the first status of all states that is not DONE."""

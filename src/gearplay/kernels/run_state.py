@@ -99,12 +99,6 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, Ints, bool]:
     return listed(rotors - {-1}), listed(sleeves), listed(meshes), forces
 
 
-def fix_steps(motion: Motion, step: float) -> None:
-    """Let a run that has not begun take steps of one length [s]; see `fixed_steps`."""
-    motion.clock[FIXED] = step
-    motion.roster.grounded[0] = 1
-
-
 def make_motion(
     system: System,
     y_0: Floats,
@@ -115,10 +109,12 @@ def make_motion(
     rows: Floats,
     log_capacity: int,
     tolerance: float,
+    fixed_step: float | None = None,
 ) -> Motion:
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
-    ``rows``, shape [column, sample], receives the samples of the signals ``columns``.
+    ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
+    that length (`fixed_steps`).
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, sleeves, meshes, forces = _wanted(system, columns)
@@ -134,8 +130,12 @@ def make_motion(
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
     counts[FORCES] = 1 if forces else 0
+    roster = make_roster(system, n)
+    if fixed_step is not None:
+        clock[FIXED] = fixed_step
+        roster.grounded[0] = 1
     return Motion(
-        roster=make_roster(system, n),
+        roster=roster,
         clock=clock,
         counts=counts,
         y=np.array(y_0, dtype=np.float64),

@@ -14,7 +14,7 @@ from gearplay.kernels.fixed_steps import take_fixed_step
 from gearplay.kernels.layout import ACTIVE, System
 from gearplay.kernels.mesh import know_angles, mesh_phase
 from gearplay.kernels.recording import record_samples, sample_is_due
-from gearplay.kernels.restart import begin, check_states, restart
+from gearplay.kernels.restart import begin, check_states, failure, restart
 from gearplay.kernels.roster import state_of
 from gearplay.kernels.run_state import (
     BEGUN,
@@ -112,10 +112,7 @@ def take_step(system: System, motion: Motion) -> int:
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
         if attempt(system, motion, h) != 0:
-            reason = CANNOT_MESH
-            for s in range(1, roster.states[0] + 1):
-                if not math.isfinite(motion.y_new[roster.states[s]]):
-                    reason = NOT_FINITE
+            reason = failure(motion)
             counts[REJECTED] += 1
             h *= 0.25
             continue

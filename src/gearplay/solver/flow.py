@@ -12,6 +12,7 @@ from gearplay.kernels.layout import OPEN
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
+from gearplay.solver.observables import state_names
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
@@ -57,6 +58,12 @@ class Flow:
         self.size, self.sleeves = self.packed.state_size, self.packed.system.sleeves.size
         # A latched impact speed is of the size of a velocity.
         self.sizes = np.concatenate([self.natural, np.full(self.sleeves, self.natural[3 * n])])
+
+    @property
+    def free_names(self) -> list[str]:
+        """Names of the free entries, ``rotor.signal``; integrals of servos have none."""
+        names = state_names(self.packed)
+        return [names[i] for i in self.free if i < len(names)]
 
     def start(self, member: int = 0) -> Floats:
         """Return the initial state of a member of the case's ensemble."""
@@ -128,9 +135,8 @@ class Course:
             np.zeros((0, 0)),
             LOG_CAPACITY,
             flow.case.run.tolerance,
+            flow.case.run.fixed_step,
         )
-        if flow.case.run.fixed_step is not None:
-            run_state.fix_steps(self.motion, flow.case.run.fixed_step)
         if latch is not None:  # above the floor that means: not latched yet
             self.motion.latch[: flow.sleeves] = np.nextafter(latch, np.inf)
         rows = np.zeros((0, flow.size + flow.sleeves)) if changes is None else changes.copy()

@@ -72,9 +72,8 @@ class _Run:
             np.empty((len(self.columns), self.samples)),
             LOG_CAPACITY,
             self.case.run.tolerance,
+            self.case.run.fixed_step,
         )
-        if self.case.run.fixed_step is not None:
-            run_state.fix_steps(self.motion, self.case.run.fixed_step)
         if self.origin is not None:
             follow(self.system, self.motion.latch, self.origin)
 

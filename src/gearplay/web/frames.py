@@ -4,10 +4,11 @@
 array stands as ``{"at": first float, "shape": [...]}``.
 """
 
+import io
 import json
 import math
 import struct
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,16 +45,25 @@ def pack_frame(document: dict[str, Any]) -> bytes:
     return b"".join([struct.pack("<I", len(head)), head, *(each.tobytes() for each in arrays)])
 
 
+def read_head(source: BinaryIO) -> tuple[dict[str, Any], int]:
+    """Return the head of a frame, places of arrays in it as they stand, and where its numbers begin.
+
+    Raises `ValueError` for bytes that are no frame.
+    """
+    size = source.read(4)
+    if len(size) < 4:
+        raise ValueError("frame: shorter than its head")
+    (length,) = struct.unpack("<I", size)
+    return json.loads(source.read(length)), 4 + length
+
+
 def unpack_frame(frame: bytes) -> dict[str, Any]:
     """Return the document of a frame.
 
     Raises `ValueError` for bytes that are no frame.
     """
-    if len(frame) < 4:
-        raise ValueError("frame: shorter than its head")
-    (length,) = struct.unpack_from("<I", frame)
-    document: dict[str, Any] = json.loads(frame[4 : 4 + length])
-    numbers = np.frombuffer(frame, dtype="<f4", offset=4 + length)
+    document, begins = read_head(io.BytesIO(frame))
+    numbers = np.frombuffer(frame, dtype="<f4", offset=begins)
 
     def full(value: Any) -> Any:
         if isinstance(value, dict):

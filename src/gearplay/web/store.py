@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gearplay.output.files import write_bytes
-from gearplay.web.frames import unpack_frame
+from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")
 
@@ -31,12 +31,14 @@ class Store:
     def save(self, key: str, frame: bytes) -> None:
         """Keep a frame, and let the oldest go."""
         write_bytes(self.folder / f"{key}.frame", frame)
-        files = sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
         room = 0
-        for at, file in enumerate(files):
+        for at, file in enumerate(self._newest_first()):
             room += file.stat().st_size
             if at >= self.most or (room > self.room and at > 0):
                 file.unlink(missing_ok=True)
+
+    def _newest_first(self) -> list[Path]:
+        return sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
 
     def load(self, key: str) -> bytes | None:
         """Return the frame of a key, None where there is none."""
@@ -51,10 +53,10 @@ class Store:
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
         """Return what is kept, the newest first: key, kind, title, time of writing [s]."""
         found = []
-        files = sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
-        for file in files[:count]:
+        for file in self._newest_first()[:count]:
             try:
-                document = unpack_frame(file.read_bytes())
+                with file.open("rb") as source:
+                    document, _ = read_head(source)
             except (OSError, ValueError):
                 continue
             found.append(

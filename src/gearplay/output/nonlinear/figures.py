@@ -151,7 +151,8 @@ def _stretches(branch: Branch, y: Any) -> list[tuple[Any, Any, bool]]:
 
 def _level(branch: Branch, special: Special, y: Any) -> float:
     """Return where a special point is drawn: on the line between its neighbours."""
-    share = _share(branch, special.place, special.orbit.parameter)
+    low, high = (branch.orbits[special.place + k].parameter for k in (0, 1))
+    share = float(np.clip((special.orbit.parameter - low) / (high - low), 0.0, 1.0)) if high != low else 0.5
     return float((1.0 - share) * y[special.place] + share * y[special.place + 1])
 
 
@@ -163,9 +164,3 @@ def branch_marks(branches: Sequence[Branch]) -> dict[str, Any]:
         marks["unstable orbits"] = legend_mark(BRANCH, line=":")
     kinds = {special.kind for branch in branches for special in branch.special}
     return marks | {kind: legend_mark(POINT, marker=MARKS[kind]) for kind in MARKS if kind in kinds}
-
-
-def _share(branch: Branch, place: int, parameter: float) -> float:
-    """Return how far between two orbits of a branch a special point is drawn."""
-    low, high = branch.orbits[place].parameter, branch.orbits[place + 1].parameter
-    return float(np.clip((parameter - low) / (high - low), 0.0, 1.0)) if high != low else 0.5

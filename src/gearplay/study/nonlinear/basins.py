@@ -101,15 +101,14 @@ def basins_of_attraction(
 
 def _place(flow: Flow, grid: Grid) -> int:
     """Return the place of an entry in the state; `InputError` where it is none, prescribed, or its range is empty."""
-    names = state_names(flow.packed)
-    free = [names[i] for i in flow.free if i < len(names)]
+    free = flow.free_names
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
         raise InputError(Fault("name", grid.name, rule, f"Choose from: {', '.join(free)}"))
     if not grid.low < grid.high or grid.count < 2:
         rule = "must have low below high and a count of 2 or more"
         raise InputError(Fault(grid.name, f"{grid.low:g} to {grid.high:g}, {grid.count}", rule, "Correct it"))
-    return names.index(grid.name)
+    return state_names(flow.packed).index(grid.name)
 
 
 def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[Floats, ...]]:

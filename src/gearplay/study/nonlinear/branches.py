@@ -12,7 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.orbits import SAME, Orbit, Return, after, defect_slopes, find_orbit, orbit_of
+from gearplay.study.nonlinear.orbits import (
+    Orbit,
+    Return,
+    after,
+    defect_slopes,
+    find_orbit,
+    orbit_of,
+    order_of,
+)
 from gearplay.study.nonlinear.period_map import PeriodMap
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
@@ -166,7 +174,7 @@ def follow_branch(
         if bend < 0.8 and step > 16.0 * settings.least:  # a sharp turn: look closer
             step *= 0.5
             continue
-        if _has_lower_order(there.orbit, follower.scale[:-1]):
+        if order_of(there.orbit.states, follower.scale[:-1]) < there.orbit.order:
             ended = "it has met a branch of lower order"
             break
         special += [
@@ -184,14 +192,6 @@ def follow_branch(
             break
         step = min(settings.most, step * (1.6 if count <= 2 and bend > 0.95 else 0.7 if count > 4 else 1.0))
     return Branch(tuple(orbits), tuple(special), ended or "the number of orbits is reached", start.order)
-
-
-def _has_lower_order(orbit: Orbit, scale: Floats) -> bool:
-    """Return whether an orbit repeats after fewer periods than its order."""
-    return any(
-        orbit.order % lower == 0 and np.max(np.abs(orbit.states[lower] - orbit.states[0]) / scale) <= SAME
-        for lower in range(1, orbit.order)
-    )
 
 
 def _passes(one: Orbit, other: Orbit, start: Orbit, scale: Floats) -> bool:

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
-from gearplay.solver.flow import Flow
-from gearplay.solver.observables import state_names
-from gearplay.solver.simulate import run_members
+from gearplay.solver.flow import Flow, prepare_tangent
+from gearplay.solver.simulate import prepare, run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
@@ -64,6 +63,11 @@ class Motion:
     period: float
     comparisons: tuple[Comparison, ...]
     limit: float
+
+
+def prepare_motion(case: Case) -> None:
+    """Compile or load the kernels that `identify_motion` needs: those of the exact derivative where the motion has one."""
+    (prepare_tangent if case.run.fixed_step is None else prepare)(case)
 
 
 def identify_motion(
@@ -180,8 +184,7 @@ def _compare(
 
 def _moving(flow: Flow) -> list[str]:
     """Return the signals of velocities that are not prescribed, ``rotor.signal``."""
-    names = state_names(flow.packed)
-    return [names[i] for i in flow.free if len(names) // 2 <= i < len(names)]
+    return [name for name in flow.free_names if name.rpartition(".")[2] in ("vx", "vy", "omega")]
 
 
 def _statistics(

@@ -97,7 +97,11 @@ def find_orbit(
     residual = _size(found.image - state, scale)
     for _ in range(MOST_STEPS):
         if residual <= close:
-            _check_order(found.states, scale)
+            if (lower := order_of(found.states, scale)) < order:
+                raise SimulationError(
+                    f"orbit: what is near the guess repeats after {lower} of {order} periods already. "
+                    f"Ask for order {lower}."
+                )
             return _polished(period_map, found, parameter, residual)
         step = _newton_step(found, scale)
         share = 1.0
@@ -120,14 +124,15 @@ def find_orbit(
     )
 
 
-def _check_order(states: Floats, scale: Floats) -> None:
-    """Raise `SimulationError` where an orbit repeats after fewer periods than its states, shape [order, state]."""
+def order_of(states: Floats, scale: Floats) -> int:
+    """Return after how many periods sections, shape [order, state], repeat: their number, or a divisor of it.
+
+    >>> order_of(np.array([[1.0], [2.0], [1.0], [2.0]]), np.ones(1)), order_of(np.array([[1.0], [2.0]]), np.ones(1))
+    (2, 2)
+    """
     order = len(states)
-    for lower in range(1, order):
-        if order % lower == 0 and _size(states[lower] - states[0], scale) <= SAME:
-            raise SimulationError(
-                f"orbit: what is near the guess repeats after {lower} of {order} periods already. Ask for order {lower}."
-            )
+    lower = (n for n in range(1, order) if order % n == 0 and _size(states[n] - states[0], scale) <= SAME)
+    return next(lower, order)
 
 
 def _polished(period_map: PeriodMap, found: Return, parameter: float, residual: float) -> Orbit:

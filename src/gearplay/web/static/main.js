@@ -3,7 +3,7 @@
 import { Controls } from "./controls.js";
 import { drawBifurcation, drawMap, drawRun, drawSpectrum, fillStatistics } from "./plots.js";
 import { Stage } from "./mechanism.js";
-import { Wire, fetchJson } from "./wire.js";
+import { Wire, decode, fetchJson } from "./wire.js";
 
 const $ = (name) => document.getElementById(name);
 const MOST_LINK = 64 * 1024;
@@ -263,7 +263,6 @@ async function recall(key) {
   if (!key) return;
   const answer = await fetch(`/api/results/${key}`);
   if (!answer.ok) { tell((await answer.json()).error); return; }
-  const { decode } = await import("./wire.js");
   const result = decode(await answer.arrayBuffer());
   select(result.kind);
   if (result.kind === "run") await showRun(result);
