@@ -509,6 +509,16 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
     assert len(rows(tmp_path)) == 3
 
 
+def test_a_stop_ends_the_case_in_hand() -> None:
+    """A case of an hour is not waited for."""
+    stop = threading.Event()
+    long = {"run.duration": 3600.0, "run.sampling": 100.0, "run.max_steps": 10**12, "run.max_wall_time": 1e6}
+    reduce = [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}]
+    threading.Timer(0.5, stop.set).start()
+    with pytest.raises(KeyboardInterrupt):
+        door.sweep("han2021", {"meshes.0.backlash": [1e-4]}, set=long, reduce=reduce, stop=stop)
+
+
 def test_another_number_of_shards_goes_on_from_the_old_ones(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -276,6 +276,67 @@ def test_a_map(visit: Open) -> None:
     assert made.page.evaluate("document.getElementById('map').data[0].z[0].length") == 4
 
 
+def small_map(made: Visit) -> None:
+    made.page.click("#tab-map")
+    made.page.fill("#map-form [name=columns]", "3")
+    made.page.fill("#map-form [name=rows]", "2")
+    made.page.click("#map-form button")
+    made.until("document.getElementById('map').data?.[0].z.length === 2")
+
+
+def test_a_map_of_contacts_is_saved(visit: Open) -> None:
+    made = visit().ready()
+    brief(made)
+    made.page.click("#tab-map")
+    made.page.select_option("#map-form [name=measure]", label="rms impact speed, pinion-ring:drive")
+    small_map(made)
+    title = made.page.evaluate("document.getElementById('map').data[0].colorbar.title.text")
+    assert title == "rms impact speed, pinion-ring:drive [mm/s]"
+    with made.page.expect_download() as waited:
+        made.page.select_option("#save", "csv")
+    lines = Path(waited.value.path()).read_text(encoding="utf-8").splitlines()
+    assert lines[0] == f"{CLEARANCE} [m],{SPEED} [rad/s],value [m/s]"
+    assert len(lines) == 1 + 6
+
+
+def test_nothing_to_save_is_said(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#tab-map")
+    made.page.select_option("#save", "csv")
+    made.until("document.getElementById('message').textContent.includes('nothing to save here yet')")
+
+
+def test_a_result_of_another_case_brings_its_case_back(visit: Open) -> None:
+    made = visit().ready()
+    brief(made)
+    small_map(made)
+    made.page.click("#tab-run")
+    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
+    with made.page.expect_response("**/api/results"):
+        made.page.focus("#history")
+    made.until("document.getElementById('history').options[1].text.length > 0")
+    made.page.wait_for_timeout(200)
+    at = made.page.evaluate(
+        "[...document.getElementById('history').options].findIndex((each) => each.text.startsWith('map,'))"
+    )
+    made.after(lambda: made.page.select_option("#history", index=at))
+    assert made.page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
+    assert made.page.locator("#panel-map").is_visible()
+    assert field(made, "run.duration").input_value() == "0.05"
+    assert made.page.evaluate("document.getElementById('map').data[0].z.length") == 2
+
+
+def test_a_long_run_gives_way_to_a_newer_one(visit: Open) -> None:
+    made = visit().ready()
+    made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+    field(made, "run.duration").fill("50")
+    field(made, "run.duration").press("Tab")
+    made.until("window.gearplay.state.running")
+    made.page.wait_for_timeout(1500)
+    fill(made, "run.duration", "0.2")
+    assert shown(made, "result.case.run.duration") == 0.2
+
+
 def test_a_map_that_cannot_be_is_told(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-map")

@@ -62,10 +62,10 @@ class Client:
         await self.socket.send(json.dumps(words))
 
     async def hear(self) -> dict[str, Any]:
-        """Return the next word that is no progress; a result with its frame."""
+        """Return the next word that is neither progress nor state; a result with its frame."""
         while True:
             words = json.loads(await asyncio.wait_for(self.socket.recv(), 120))
-            if words["type"] == "progress":
+            if words["type"] in ("progress", "state"):
                 continue
             if words["type"] == "result":
                 frame = await asyncio.wait_for(self.socket.recv(), 60)

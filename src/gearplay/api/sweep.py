@@ -51,12 +51,15 @@ class Policy:
         if self.engine not in ("threads", "processes"):
             raise InputError(Fault("engine", self.engine, "must be threads or processes", "Choose one"))
 
-    def outcomes(self, made: Sweep, jobs: Sequence[int]) -> Generator[list[Outcome]]:
-        """Yield the outcomes of jobs as they are done."""
+    def outcomes(
+        self, made: Sweep, jobs: Sequence[int], stop: threading.Event | None = None
+    ) -> Generator[list[Outcome]]:
+        """Yield the outcomes of jobs as they are done; threads end their cases early once stopped."""
         if self.scheduler is not None:
             return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}))
-        run = run_threads if self.engine == "threads" else run_processes
-        return run(made, jobs, workers=self.workers)
+        if self.engine == "processes":
+            return run_processes(made, jobs, workers=self.workers)
+        return run_threads(made, jobs, workers=self.workers, stop=stop)
 
 
 def sweep(
@@ -169,13 +172,17 @@ def _watched(
 ) -> Generator[list[Outcome]]:
     """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
-    with closing(policy.outcomes(made, left)) as finished:
-        for done, outcomes in enumerate(finished, start=before + 1):
+    done = before
+    with closing(policy.outcomes(made, left, stop)) as finished:
+        for outcomes in finished:
+            done += 1
             yield outcomes
             if progress is not None:
                 progress(label, done, total)
             if stop is not None and stop.is_set():
                 raise KeyboardInterrupt
+    if done < total and stop is not None and stop.is_set():
+        raise KeyboardInterrupt
 
 
 def freeze(plan: SweepPlan) -> SweepPlan:

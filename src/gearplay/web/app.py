@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,14 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from gearplay.model.case import Case
-from gearplay.model.reading import bundled_names, load_case, to_toml
+from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
 from gearplay.vocabulary.errors import GearplayError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
+from gearplay.web.downloads import file_of
+from gearplay.web.measures import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.store import Store
 
@@ -89,6 +91,16 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             return JSONResponse({"error": "result: it is no longer kept. Run it again."}, status_code=404)
         return Response(frame, media_type="application/octet-stream")
 
+    async def result_file(request: Request) -> Response:
+        form = request.path_params["form"]
+        frame = await asyncio.to_thread(store.load, request.path_params["key"])
+        if frame is None:
+            return JSONResponse({"error": "result: it is no longer kept. Run it again."}, status_code=404)
+        try:
+            return _file(await asyncio.to_thread(file_of, frame, form), form)
+        except (GearplayError, KeyError, ValueError) as error:
+            return JSONResponse({"error": f"result: it cannot be saved. {error}"}, status_code=400)
+
     async def export(request: Request) -> Response:
         form = request.path_params["form"]
         body = await _body(request)
@@ -104,8 +116,7 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             return JSONResponse({"error": "The queue is full. Try again in a moment."}, status_code=503)
         except JobError as error:
             return JSONResponse({"error": str(error)}, status_code=400)
-        name = f'attachment; filename="gearplay.{form}"'
-        return Response(data, media_type=FORMS[form], headers={"content-disposition": name})
+        return _file(data, form)
 
     async def wire(socket: WebSocket) -> None:
         await socket.accept()
@@ -120,12 +131,19 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             Route("/api/case", given, methods=["POST"]),
             Route("/api/results", results),
             Route("/api/results/{key}", result),
+            Route("/api/results/{key}/{form}", result_file),
             Route("/api/export/{form}", export, methods=["POST"]),
             WebSocketRoute("/wire", wire),
             Mount("/static", StaticFiles(directory=STATIC)),
         ],
         lifespan=lifespan,
     )
+
+
+def _file(data: bytes, form: str) -> Response:
+    """Return a file to save."""
+    name = f'attachment; filename="gearplay.{form}"'
+    return Response(data, media_type=FORMS[form], headers={"content-disposition": name})
 
 
 async def _nothing(_: dict[str, Any]) -> None:
@@ -150,7 +168,12 @@ def _described(case: Case, *, fresh: bool) -> Response:
         document["run"] |= PAGE_RUN | {"ensemble": 1}
         case = load_case(document)
     return JSONResponse(
-        {"case": case.resolved(), "controls": controls(case), "toml": to_toml(case), "title": case.title}
+        {
+            "case": case.resolved(),
+            "controls": controls(case),
+            "measures": measures(case),
+            "title": case.title,
+        }
     )
 
 
@@ -165,6 +188,7 @@ class _Page:
 
     async def serve(self) -> None:
         """Answer until the page is gone; what it still wanted is cancelled."""
+        greeting = self._keep(self._greet())
         try:
             while True:
                 text = await self.socket.receive_text()
@@ -172,6 +196,7 @@ class _Page:
         except (WebSocketDisconnect, KeyError, RuntimeError):
             pass
         finally:
+            greeting.cancel()
             for job in list(self.jobs.values()):
                 await self.pool.cancel(job)
 
@@ -214,9 +239,21 @@ class _Page:
             )
             return
         self.jobs[number] = job
-        task = asyncio.create_task(self._await(number, job, wanted))
+        self._keep(self._await(number, job, wanted))
+
+    async def _greet(self) -> None:
+        """Say whether jobs can be done at once, and if not, when they can."""
+        if not self.pool.ready.is_set():
+            await self._say({"type": "state", "ready": False})
+            await self.pool.ready.wait()
+        await self._say({"type": "state", "ready": True})
+
+    def _keep(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        """Do something beside; a task that nobody holds may vanish."""
+        task = asyncio.create_task(work)
         self.tasks.add(task)
         task.add_done_callback(self.tasks.discard)
+        return task
 
     async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
         try:

@@ -79,6 +79,7 @@ class Pool:
     waiting: deque[Job] = field(default_factory=deque)
     workers: set[Worker] = field(default_factory=set)
     closing: bool = False
+    ready: asyncio.Event = field(default_factory=asyncio.Event)  # the first worker has its kernels
     _wake: asyncio.Event = field(default_factory=asyncio.Event)
     _tasks: list["asyncio.Task[None]"] = field(default_factory=list)
 
@@ -127,6 +128,7 @@ class Pool:
             self.workers.add(worker)
             try:
                 await worker.read()  # it says that it is ready
+                self.ready.set()
                 while worker.served < self.renew:
                     await self._until_work(worker)
                     await self._serve(worker, self.waiting.popleft())

@@ -1,20 +1,19 @@
 """What a worker can do: runs of both models, bifurcation diagrams, maps, and files to download."""
 
-import tempfile
 import threading
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
+from gearplay.output.files import netcdf_bytes
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
-from gearplay.study.signals.spectra import amplitude_spectrum
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.web.frames import pack_frame
+from gearplay.web.measures import KEPT, reduction_of, words_of
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of
 
 Report = Callable[[float, float], None]
@@ -26,7 +25,7 @@ MOST_POINTS = 100_000  # of a diagram
 MOST_CELLS = 2500  # of a map
 
 
-def case_of(job: Job) -> Case:
+def limited_case(job: Job) -> Case:
     """Return the case of a job, its limits those of the server.
 
     Raises `InputError` for a case that cannot be, or one that keeps more samples than a page can use.
@@ -51,7 +50,7 @@ def case_of(job: Job) -> Case:
 
 def run(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a case with the models asked for; return its result frame."""
-    case = case_of(job)
+    case = limited_case(job)
     models = [model for model in MODELS if model in job.get("models", (case.backlash_model,))]
     cases = [replace(case, {"backlash_model": model}) for model in models] or [case]
     done = run_batch([(each, [0]) for each in cases], progress=report, stop=stop, threads=1)
@@ -102,7 +101,7 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
     from gearplay.api.nonlinear import bifurcation as diagram_of
 
-    case = case_of(job)
+    case = limited_case(job)
     count, keep, settle = (_whole(job, name, least, most) for name, least, most in
                            (("count", 2, 1000), ("keep", 1, 400), ("settle", 0, 2000)))  # fmt: skip
     if count * keep > MOST_POINTS:
@@ -128,6 +127,7 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
         {
             "kind": "bifurcation",
             "title": case.title,
+            "case": case.resolved(),
             "signal": name,
             "path": path,
             "unit": found[name].attrs["units"],
@@ -142,65 +142,50 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
 
 def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points."""
-    case = case_of(job)
+    from gearplay.api.sweep import Policy, sweep
+
+    case = limited_case(job)
     columns, rows = (_whole(job, name, 2, 60) for name in ("columns", "rows"))
     if columns * rows > MOST_CELLS:
         raise InputError(
             Fault("columns x rows", columns * rows, f"must be at most {MOST_CELLS}", "Lower one")
         )
     first, second = _axis(job, "first"), _axis(job, "second")
+    if first[0] == second[0]:
+        raise InputError(
+            Fault("second.path", second[0], "must be another field than first", "Choose another")
+        )
+    measure, of = str(job.get("measure", "")), str(job.get("of", ""))
     across, up = np.linspace(*first[1:], columns), np.linspace(*second[1:], rows)
-    rotor, measure = str(job.get("rotor", "")), str(job.get("measure", "rms"))
-    if rotor not in case.rotors:
-        names = ", ".join(case.rotors)
-        raise InputError(Fault("rotor", rotor, "must be a rotor of the case", f"Choose from: {names}"))
-    values, reasons = np.full((rows, columns), np.nan), set()
-    cells = [(i, j) for i in range(rows) for j in range(columns)]
-    for n, (i, j) in enumerate(cells):
-        if stop.is_set():
-            raise KeyboardInterrupt
-        try:
-            each = replace(case, {first[0]: float(across[j]), second[0]: float(up[i])})
-            done = run_batch([(each, [0])], signals=[f"{rotor}.ax"], stop=stop, threads=1)[0][0]
-            if done.success:
-                values[i, j] = _measure(done.signal("ax", rotor), done.sampling, each, measure)
-            else:
-                reasons.add(done.message)
-        except (InputError, SimulationError) as error:
-            reasons.add(str(error).splitlines()[0])
-        report(n + 1.0, float(len(cells)))
-    words = {"rms": "rms acceleration", "peak": "largest acceleration", "line": "line at f_m"}[measure]
+    found = sweep(
+        case,
+        {second[0]: up.tolist(), first[0]: across.tolist()},
+        reduce=[reduction_of(case, measure, of)],
+        policy=Policy(workers=1),
+        progress=lambda _, done, total: report(done, total),
+        stop=stop,
+    )
+    kept = found[KEPT if KEPT in found else f"{KEPT}_amplitude"]
     return pack_frame(
         {
             "kind": "map",
             "title": case.title,
-            "measure": f"{words}, {rotor}",
-            "unit": "m/s^2",
+            "case": case.resolved(),
+            "measure": words_of(measure, of),
+            "unit": kept.attrs["units"],
             "paths": [first[0], second[0]],
+            "units": [found[kept.dims[at]].attrs["units"] for at in (1, 0)],
             "x": across,
             "y": up,
-            "values": values,
-            "reasons": sorted(reasons)[:5],
+            "values": kept.values,
+            "reasons": sorted({str(each) for each in found["reason"].values.ravel() if each})[:5],
         }
     )
 
 
-def _measure(values: Any, sampling: float, case: Case, measure: str) -> float:
-    if measure == "rms":
-        return float(np.sqrt(np.mean(values**2)))
-    if measure == "peak":
-        return float(np.max(np.abs(values)))
-    if measure == "line" and case.meshes:
-        spectrum = amplitude_spectrum(values, sampling)
-        f_m = spectrum_lines(case)["f_m"]
-        near = np.abs(spectrum.frequency - f_m) <= 2.0 * spectrum.resolution
-        return float(np.max(spectrum.amplitude[near], initial=0.0))
-    raise InputError(Fault("measure", measure, "must be rms, peak or line", "Choose one"))
-
-
 def export(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a case and return its result as a file: ``nc``, ``csv`` or the case itself as ``toml``."""
-    case, form = case_of(job), job.get("form")
+    case, form = limited_case(job), job.get("form")
     if form == "toml":
         return to_toml(case).encode("utf-8")
     if form not in ("nc", "csv"):
@@ -210,12 +195,7 @@ def export(job: Job, report: Report, stop: threading.Event) -> bytes:
     runs = run_batch([(case, [0])], progress=report, stop=stop, threads=1)[0]
     if stop.is_set():
         raise KeyboardInterrupt
-    if form == "csv":
-        return _csv(runs[0])
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "run.nc"
-        Result(case, runs).save(file)
-        return file.read_bytes()
+    return _csv(runs[0]) if form == "csv" else netcdf_bytes(Result(case, runs).ds)
 
 
 def _csv(run: Any) -> bytes:

@@ -1,23 +1,43 @@
 """Parts of the page's server: frames, controls, the store, the guard's decisions, addresses, tasks."""
 
+import asyncio
+import json
 import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from gearplay.model.geometry import mesh_frequency
 from gearplay.model.reading import bundled_names, load_case, replace
+from gearplay.solver.simulate import run_batch
 from gearplay.study.signals.extremes import extremes
+from gearplay.study.signals.lines import find_line
+from gearplay.study.signals.spectra import amplitude_spectrum
 from gearplay.vocabulary.errors import InputError
+from gearplay.web.app import make_app
 from gearplay.web.controls import controls
+from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
 from gearplay.web.guard import Guard
+from gearplay.web.measures import measures
+from gearplay.web.pool import Pool
 from gearplay.web.serve import address_of
 from gearplay.web.store import Store
-from gearplay.web.tasks import TASKS, case_of
+from gearplay.web.tasks import TASKS, limited_case
 
 STOP = threading.Event()
+BACKLASH, CLEARANCE = "meshes.0.backlash", "sleeves.ring.radial_clearance"
+SMALL_MAP = {
+    "columns": 3,
+    "rows": 2,
+    "first": {"path": BACKLASH, "low": 5e-5, "high": 1.5e-4},
+    "second": {"path": CLEARANCE, "low": 5e-5, "high": 1e-4},
+    "measure": "rms",
+    "of": "ring",
+}
 
 
 def quiet(done: float, total: float) -> None:
@@ -125,7 +145,7 @@ def test_a_run_shows_what_the_solver_says() -> None:
     import gearplay as gp
 
     found = unpack_frame(TASKS["run"](job(models=["coupled"]), quiet, STOP))
-    case = case_of(job())
+    case = limited_case(job())
     result = gp.simulate(case)
     view = found["models"]["coupled"]
     assert view["finished"]
@@ -168,6 +188,12 @@ def test_no_shock_is_lost_in_thinning() -> None:
         ("bifurcation", {"count": 1000, "keep": 400, "settle": 0}, "must be at most 100000"),
         ("bifurcation", {"count": True, "keep": 400, "settle": 0}, "must be a whole number"),
         ("map", {"columns": 60, "rows": 60}, "must be at most 2500"),
+        ("map", {**SMALL_MAP, "second": SMALL_MAP["first"]}, "must be another field than first"),
+        (
+            "map",
+            {**SMALL_MAP, "of": "lid"},
+            'measure = "rms of lid": must be a measure of a rotor or contact',
+        ),
         ("export", {"form": "exe"}, "must be nc, csv or toml"),
     ],
 )
@@ -179,5 +205,93 @@ def test_tasks_refuse_in_words(kind: str, words: dict[str, Any], said: str) -> N
 def test_limits_are_the_server_s() -> None:
     words = job()
     words["case"]["run"] |= {"max_steps": 2**40, "ensemble": 7}
-    run = case_of(words).run
+    run = limited_case(words).run
     assert (run.max_steps, run.ensemble, run.max_wall_time) == (20_000_000, 1, 120.0)
+
+
+@pytest.mark.parametrize("measure", ["rms", "peak", "line", "share_of_time", "rms_impact_speed"])
+def test_a_map_has_what_single_runs_give(measure: str) -> None:
+    of = "ring" if measure in ("rms", "peak", "line") else "pinion-ring:drive"
+    words = job(**{**SMALL_MAP, "measure": measure, "of": of})
+    words["case"]["run"]["duration"] = 0.2
+    found = unpack_frame(TASKS["map"](words, quiet, STOP))
+    assert found["values"].shape == (2, 3)
+    case = replace(limited_case(words), {BACKLASH: 1e-4, CLEARANCE: 5e-5})
+    run = run_batch([(case, [0])])[0][0]
+    at = run.statistics.labels.index("pinion-ring:drive")
+    ax = np.diff(run.signal("vx", "ring")) * run.sampling  # as sweeps keep it
+    single = {
+        "rms": np.sqrt(np.mean(ax**2)),
+        "peak": np.max(np.abs(ax)),
+        "line": find_line(amplitude_spectrum(ax, run.sampling), mesh_frequency(case)).amplitude,
+        "share_of_time": run.statistics.share_of_time[at],
+        "rms_impact_speed": run.statistics.rms_impact_speed[at],
+    }[measure]
+    assert found["values"][0, 1] == pytest.approx(single, rel=1e-6)
+    assert found["values"][0, 1] > 0.0
+
+
+def test_every_measure_that_is_offered_is_kept() -> None:
+    for each in measures(load_case("pinion-idler-ring")):
+        case = load_case("pinion-idler-ring", ["run.duration=100ms", "run.transient=0s"])
+        words = SMALL_MAP | {"columns": 2, "measure": each["measure"], "of": each["of"]}
+        words |= {
+            "case": case.resolved(),
+            "second": {**SMALL_MAP["second"], "path": "sleeves.idler.radial_clearance"},
+        }  # type: ignore[dict-item]
+        found = unpack_frame(TASKS["map"](words, quiet, STOP))
+        assert (found["reasons"], np.all(np.isfinite(found["values"]))) == ([], True), each
+
+
+def test_what_fails_in_a_map_is_said() -> None:
+    words = job(**SMALL_MAP)
+    words["case"]["run"]["max_steps"] = 5
+    found = unpack_frame(TASKS["map"](words, quiet, STOP))
+    assert np.all(np.isnan(found["values"]))
+    assert "max_steps" in found["reasons"][0]
+    with pytest.raises(InputError, match="must be less than the mean"):
+        TASKS["map"](
+            job(**SMALL_MAP | {"first": {"path": "meshes.0.stiffness.amplitude", "low": 1e7, "high": 1e9}}),
+            quiet,
+            STOP,
+        )
+
+
+def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
+    frame = TASKS["map"](job(**SMALL_MAP), quiet, STOP)
+    path = tmp_path / "map.nc"
+    path.write_bytes(file_of(frame, "nc"))
+    with xr.open_dataset(path, engine="h5netcdf") as saved:
+        assert saved.value.dims == (CLEARANCE, BACKLASH)
+        assert (saved.value.attrs["units"], saved[BACKLASH].attrs["units"]) == ("m/s^2", "m")
+        np.testing.assert_array_equal(saved.value.values, unpack_frame(frame)["values"])
+        assert json.loads(saved.attrs["case"])["run"]["duration"] == 0.05
+    lines = file_of(frame, "csv").decode().splitlines()
+    assert lines[0] == f"{CLEARANCE} [m],{BACKLASH} [m],value [m/s^2]"
+    assert len(lines) == 1 + 6
+    axis = SMALL_MAP["first"]
+    diagram = TASKS["bifurcation"](job(axis=axis, signal="ring.x", count=3, keep=4, settle=2), quiet, STOP)
+    lines = file_of(diagram, "csv").decode().splitlines()
+    assert lines[0] == f"direction,{BACKLASH} [m],section,ring.x [m]"
+    assert len(lines) == 1 + 2 * 3 * 4
+    with pytest.raises(InputError, match="must be a diagram or a map"):
+        file_of(pack_frame({"kind": "run", "title": None}), "csv")
+
+
+def test_a_page_is_told_that_no_worker_is_ready_yet(tmp_path: Path) -> None:
+    async def states() -> list[dict[str, Any]]:
+        pool = Pool(size=0)
+        given: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        sent: asyncio.Queue[Any] = asyncio.Queue()
+        await given.put({"type": "websocket.connect"})
+        scope = {"type": "websocket", "path": "/wire", "headers": [], "query_string": b"", "subprotocols": []}
+        serving = asyncio.create_task(make_app(tmp_path, pool)(scope, given.get, sent.put))
+        assert (await sent.get())["type"] == "websocket.accept"
+        first = json.loads((await sent.get())["text"])
+        pool.ready.set()
+        second = json.loads((await sent.get())["text"])
+        await given.put({"type": "websocket.disconnect", "code": 1000})
+        await serving
+        return [first, second]
+
+    assert asyncio.run(states()) == [{"type": "state", "ready": False}, {"type": "state", "ready": True}]

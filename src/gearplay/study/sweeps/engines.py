@@ -22,26 +22,30 @@ RETRIES = 3
 """How often work that a dying process took with it is begun again."""
 PATIENCE = 10.0
 """How long a scheduler has to answer [s]."""
+PAUSE = 0.1
+"""How often a wait for outcomes looks whether it is to stop [s]."""
 
 
-def run_threads(sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None) -> Generator[list[Outcome]]:
+def run_threads(
+    sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None, stop: threading.Event | None = None
+) -> Generator[list[Outcome]]:
     """Evaluate jobs on threads, the default: the kernels run side by side, and nothing is copied.
 
-    Yields the outcomes of each job as it is done. Closing the iterator ends every run at its next chunk.
+    Yields the outcomes of each job as it is done. Closing the iterator, or ``stop``, ends every run at its next chunk.
     """
     prepare(sweep.template.base)
-    waiting, lock, stop = iter(jobs), threading.Lock(), threading.Event()
+    waiting, lock, ended = iter(jobs), threading.Lock(), threading.Event()
     done: queue.SimpleQueue[list[Outcome] | BaseException | None] = queue.SimpleQueue()
     room = threading.Semaphore(1000)  # a consumer that cannot keep up must not fill the memory
 
     def work() -> None:
         try:
-            while not stop.is_set():
+            while not ended.is_set():
                 with lock:
                     job = next(waiting, None)
                 if job is None:
                     break
-                outcomes = sweep.evaluate(int(job), stop)
+                outcomes = sweep.evaluate(int(job), ended)
                 if outcomes:
                     room.acquire()
                     done.put(outcomes)
@@ -56,7 +60,12 @@ def run_threads(sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None
     left = len(threads)
     try:
         while left:
-            found = done.get()
+            try:
+                found = done.get(timeout=None if stop is None else PAUSE)
+            except queue.Empty:
+                if stop is not None and stop.is_set():
+                    return
+                continue
             if found is None:
                 left -= 1
             elif isinstance(found, BaseException):
@@ -65,7 +74,7 @@ def run_threads(sweep: Sweep, jobs: Iterable[int], *, workers: int | None = None
                 room.release()
                 yield found
     finally:
-        stop.set()
+        ended.set()
         room.release(len(threads))
         for thread in threads:
             thread.join()

@@ -1,13 +1,15 @@
 // The page: a case, its controls, and what is computed from them.
 
 import { Controls } from "./controls.js";
+import { diagramWords, fillForms, mapWords } from "./forms.js";
 import { drawBifurcation, drawMap, drawRun, drawSpectrum, fillStatistics } from "./plots.js";
 import { Stage } from "./mechanism.js";
 import { Wire, decode, fetchJson } from "./wire.js";
 
 const $ = (name) => document.getElementById(name);
 const MOST_LINK = 64 * 1024;
-const state = { base: null, changes: new Map(), controls: [], result: null, running: null, again: false, job: null, tab: "run", moved: 0 };
+const PATIENCE = 1000; // ms before a run gives way to a newer one
+const state = { base: null, changes: new Map(), controls: [], result: null, measures: [], diagrams: {}, running: null, again: false, job: null, tab: "run", moved: 0, began: 0 };
 window.gearplay = { state, latencies: [] };
 
 // Messages ------------------------------------------------------------------------------------------------------------------
@@ -32,26 +34,32 @@ function current() {
   return made;
 }
 
+/** Take a case over, as the server describes it; what to show of it comes after. */
 function adopt(described) {
   state.base = described.case;
   state.changes.clear();
   state.controls = described.controls;
+  state.diagrams = {};
   panel.build(described.controls);
   panel.find($("find").value);
   $("title").textContent = described.title || "untitled";
-  fillForms();
+  fillForms($("bifurcation-form"), $("map-form"), described);
   tell("");
+}
+
+function start(described) {
+  adopt(described);
   run();
 }
 
 async function choose(name) {
-  try { adopt(await fetchJson(`/api/cases/${encodeURIComponent(name)}`)); } catch (error) { tell(error.message); }
+  try { start(await fetchJson(`/api/cases/${encodeURIComponent(name)}`)); } catch (error) { tell(error.message); }
 }
 
 async function upload(file) {
   if (!file) return;
   if (file.size > 256 * 1024) { tell(`${file.name}: a case file has at most 256 kB. Shorten it.`); return; }
-  try { adopt(await fetchJson("/api/case", { toml: await file.text() })); $("case").value = ""; } catch (error) { tell(error.message); }
+  try { start(await fetchJson("/api/case", { toml: await file.text() })); $("case").value = ""; } catch (error) { tell(error.message); }
 }
 
 const packText = (text) => btoa(String.fromCharCode(...new TextEncoder().encode(text))).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
@@ -63,7 +71,7 @@ async function fromLink() {
   const found = /^#case=([A-Za-z0-9_-]+)$/.exec(location.hash);
   if (!found || found[1].length > MOST_LINK) return false;
   try {
-    adopt(await fetchJson("/api/case", { case: JSON.parse(unpackText(found[1])) }));
+    start(await fetchJson("/api/case", { case: JSON.parse(unpackText(found[1])) }));
     $("case").value = "";
   } catch (error) {
     tell(`The link's case cannot be used. ${error.message}`);
@@ -76,13 +84,18 @@ async function fromLink() {
 
 function models() { return $("compare").checked ? ["coupled", "uncoupled"] : [current().backlash_model]; }
 
-/** Run the case as it stands; while one runs, the next waits, and only the last of those. */
+/** Run the case as it stands. While one runs the next waits, and only the last of those; one that takes long gives way to it. */
 async function run() {
   if (!wire.ready || !state.base) return;
-  if (state.running) { state.again = true; return; }
+  if (state.running) {
+    state.again = true;
+    if (performance.now() - state.began > PATIENCE) wire.cancel(state.running.number);
+    return;
+  }
   const began = state.moved || performance.now();
   state.moved = 0;
-  const job = wire.ask("run", { case: current(), models: models() }, (done) => showProgress(done, job.number));
+  state.began = performance.now();
+  const job = wire.ask("run", { case: current(), models: models() }, (done) => showProgress(done, job.number, state.began));
   state.running = job;
   try {
     const result = await job;
@@ -122,110 +135,29 @@ async function showRun(result) {
 
 const spectrumOptions = () => ({ of: $("spectrum-of").value, scale: $("spectrum-scale").value });
 
-function showProgress(done, number) {
+/** Show how far a job is that began when asked, and an estimate once there is something to estimate from. */
+function showProgress(done, number, began) {
   $("progress").value = done;
-  if (!$("progress").hidden) return;
-  $("progress").hidden = false;
-  $("cancel").hidden = false;
   $("cancel").onclick = () => wire.cancel(number);
+  const spent = (performance.now() - began) / 1000;
+  const left = Math.max(1, spent * (1 / done - 1));
+  $("left").textContent = done > 0.02 && spent > 1 ? `about ${left.toPrecision(left < 9.5 ? 1 : 2)} s left` : "";
+  $("job").hidden = false;
 }
 
-function hideProgress() {
-  $("progress").hidden = true;
-  $("cancel").hidden = true;
-}
+function hideProgress() { $("job").hidden = true; }
 
 // Diagrams and maps ---------------------------------------------------------------------------------------------------------
 
-const numbers = () => state.controls.filter((each) => each.kind === "number" && each.group !== "Run");
-const named = (path) => state.controls.find((each) => each.path === path);
-
-function field(form, name, words, element) {
-  const label = document.createElement("label");
-  label.textContent = words;
-  element.name = name;
-  label.append(element);
-  form.append(label);
-  return element;
-}
-
-function numberField(form, name, words, value) {
-  const input = document.createElement("input");
-  input.type = "number";
-  input.step = "any";
-  input.required = true;
-  input.value = value;
-  return field(form, name, words, input);
-}
-
-function pathField(form, name, words, chosen) {
-  const select = document.createElement("select");
-  for (const each of numbers()) select.append(new Option(`${each.owner} ${each.label}`.trim(), each.path, false, each.path === chosen));
-  field(form, name, words, select);
-  const ends = [numberField(form, `${name}-low`, "from", 0), numberField(form, `${name}-high`, "to", 1)];
-  const fill = () => {
-    const each = named(select.value);
-    if (!each) return;
-    ends[0].value = Number((each.low > 0 ? each.low * 3 : each.low || each.high / 20).toPrecision(3));
-    ends[1].value = Number((each.logarithmic ? each.high / 3 : each.high).toPrecision(3));
-    ends[0].parentElement.firstChild.textContent = `from [${(each.unit || "1").replace("um", "µm")}]`;
-    ends[1].parentElement.firstChild.textContent = `to [${(each.unit || "1").replace("um", "µm")}]`;
-  };
-  select.onchange = fill;
-  fill();
-}
-
-function listField(form, name, words, choices) {
-  const select = document.createElement("select");
-  for (const [value, text] of choices) select.append(new Option(text, value));
-  return field(form, name, words, select);
-}
-
-function button(form, text) {
-  const made = document.createElement("button");
-  made.type = "submit";
-  made.textContent = text;
-  form.append(made);
-}
-
-function fillForms() {
-  const first = numbers().find((each) => each.path.endsWith("drive.speed"))?.path ?? numbers()[0]?.path;
-  const second = numbers().find((each) => each.path.endsWith("radial_clearance"))?.path ?? numbers()[1]?.path;
-  const rotors = Object.keys(state.base.rotors);
-  const moving = Object.keys(state.base.sleeves)[0] ?? rotors[rotors.length - 1];
-  const diagram = $("bifurcation-form");
-  diagram.replaceChildren();
-  pathField(diagram, "axis", "over", first);
-  const signals = ["x", "y", "vx", "vy", "theta", "omega"].flatMap((signal) => [moving, ...rotors.filter((each) => each !== moving)].map((rotor) => `${rotor}.${signal}`));
-  listField(diagram, "signal", "signal", signals.map((each) => [each, each]));
-  numberField(diagram, "count", "values", 100);
-  numberField(diagram, "settle", "periods before", 200);
-  numberField(diagram, "keep", "periods kept", 60);
-  button(diagram, "Draw the diagram");
-  const map = $("map-form");
-  map.replaceChildren();
-  pathField(map, "first", "across", first);
-  pathField(map, "second", "up", second);
-  listField(map, "rotor", "acceleration of", [moving, ...rotors.filter((each) => each !== moving)].map((each) => [each, each]));
-  listField(map, "measure", "measure", [["rms", "rms"], ["peak", "largest"], ["line", "line at f_m"]]);
-  numberField(map, "columns", "columns", 16);
-  numberField(map, "rows", "rows", 12);
-  button(map, "Run the map");
-}
-
-function axisOf(data, name) {
-  const control = named(data.get(name));
-  return { path: control.path, low: Number(data.get(`${name}-low`)) / control.factor, high: Number(data.get(`${name}-high`)) / control.factor };
-}
-
-async function longJob(kind, words, draw) {
+async function longJob(kind, words) {
   if (state.job) { tell("One diagram or map at a time: cancel the one that runs."); return; }
   tell("");
-  const job = wire.ask(kind, words, (done) => showProgress(done, job.number));
+  const began = performance.now();
+  const job = wire.ask(kind, { case: current(), ...words }, (done) => showProgress(done, job.number, began));
   state.job = job;
-  showProgress(0, job.number);
+  showProgress(0, job.number, began);
   try {
-    await draw(await job);
+    await showDiagram(await job);
     listResults();
   } catch (error) {
     tell(error.message);
@@ -235,19 +167,21 @@ async function longJob(kind, words, draw) {
   }
 }
 
-$("bifurcation-form").onsubmit = (event) => {
-  event.preventDefault();
-  const data = new FormData(event.target);
-  const words = { case: current(), axis: axisOf(data, "axis"), signal: data.get("signal"), count: Number(data.get("count")), settle: Number(data.get("settle")), keep: Number(data.get("keep")) };
-  longJob("bifurcation", words, (result) => drawBifurcation(result, named(result.path)));
-};
+async function showDiagram(result) {
+  state.diagrams[result.kind] = result;
+  const named = (path) => state.controls.find((each) => each.path === path);
+  if (result.kind === "map") await drawMap(result, ...result.paths.map(named));
+  else await drawBifurcation(result, named(result.path));
+  const failed = result.kind === "map" ? result.reasons : result.failed ? [`${result.failed} values failed`] : [];
+  $(`${result.kind}-words`).textContent = failed.length ? `Not all was computed: ${failed.join("; ")}` : "";
+}
 
-$("map-form").onsubmit = (event) => {
-  event.preventDefault();
-  const data = new FormData(event.target);
-  const words = { case: current(), first: axisOf(data, "first"), second: axisOf(data, "second"), rotor: data.get("rotor"), measure: data.get("measure"), columns: Number(data.get("columns")), rows: Number(data.get("rows")) };
-  longJob("map", words, (result) => drawMap(result, named(result.paths[0]), named(result.paths[1])));
-};
+for (const kind of ["bifurcation", "map"]) {
+  $(`${kind}-form`).onsubmit = (event) => {
+    event.preventDefault();
+    longJob(kind, (kind === "map" ? mapWords : diagramWords)(event.target, state.controls));
+  };
+}
 
 // Results that are kept -----------------------------------------------------------------------------------------------------
 
@@ -259,16 +193,18 @@ async function listResults() {
   } catch { /* the banner says that the server is gone */ }
 }
 
+/** Show a result that is kept, and put its case back. */
 async function recall(key) {
   if (!key) return;
   const answer = await fetch(`/api/results/${key}`);
   if (!answer.ok) { tell((await answer.json()).error); return; }
-  const result = decode(await answer.arrayBuffer());
+  const result = { ...decode(await answer.arrayBuffer()), key };
+  adopt(await fetchJson("/api/case", { case: result.case }));
+  $("case").value = "";
   select(result.kind);
-  if (result.kind === "run") await showRun(result);
-  else if (result.kind === "map" && result.paths.every(named)) await drawMap(result, named(result.paths[0]), named(result.paths[1]));
-  else if (result.kind === "bifurcation" && named(result.path)) await drawBifurcation(result, named(result.path));
-  else tell("This result belongs to another case: open that case first.");
+  if (result.kind !== "run") { await showDiagram(result); run(); return; }
+  $("compare").checked = Object.keys(result.models).length > 1;
+  await showRun(result);
 }
 
 async function save(form) {
@@ -278,7 +214,10 @@ async function save(form) {
     for (const name of shown) if ($(name).data) await Plotly.downloadImage(name, { format: form, filename: `gearplay-${name}`, width: 900, height: 500, scale: form === "png" ? 2 : 1 });
     return;
   }
-  const answer = await fetch(`/api/export/${form}`, { method: "POST", body: JSON.stringify({ case: current() }), headers: { "content-type": "application/json" } });
+  const shown = state.diagrams[state.tab];
+  if (form !== "toml" && state.tab !== "run" && !shown) { tell("There is nothing to save here yet: compute it first."); return; }
+  const answer = form !== "toml" && state.tab !== "run" ? await fetch(`/api/results/${shown.key}/${form}`)
+    : await fetch(`/api/export/${form}`, { method: "POST", body: JSON.stringify({ case: current() }), headers: { "content-type": "application/json" } });
   if (!answer.ok) { tell((await answer.json()).error); return; }
   const anchor = document.createElement("a");
   anchor.href = URL.createObjectURL(await answer.blob());
@@ -368,7 +307,7 @@ const wire = new Wire((open) => {
   $("gone").hidden = open;
   $("link-state").textContent = open ? "connected" : "server gone";
   if (open) { if (state.base) run(); listResults(); }
-});
+}, (ready) => { $("warming").hidden = ready; });
 
 const about = await fetchJson("/api/about");
 for (const name of about.cases) $("case").append(new Option(name, name));

@@ -13,7 +13,10 @@ const SIGNALS = {
 };
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
 export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-const shownUnit = (unit) => (unit || "1").replace("um", "µm");
+export const shownUnit = (unit) => (unit || "1").replace("um", "µm");
+// SI as results are, to what is read easily: unit and factor.
+const SHOWN = { m: ["µm", 1e6], "m/s": ["mm/s", 1e3], rad: ["mrad", 1e3], "m/s^2": ["m/s²", 1], 1: ["%", 100] };
+const shownAs = (unit) => SHOWN[unit] ?? [unit, 1];
 const scaled = (array, factor) => Float64Array.from(array, (value) => value * factor);
 
 function layout(more = {}) {
@@ -140,23 +143,24 @@ export function fillStatistics(table, result) {
 }
 
 export function drawBifurcation(result, axis) {
-  const shown = { m: ["µm", 1e6], "m/s": ["mm/s", 1e3], rad: ["mrad", 1e3], "rad/s": ["rad/s", 1] }[result.unit] ?? [result.unit, 1];
+  const [unit, factor] = shownAs(result.unit);
   const traces = ["up", "down"].map((way) => {
     const [count, keep] = result[way].shape;
     const x = new Float64Array(count * keep);
     for (let i = 0; i < count; i++) x.fill(result.x[i] * axis.factor, i * keep, (i + 1) * keep);
-    return { x, y: scaled(result[way], shown[1]), mode: "markers", type: "scatter", name: way === "up" ? "up →" : "← down",
+    return { x, y: scaled(result[way], factor), mode: "markers", type: "scatter", name: way === "up" ? "up →" : "← down",
       marker: { size: 2, color: style(way === "up" ? "coupled" : "uncoupled"), opacity: 0.7 } };
   });
   return Plotly.react("bifurcation", traces, layout({ uirevision: result.path, xaxis: { title: { text: plain(`${axis.owner} ${axis.label} [${shownUnit(axis.unit)}]`.trim()) } },
-    yaxis: { title: { text: plain(`${result.signal} [${shown[0]}]`) } } }), CONFIG);
+    yaxis: { title: { text: plain(`${result.signal} [${unit}]`) } } }), CONFIG);
 }
 
 export function drawMap(result, first, second) {
   const [rows, columns] = result.values.shape;
-  const z = Array.from({ length: rows }, (_, i) => Array.from(result.values.subarray(i * columns, (i + 1) * columns)));
+  const [unit, factor] = shownAs(result.unit);
+  const z = Array.from({ length: rows }, (_, i) => scaled(result.values.subarray(i * columns, (i + 1) * columns), factor));
   const words = (each) => plain(`${each.owner} ${each.label} [${shownUnit(each.unit)}]`.trim());
   return Plotly.react("map", [{ type: "heatmap", x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
-    colorbar: { title: { text: plain(`${result.measure} [m/s²]`), side: "right" } } }],
+    colorbar: { title: { text: plain(`${result.measure} [${unit}]`), side: "right" } } }],
   layout({ showlegend: false, margin: { l: 66, r: 120, t: 12, b: 42, autoexpand: false }, uirevision: result.paths.join(), xaxis: { title: { text: words(first) } }, yaxis: { title: { text: words(second) } } }), CONFIG);
 }

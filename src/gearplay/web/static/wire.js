@@ -19,8 +19,10 @@ export function decode(buffer) {
 }
 
 export class Wire {
-  constructor(onState) {
-    this.onState = onState;
+  /** `onOpen` is told when the server comes and goes, `onReady` whether it can do jobs at once. */
+  constructor(onOpen, onReady) {
+    this.onOpen = onOpen;
+    this.onReady = onReady;
     this.jobs = new Map();
     this.next = 1;
     this.awaited = null;
@@ -30,12 +32,12 @@ export class Wire {
   open() {
     this.socket = new WebSocket(`ws://${location.host}/wire`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => this.onState(true);
+    this.socket.onopen = () => this.onOpen(true);
     this.socket.onmessage = (event) => this.take(event.data);
     this.socket.onclose = () => {
       for (const job of this.jobs.values()) job.reject(new Error("The server is gone."));
       this.jobs.clear();
-      this.onState(false);
+      this.onOpen(false);
       setTimeout(() => this.open(), 700);
     };
   }
@@ -63,6 +65,7 @@ export class Wire {
       return;
     }
     const words = JSON.parse(data);
+    if (words.type === "state") { this.onReady(words.ready); return; }
     const job = this.jobs.get(words.id);
     if (words.type === "progress") { job?.onProgress(words.done); return; }
     this.jobs.delete(words.id);

@@ -1,0 +1,101 @@
+// What to compute over fields of a case: the forms of a bifurcation diagram and of a map, and the words of a job from them.
+
+import { shownUnit } from "./plots.js";
+
+const SIGNALS = ["x", "y", "vx", "vy", "theta", "omega"];
+const rounded = (value) => Number(value.toPrecision(3));
+
+function field(form, name, words, element) {
+  const label = document.createElement("label");
+  label.textContent = words;
+  element.name = name;
+  label.append(element);
+  form.append(label);
+  return element;
+}
+
+function numberField(form, name, words, value) {
+  const input = document.createElement("input");
+  input.type = "number";
+  input.step = "any";
+  input.required = true;
+  input.value = value;
+  return field(form, name, words, input);
+}
+
+/** A field of the case with its two ends; these start where its slider does not yet touch nothing. */
+function pathField(form, name, words, numbers, chosen) {
+  const select = document.createElement("select");
+  for (const each of numbers) select.append(new Option(`${each.owner} ${each.label}`.trim(), each.path, false, each.path === chosen));
+  field(form, name, words, select);
+  const [low, high] = [numberField(form, `${name}-low`, "from", 0), numberField(form, `${name}-high`, "to", 1)];
+  const fill = () => {
+    const each = numbers.find(({ path }) => path === select.value);
+    if (!each) return;
+    low.value = rounded(each.low > 0 ? each.low * 3 : each.low || each.high / 20);
+    high.value = rounded(each.logarithmic ? each.high / 3 : each.high);
+    for (const [end, text] of [[low, "from"], [high, "to"]]) end.parentElement.firstChild.textContent = `${text} [${shownUnit(each.unit)}]`;
+  };
+  select.onchange = fill;
+  fill();
+}
+
+function button(form, text) {
+  const made = document.createElement("button");
+  made.type = "submit";
+  made.textContent = text;
+  form.append(made);
+}
+
+/** Make both forms for a case, as the server describes it. */
+export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, measures }) {
+  const numbers = controls.filter((each) => each.kind === "number" && each.group !== "Run");
+  const pathOf = (end, at) => numbers.find(({ path }) => path.endsWith(end))?.path ?? numbers[at]?.path;
+  const [speed, clearance] = [pathOf("drive.speed", 0), pathOf("radial_clearance", 1)];
+  const moving = Object.keys(sleeves)[0] ?? Object.keys(rotors).at(-1);
+  const names = [moving, ...Object.keys(rotors).filter((each) => each !== moving)];
+
+  diagram.replaceChildren();
+  pathField(diagram, "axis", "over", numbers, speed);
+  const signal = field(diagram, "signal", "signal", document.createElement("select"));
+  signal.append(...SIGNALS.flatMap((each) => names.map((name) => new Option(`${name}.${each}`))));
+  numberField(diagram, "count", "values", 100);
+  numberField(diagram, "settle", "periods before", 200);
+  numberField(diagram, "keep", "periods kept", 60);
+  button(diagram, "Draw the diagram");
+
+  map.replaceChildren();
+  pathField(map, "first", "across", numbers, speed);
+  pathField(map, "second", "up", numbers, clearance);
+  const select = field(map, "measure", "show", document.createElement("select"));
+  for (const of of new Set(measures.map((each) => each.of))) {
+    const group = document.createElement("optgroup");
+    group.label = of;
+    for (const each of measures.filter((one) => one.of === of)) {
+      const first = of === moving && each.measure === "rms";
+      group.append(new Option(`${each.words}, ${of}`, JSON.stringify([each.measure, of]), first, first));
+    }
+    select.append(group);
+  }
+  numberField(map, "columns", "columns", 16);
+  numberField(map, "rows", "rows", 12);
+  button(map, "Run the map");
+}
+
+function axisOf(data, name, controls) {
+  const { path, factor } = controls.find((each) => each.path === data.get(name));
+  return { path, low: Number(data.get(`${name}-low`)) / factor, high: Number(data.get(`${name}-high`)) / factor };
+}
+
+export function diagramWords(form, controls) {
+  const data = new FormData(form);
+  const [count, settle, keep] = ["count", "settle", "keep"].map((name) => Number(data.get(name)));
+  return { axis: axisOf(data, "axis", controls), signal: data.get("signal"), count, settle, keep };
+}
+
+export function mapWords(form, controls) {
+  const data = new FormData(form);
+  const [measure, of] = JSON.parse(data.get("measure"));
+  const [columns, rows] = ["columns", "rows"].map((name) => Number(data.get(name)));
+  return { first: axisOf(data, "first", controls), second: axisOf(data, "second", controls), measure, of, columns, rows };
+}
