@@ -78,9 +78,9 @@ class Visit:
             f"not within {seconds} s: {expression}; message {self.page.text_content('#message')!r}"
         )
 
-    def ready(self) -> "Visit":
+    def ready(self, seconds: float = 60.0) -> "Visit":
         """Wait for the first plot."""
-        self.until("Boolean(window.gearplay && window.gearplay.first)", 60.0)
+        self.until("Boolean(window.gearplay && window.gearplay.first)", seconds)
         return self
 
     def runs(self) -> int:
