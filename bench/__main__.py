@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 import gearplay as gp
-from bench import plain, trains, work_precision
+from bench import page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run_state, stepper
@@ -286,6 +286,7 @@ SECTIONS = (  # the peers last: their libraries' threads and memory would distur
     ("Throughput", throughput),
     ("Scaling", scaling),
     ("Start-up", starting),
+    ("The page", page.part),
     ("Hardware limit, and lanes", hardware),
     ("Work and precision", work_precision.report),
     ("ROSS", ross),

@@ -1,15 +1,36 @@
 """A served page as a process, and a visit to it in a browser, for the tests of the page."""
 
+import asyncio
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
 COMMAND = "from gearplay.cli.main import main; main()"
+
+
+def together(work: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
+    """Run a coroutine on a thread of its own: the browser's driver keeps a loop on this one."""
+    found: list[Any] = []
+    fault: list[BaseException] = []
+
+    def go() -> None:
+        try:
+            found.append(asyncio.run(work()))
+        except BaseException as error:
+            fault.append(error)
+
+    thread = threading.Thread(target=go)
+    thread.start()
+    thread.join()
+    if fault:
+        raise fault[0]
+    return found[0]
 
 
 class Server:
@@ -80,7 +101,9 @@ class Visit:
 
     def ready(self, seconds: float = 60.0) -> "Visit":
         """Wait for the first plot."""
-        self.until("Boolean(window.gearplay && window.gearplay.first)", seconds)
+        self.until(
+            "Boolean(window.gearplay && window.gearplay.first && window.gearplay.state.whole)", seconds
+        )
         return self
 
     def runs(self) -> int:
@@ -91,7 +114,9 @@ class Visit:
         """Do something and wait for the run that it starts."""
         before = self.runs()
         act()
-        self.until(f"window.gearplay.latencies.length > {before} && !window.gearplay.state.running")
+        self.until(
+            f"window.gearplay.latencies.length > {before} && !window.gearplay.state.running && window.gearplay.state.whole"
+        )
 
     def close(self) -> None:
         self.context.close()

@@ -256,17 +256,22 @@ class _Page:
         return task
 
     async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
+        """Send what comes of a job and keep it, at once; the job counts as the page's until both are done."""
         try:
             frame = await job.done
+            key = Store.key_of(words)
+            await asyncio.gather(self._store(key, frame), self._send(number, key, frame))
         except JobError as error:
             kind = "cancelled" if error.cancelled else "error"
             await self._say({"type": kind, "id": number, "error": str(error)})
-            return
         finally:
             self.jobs.pop(number, None)
-        key = Store.key_of(words)
+
+    async def _store(self, key: str, frame: bytes) -> None:
         with contextlib.suppress(GearplayError, OSError):
             await asyncio.to_thread(self.store.save, key, frame)
+
+    async def _send(self, number: int, key: str, frame: bytes) -> None:
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             async with self.sending:
                 await self.socket.send_text(json.dumps({"type": "result", "id": number, "key": key}))

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,10 @@ class Store:
     def __init__(self, folder: Path, *, most: int = 100, room: int = 400 * 1024**2) -> None:
         self.folder, self.most, self.room = folder, most, room
         folder.mkdir(parents=True, exist_ok=True)
+        self.sizes = {
+            file: file.stat().st_size for file in reversed(self._newest_first())
+        }  # the oldest first
+        self.changing = threading.Lock()
 
     @staticmethod
     def key_of(words: dict[str, Any]) -> str:
@@ -30,12 +35,17 @@ class Store:
 
     def save(self, key: str, frame: bytes) -> None:
         """Keep a frame, and let the oldest go."""
-        write_bytes(self.folder / f"{key}.frame", frame)
-        room = 0
-        for at, file in enumerate(self._newest_first()):
-            room += file.stat().st_size
-            if at >= self.most or (room > self.room and at > 0):
-                file.unlink(missing_ok=True)
+        file = self.folder / f"{key}.frame"
+        write_bytes(file, frame)
+        with self.changing:
+            self.sizes.pop(file, None)
+            self.sizes[file] = len(frame)
+            while len(self.sizes) > 1 and (
+                len(self.sizes) > self.most or sum(self.sizes.values()) > self.room
+            ):
+                oldest = next(iter(self.sizes))
+                del self.sizes[oldest]
+                oldest.unlink(missing_ok=True)
 
     def _newest_first(self) -> list[Path]:
         return sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)

@@ -27,6 +27,7 @@ from gearplay.web.pool import Pool
 from gearplay.web.serve import address_of
 from gearplay.web.store import Store
 from gearplay.web.tasks import TASKS, limited_case
+from serving import together
 
 STOP = threading.Event()
 BACKLASH, CLEARANCE = "meshes.0.backlash", "sleeves.ring.radial_clearance"
@@ -93,6 +94,8 @@ def test_the_store_keeps_the_newest(tmp_path: Path) -> None:
         store.save(key, pack_frame({"kind": "run", "title": str(n)}))
     assert len(list(tmp_path.glob("*.frame"))) == 3
     assert store.load(keys[4]) is not None
+    Store(tmp_path, most=2).save(keys[0], pack_frame({"kind": "run", "title": "again"}))
+    assert [each["key"] for each in Store(tmp_path).listed()] == [keys[0], keys[4]]
     assert store.load("../../etc/passwd") is None
     assert store.load(32 * "0") is None
     (tmp_path / f"{32 * 'a'}.frame").write_bytes(b"broken")
@@ -294,4 +297,4 @@ def test_a_page_is_told_that_no_worker_is_ready_yet(tmp_path: Path) -> None:
         await serving
         return [first, second]
 
-    assert asyncio.run(states()) == [{"type": "state", "ready": False}, {"type": "state", "ready": True}]
+    assert together(states) == [{"type": "state", "ready": False}, {"type": "state", "ready": True}]

@@ -9,8 +9,8 @@ import { Wire, decode, fetchJson } from "./wire.js";
 const $ = (name) => document.getElementById(name);
 const MOST_LINK = 64 * 1024;
 const PATIENCE = 1000; // ms before a run gives way to a newer one
-const state = { base: null, changes: new Map(), controls: [], result: null, measures: [], diagrams: {}, running: null, again: false, job: null, tab: "run", moved: 0, began: 0 };
-window.gearplay = { state, latencies: [] };
+const state = { base: null, changes: new Map(), controls: [], result: null, measures: [], diagrams: {}, running: null, again: false, job: null, tab: "run", moved: 0, began: 0, asked: 0, whole: false };
+window.gearplay = { state, latencies: [], whole: [] }; // times of runs [ms]: to the plots in view, to all of them
 
 // Messages ------------------------------------------------------------------------------------------------------------------
 
@@ -99,6 +99,7 @@ async function run() {
   state.running = job;
   try {
     const result = await job;
+    state.asked = began;
     await showRun(result);
     window.gearplay.latencies.push(performance.now() - began);
     tell("");
@@ -129,8 +130,20 @@ async function showRun(result) {
   fillStatistics($("statistics"), result);
   const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "done" : view.status} ${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
   $("status").textContent = words.join("; ");
-  await drawRun(result, spectrumOptions());
-  if (!window.gearplay.first) window.gearplay.first = performance.now();
+  window.gearplay.moving ??= performance.now();
+  state.whole = false;
+  const drawRest = await drawRun(result, spectrumOptions());
+  window.gearplay.first ??= performance.now();
+  drawOthers(drawRest, result);
+}
+
+/** Draw the plots that are not in view, unless a newer result comes. */
+async function drawOthers(drawRest, result) {
+  try {
+    if (!(await drawRest(() => state.result === result))) return;
+    state.whole = true;
+    window.gearplay.whole.push(performance.now() - state.asked);
+  } catch (error) { tell(error.message); }
 }
 
 const spectrumOptions = () => ({ of: $("spectrum-of").value, scale: $("spectrum-scale").value });

@@ -32,8 +32,42 @@ function layout(more = {}) {
 const lineOf = (model, dash) => ({ color: style(model), width: 1.1, dash });
 const names = (result) => MODELS.filter((model) => model in result.models);
 
+const pause = () => new Promise((resolve) => { setTimeout(resolve); });
+const painted = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); setTimeout(resolve, 100); });
+
+/** Fetch plotly.js, once. It keeps the browser busy for a while, so what is drawn already is shown before. */
+let fetched = null;
+async function plotly() {
+  if (window.Plotly) return;
+  fetched ??= painted().then(() => new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = "/plotly.js";
+    script.onload = resolve;
+    script.onerror = () => { fetched = null; reject(new Error("The plots need /plotly.js, which did not come. Load the page again.")); };
+    document.head.append(script);
+  }));
+  await fetched;
+}
+
+const inView = (name) => {
+  const { top, bottom, height } = document.getElementById(name).getBoundingClientRect();
+  return height > 0 && bottom > 0 && top < window.innerHeight;
+};
+
+/** Draw a run, first the plots that are seen; return what draws the others, one by one, while `wanted()` says so. */
 export async function drawRun(result, options) {
-  await Promise.all([drawOrbit(result), drawSpectrum(result, options), drawBacklash(result), drawForces(result)]);
+  await plotly();
+  const draws = { orbit: drawOrbit, spectrum: (run) => drawSpectrum(run, options), backlash: drawBacklash, forces: drawForces };
+  const [near, far] = [Object.keys(draws).filter(inView), Object.keys(draws).filter((name) => !inView(name))];
+  for (const name of near) await draws[name](result);
+  return async (wanted) => {
+    for (const name of far) {
+      await pause();
+      if (!wanted()) return false;
+      await draws[name](result);
+    }
+    return true;
+  };
 }
 
 function drawOrbit(result) {
@@ -55,7 +89,8 @@ function drawOrbit(result) {
   return Plotly.react("orbit", traces, layout({ xaxis: { title: { text: "x [µm]" }, scaleanchor: "y" }, yaxis: { title: { text: "y [µm]" } } }), CONFIG);
 }
 
-export function drawSpectrum(result, { of, scale }) {
+export async function drawSpectrum(result, { of, scale }) {
+  await plotly();
   const traces = [];
   let top = 0;
   for (const model of names(result)) {
@@ -142,7 +177,8 @@ export function fillStatistics(table, result) {
   table.replaceChildren(...rows);
 }
 
-export function drawBifurcation(result, axis) {
+export async function drawBifurcation(result, axis) {
+  await plotly();
   const [unit, factor] = shownAs(result.unit);
   const traces = ["up", "down"].map((way) => {
     const [count, keep] = result[way].shape;
@@ -155,7 +191,8 @@ export function drawBifurcation(result, axis) {
     yaxis: { title: { text: plain(`${result.signal} [${unit}]`) } } }), CONFIG);
 }
 
-export function drawMap(result, first, second) {
+export async function drawMap(result, first, second) {
+  await plotly();
   const [rows, columns] = result.values.shape;
   const [unit, factor] = shownAs(result.unit);
   const z = Array.from({ length: rows }, (_, i) => scaled(result.values.subarray(i * columns, (i + 1) * columns), factor));
