@@ -142,7 +142,7 @@ def test_play_pause_and_scrub(visit: Open) -> None:
     made.page.locator("#scrub").focus()
     made.page.keyboard.press("End")
     assert made.page.text_content("#clock") != first
-    assert made.page.text_content("#clock") == "0.5999 s"
+    assert made.page.text_content("#clock") == "0.9999 s"
 
 
 def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None:
@@ -159,6 +159,51 @@ def test_the_picture_moves(visit: Open) -> None:
     made.page.select_option("#slow", "1")
     first = made.page.evaluate("document.querySelector('#stage canvas').toDataURL()")
     made.until(f"document.querySelector('#stage canvas').toDataURL() !== {json.dumps(first)}")
+
+
+def test_what_is_shown_moves_with_the_mechanism(visit: Open) -> None:
+    """The line in the histories and the dot in the orbit stand where the clock says."""
+    made = visit().ready()
+    made.page.click("#play")
+    made.page.evaluate("document.getElementById('backlash').scrollIntoView()")
+    made.page.locator("#scrub").evaluate(
+        "(each) => { each.value = 0.5; each.dispatchEvent(new Event('input')); }"
+    )
+    found = made.page.evaluate(
+        """() => {
+          const [plot, mark] = [document.getElementById("backlash"), document.querySelector("#backlash .time-line")];
+          const { xaxis } = plot._fullLayout;
+          const x = mark.getBoundingClientRect().left - plot.getBoundingClientRect().left - xaxis._offset;
+          return [xaxis.p2l(x), Number(document.getElementById("clock").textContent.split(" ")[0])];
+        }"""
+    )
+    assert found[0] == pytest.approx(found[1], abs=0.003)
+    dot = made.page.evaluate(
+        """() => {
+          const plot = document.getElementById("orbit");
+          const mark = document.querySelector("#orbit .shaft-dot.coupled").getBoundingClientRect();
+          const { xaxis, yaxis } = plot._fullLayout;
+          const { frames } = window.gearplay.state.result.models.coupled;
+          const { left, top } = plot.getBoundingClientRect();
+          const [n, i] = [frames.t.length, Math.floor(0.5 * frames.t.length)];
+          return [xaxis.p2l(mark.left + mark.width / 2 - left - xaxis._offset), 1e6 * frames.rotors[3 * n + i],
+            yaxis.p2l(mark.top + mark.height / 2 - top - yaxis._offset), 1e6 * frames.rotors[4 * n + i]];
+        }"""
+    )
+    assert (dot[0], dot[2]) == (pytest.approx(dot[1], abs=1.0), pytest.approx(dot[3], abs=1.0))
+
+
+def test_which_sleeve_and_mesh_are_looked_at(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.locator("#look-sleeve").is_hidden()
+    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
+    made.page.select_option("#sleeve-of", "idler")
+    made.page.select_option("#mesh-of", "idler-ring")
+    top = "Math.max(...document.getElementById('orbit').data[0].x)"
+    made.until(f"Math.abs({top} - 20) < 1e-6")
+    made.until("document.getElementById('forces').layout.uirevision === 'idleridler-ring'")
+    texts = made.page.evaluate("document.getElementById('forces').layout.yaxis2.ticktext")
+    assert texts == 2 * ["sleeve", "drive", "back"]
 
 
 def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:

@@ -29,7 +29,8 @@ from gearplay.web.store import Store
 STATIC = Path(__file__).parent / "static"
 LARGEST_BODY = 2 * LARGEST_FILE
 MOST_OWN = 8  # jobs of one page, waiting or in hand
-PAGE_RUN = {"duration": 0.5, "transient": 0.1, "sampling": 2e4}
+PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
+LONGEST_TRANSIENT = 1.0  # s
 KEPT = ("run", "bifurcation", "map")
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
 
@@ -165,7 +166,8 @@ def _described(case: Case, *, fresh: bool) -> Response:
     """Return a case with its controls; a ``fresh`` one is made as short as a page wants it."""
     if fresh:
         document = case.resolved()
-        document["run"] |= PAGE_RUN | {"ensemble": 1}
+        transient = min(case.run.transient, LONGEST_TRANSIENT)
+        document["run"] |= PAGE_RUN | {"transient": transient, "ensemble": 1}
         case = load_case(document)
     return JSONResponse(
         {

@@ -13,7 +13,7 @@ from gearplay.model.field_units import measure_in
 from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
 
-GROUPS = ("Model", "Gears", "Drive and load", "Sleeves", "Mesh", "Run")
+GROUPS = ("Sleeves", "Mesh", "Drive and load", "Gears", "Model", "Run")
 SKIPPED = frozenset(
     [
         "title",

@@ -1,6 +1,6 @@
 // What to compute over fields of a case: the forms of a bifurcation diagram and of a map, and the words of a job from them.
 
-import { shownUnit } from "./plots.js";
+import { shownUnit } from "./plotting.js";
 
 const SIGNALS = ["x", "y", "vx", "vy", "theta", "omega"];
 const rounded = (value) => Number(value.toPrecision(3));

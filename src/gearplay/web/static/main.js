@@ -2,7 +2,9 @@
 
 import { Controls } from "./controls.js";
 import { diagramWords, fillForms, mapWords } from "./forms.js";
-import { drawBifurcation, drawMap, drawRun, drawSpectrum, fillStatistics } from "./plots.js";
+import { drawBifurcation, drawMap } from "./diagrams.js";
+import { moveCursors } from "./cursors.js";
+import { drawRun, drawSpectrum, fillStatistics } from "./plots.js";
 import { Stage } from "./mechanism.js";
 import { Wire, decode, fetchJson } from "./wire.js";
 
@@ -117,23 +119,41 @@ function next() {
   if (state.again && !state.running) { state.again = false; run(); }
 }
 
+/** Offer choices in a list, keep the one that is chosen where it is still there, and return it. */
+function offer(select, choices) {
+  const chosen = choices.includes(select.value) ? select.value : choices[0] ?? "";
+  if ([...select.options].map((each) => each.value).join() !== choices.join()) select.replaceChildren(...choices.map((each) => new Option(each, each)));
+  select.value = chosen;
+  return chosen;
+}
+
+/** Return what of a result is looked at: a sleeve, a mesh, a spectrum; lists with one choice are not shown. */
+function lookAt(result) {
+  const { sleeves, meshes } = result.mechanism;
+  const spectra = Object.values(result.models).flatMap((view) => view.spectra.map((each) => `${each.label}.${each.signal}`));
+  $("look-sleeve").hidden = sleeves.length < 2;
+  $("look-mesh").hidden = meshes.length < 2;
+  return {
+    sleeve: offer($("sleeve-of"), sleeves.map((each) => each.name)), mesh: offer($("mesh-of"), meshes.map((each) => each.name)),
+    spectrum: offer($("spectrum-of"), [...new Set(spectra)]), scale: $("spectrum-scale").value,
+  };
+}
+
 async function showRun(result) {
   state.result = result;
-  const choices = [...new Set(Object.values(result.models).flatMap((view) => view.spectra.map((each) => `${each.label}.${each.signal}`)))];
-  const select = $("spectrum-of");
-  const wanted = choices.includes(select.value) ? select.value : choices[0] ?? "";
-  if ([...select.options].map((each) => each.value).join() !== choices.join()) select.replaceChildren(...choices.map((each) => new Option(each, each)));
-  select.value = wanted;
+  const look = lookAt(result);
+  stage.look = look;
   stage.show(result);
-  clock(stage.at, stage.span[0] + stage.at * (stage.span[1] - stage.span[0]));
+  moved();
   magnified();
   fillStatistics($("statistics"), result);
   const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "done" : view.status} ${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
   $("status").textContent = words.join("; ");
   window.gearplay.moving ??= performance.now();
   state.whole = false;
-  const drawRest = await drawRun(result, spectrumOptions());
+  const drawRest = await drawRun(result, look);
   window.gearplay.first ??= performance.now();
+  moved();
   drawOthers(drawRest, result);
 }
 
@@ -145,8 +165,6 @@ async function drawOthers(drawRest, result) {
     window.gearplay.whole.push(performance.now() - state.asked);
   } catch (error) { tell(error.message); }
 }
-
-const spectrumOptions = () => ({ of: $("spectrum-of").value, scale: $("spectrum-scale").value });
 
 /** Show how far a job is that began when asked, and an estimate once there is something to estimate from. */
 function showProgress(done, number, began) {
@@ -266,18 +284,21 @@ for (const [at, name] of TABS.entries()) {
 
 function setTheme(dark) {
   document.documentElement.dataset.theme = dark ? "dark" : "light";
-  $("theme").setAttribute("aria-pressed", String(dark));
+  $("theme").textContent = dark ? "Light" : "Dark";
+  for (const each of Object.values(state.diagrams)) showDiagram(each);
   if (state.result) showRun(state.result);
 }
 
-function clock(share, time) {
-  $("scrub").value = share;
-  $("clock").textContent = `${time.toFixed(4)} s`;
+/** Show where the motion is: on the clock, the slider and the plots. */
+function moved() {
+  $("scrub").value = stage.at;
+  $("clock").textContent = `${stage.time.toFixed(4)} s`;
+  moveCursors(state.result, stage.look.sleeve, stage.index, stage.time);
 }
 
 function magnified() { $("factor").textContent = `${stage.factor.toPrecision(3)} times`; }
 
-const stage = new Stage($("stage"), clock);
+const stage = new Stage($("stage"), moved);
 const panel = new Controls($("controls"), (path, value) => {
   state.changes.set(path, value);
   state.moved = performance.now();
@@ -292,7 +313,7 @@ $("scrub").oninput = () => {
   $("play").textContent = "Play";
   stage.at = Math.min(0.9999, Number($("scrub").value));
   stage.draw();
-  clock(stage.at, stage.span[0] + stage.at * (stage.span[1] - stage.span[0]));
+  moved();
 };
 $("slow").onchange = () => { stage.speed = Number($("slow").value); };
 $("magnify").oninput = () => { stage.magnify = 10 ** (Number($("magnify").value) - 1); stage.draw(); magnified(); };
@@ -305,7 +326,8 @@ $("upload").onchange = () => upload($("upload").files[0]);
 $("save").onchange = async () => { try { await save($("save").value); } catch (error) { tell(error.message); } finally { $("save").value = ""; } };
 $("history").onchange = async () => { await recall($("history").value); $("history").value = ""; };
 $("history").onfocus = listResults;
-$("spectrum-of").onchange = $("spectrum-scale").onchange = () => { if (state.result) drawSpectrum(state.result, spectrumOptions()); };
+$("spectrum-of").onchange = $("spectrum-scale").onchange = () => { if (state.result) drawSpectrum(state.result, lookAt(state.result)); };
+$("sleeve-of").onchange = $("mesh-of").onchange = () => { if (state.result) showRun(state.result); };
 $("share").onclick = async () => {
   history.replaceState(null, "", link());
   try { await navigator.clipboard.writeText(link()); $("share").textContent = "Copied"; } catch { $("share").textContent = "Link is in the address"; }
@@ -313,8 +335,7 @@ $("share").onclick = async () => {
 };
 window.addEventListener("hashchange", fromLink);
 
-document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-$("theme").setAttribute("aria-pressed", String(document.documentElement.dataset.theme === "dark"));
+setTheme(matchMedia("(prefers-color-scheme: dark)").matches);
 
 const wire = new Wire((open) => {
   $("gone").hidden = open;

@@ -1,6 +1,7 @@
 // The mechanism in motion: gears with involute teeth, shafts in their sleeves, forces; small motions magnified.
 
-const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+import { style } from "./plotting.js";
+
 const involute = (alpha) => Math.tan(alpha) - alpha;
 
 /** Outline of a gear about its centre; a ring's is that of its spaces. `gap` is the drawn backlash [m]. */
@@ -70,6 +71,7 @@ export class Stage {
     this.at = 0;
     this.speed = 0.05;
     this.magnify = 1;
+    this.look = {}; // names of the sleeve and the mesh in the close-ups
     this.frames = 0;
     this.last = performance.now();
     const tick = (now) => { this.step(now); requestAnimationFrame(tick); };
@@ -88,6 +90,7 @@ export class Stage {
         canvas.setAttribute("aria-label", `The mechanism in motion, ${model} model`);
         const caption = document.createElement("figcaption");
         caption.textContent = model;
+        caption.className = `${model}-text`;
         figure.append(canvas, caption);
         this.place.append(figure);
         return { model, canvas, context: canvas.getContext("2d") };
@@ -95,6 +98,10 @@ export class Stage {
     }
     this.phases = phases(result.mechanism);
     this.paths = new Map();
+    const [xs, ys] = [[], []];
+    for (const gear of result.mechanism.gears) { xs.push(gear.x - rimOf(gear), gear.x + rimOf(gear)); ys.push(gear.y - rimOf(gear), gear.y + rimOf(gear)); }
+    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    this.whole = { x: (left + right) / 2, y: (low + high) / 2, width: right - left, height: high - low };
     const frames = result.models[models[0]].frames;
     this.span = frames.t.length ? [frames.t[0], frames.t[frames.t.length - 1]] : [0, 1];
     this.peak = 1e-9;
@@ -120,108 +127,160 @@ export class Stage {
     const length = this.span[1] - this.span[0];
     this.at = (this.at + (passed * this.speed) / Math.max(length, 1e-9)) % 1;
     this.draw();
-    this.onTime(this.at, this.span[0] + this.at * length);
+    this.onTime();
   }
+
+  /** Number of the frame that is shown. */
+  get index() {
+    const [count] = Object.values(this.result.models).map(({ frames }) => frames.t.length);
+    return Math.max(0, Math.min(count - 1, Math.floor(this.at * count)));
+  }
+
+  get time() { return this.span[0] + this.at * (this.span[1] - this.span[0]); }
 
   draw() {
     if (!this.result) return;
     for (const pane of this.panes) this.pane(pane);
   }
 
+  /** Draw one model: the whole mechanism, and beside it close-ups of the sleeve and the mesh that are looked at. */
   pane({ model, canvas, context: c }) {
-    const view = this.result.models[model];
-    const { gears, sleeves, meshes } = this.result.mechanism;
-    const { t, rotors, sleeves: pressed, meshes: flanks } = view.frames;
+    const { t } = this.result.models[model].frames;
     if (!t.length) return;
     const ratio = window.devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth * ratio, canvas.clientHeight * ratio];
-    if (canvas.width !== Math.round(width) || canvas.height !== Math.round(height)) { canvas.width = Math.round(width); canvas.height = Math.round(height); }
-    const size = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3.2 : 1.2) * gear.module : 0.02);
-    const left = Math.min(...gears.map((g) => g.x - size(g)));
-    const right = Math.max(...gears.map((g) => g.x + size(g)));
-    const low = Math.min(...gears.map((g) => g.y - size(g)));
-    const high = Math.max(...gears.map((g) => g.y + size(g)));
-    const scale = 0.96 * Math.min(width / (right - left), height / (high - low));
-    const n = t.length;
-    const i = Math.min(n - 1, Math.floor(this.at * n));
-    const time = t[i];
-    const M = this.factor;
+    const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
+    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    const colors = Object.fromEntries(["ink", "soft", "line", "paper", "gear1", "gear2", "alert"].map((name) => [name, style(name)]));
+    const view = { ...this.result.models[model].frames, i: Math.min(this.index, t.length - 1), color: style(model), ...colors };
+    const close = [this.sleeveWindow(), this.meshWindow()].filter((each) => each);
+    const column = close.length ? Math.round(Math.min(0.38 * width, 0.55 * height)) : 0;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, width, height);
-    c.setTransform(scale, 0, 0, -scale, width / 2 - (scale * (left + right)) / 2, height / 2 + (scale * (low + high)) / 2);
-    const thin = 1.2 / scale;
-    const [ink, soft, paper, color] = [style("ink"), style("soft"), style("paper"), style(model)];
+    this.paint(c, view, [0, 0, width - column, height], this.whole, ratio);
+    close.forEach((each, k) => {
+      const place = [width - column, (k * height) / close.length, column, height / close.length];
+      this.paint(c, view, place, each, ratio);
+      c.strokeStyle = view.line;
+      c.lineWidth = ratio;
+      c.strokeRect(...place);
+      c.font = `${12 * ratio}px system-ui, sans-serif`;
+      c.fillStyle = view.paper;
+      c.fillRect(place[0] + ratio, place[1] + ratio, c.measureText(each.words).width + 10 * ratio, 20 * ratio);
+      c.fillStyle = view.soft;
+      c.fillText(each.words, place[0] + 6 * ratio, place[1] + 15 * ratio);
+    });
+  }
+
+  sleeveWindow() {
+    const { gears, sleeves } = this.result.mechanism;
+    const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];
+    const gear = sleeve && gears.find((each) => each.name === sleeve.name);
+    if (!gear) return null;
+    const span = 2.5 * (shaftOf(gear) + this.factor * sleeve.clearance);
+    return { x: gear.x, y: gear.y, width: span, height: span, words: `sleeve of ${sleeve.name}` };
+  }
+
+  meshWindow() {
+    const { gears, meshes } = this.result.mechanism;
+    const mesh = meshes.find((each) => each.name === this.look.mesh) ?? meshes[0];
+    if (!mesh) return null;
+    const [a, b] = [mesh.driver, mesh.driven].map((name) => gears.find((gear) => gear.name === name));
+    const [x, y] = pitchPoint(a, b);
+    const span = 3.6 * Math.PI * a.module;
+    return { x, y, width: span, height: span, words: `mesh ${mesh.name}` };
+  }
+
+  /** Paint what lies in a window of the plane [m] into a place of the canvas [px]. */
+  paint(c, view, [x0, y0, w, h], { x, y, width, height }, ratio) {
+    const { gears, sleeves, meshes } = this.result.mechanism;
+    const { i, t, rotors, sleeves: pressed, meshes: flanks } = view;
+    const scale = 0.96 * Math.min(w / width, h / height);
+    const [M, n, thin, reach] = [this.factor, t.length, (1.2 * ratio) / scale, (0.3 * Math.min(w, h)) / scale];
+    c.save();
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.beginPath();
+    c.rect(x0, y0, w, h);
+    c.clip();
+    c.setTransform(scale, 0, 0, -scale, x0 + w / 2 - scale * x, y0 + h / 2 + scale * y);
     const at = (k) => [rotors[3 * k * n + i], rotors[(3 * k + 1) * n + i], rotors[(3 * k + 2) * n + i]];
     gears.forEach((gear, k) => {
-      const [x, y, theta] = at(k);
+      if (!gear.teeth || !gear.module) return;
+      const [dx, dy, theta] = at(k);
+      const outlined = this.outlineOf(gear);
       c.save();
-      c.translate(gear.x + M * x, gear.y + M * y);
+      c.translate(gear.x + M * dx, gear.y + M * dy);
+      c.rotate((this.phases.get(gear.name) ?? 0) + gear.speed * t[i] + M * theta);
       c.lineWidth = thin;
-      if (gear.teeth && gear.module) {
-        const gap = M * Math.max(0, ...meshes.filter((m) => m.driver === gear.name || m.driven === gear.name).map((m) => m.backlash));
-        const key = `${gear.name} ${gap.toPrecision(3)}`;
-        if (!this.paths.has(key)) this.paths.set(key, outline(gear, Math.min(gap, 0.8 * Math.PI * gear.module)));
-        c.rotate((this.phases.get(gear.name) ?? 0) + gear.speed * time + M * theta);
-        if (gear.internal) {
-          const ring = new Path2D();
-          ring.arc(0, 0, 0.5 * gear.module * gear.teeth + 3 * gear.module, 0, 2 * Math.PI);
-          ring.addPath(this.paths.get(key));
-          c.fillStyle = paper;
-          c.fill(ring, "evenodd");
-          c.strokeStyle = ink;
-          c.stroke(ring);
-        } else {
-          c.fillStyle = paper;
-          c.fill(this.paths.get(key));
-          c.strokeStyle = ink;
-          c.stroke(this.paths.get(key));
-        }
-      }
+      c.fillStyle = k % 2 ? view.gear2 : view.gear1;
+      c.fill(outlined, "evenodd");
+      c.strokeStyle = view.ink;
+      c.stroke(outlined);
       c.restore();
     });
     gears.forEach((gear, k) => {
-      const [x, y] = at(k);
+      const [dx, dy] = at(k);
       const sleeve = sleeves.findIndex((each) => each.name === gear.name);
-      const shaft = 0.6 * (gear.module ?? 0.004) + 0.004;
+      const shaft = shaftOf(gear);
       c.lineWidth = 1.6 * thin;
       if (sleeve >= 0) {
-        c.strokeStyle = soft;
+        c.strokeStyle = view.soft;
         circle(c, gear.x, gear.y, shaft + M * sleeves[sleeve].clearance);
         c.stroke();
       }
-      c.fillStyle = color;
-      circle(c, gear.x + M * x, gear.y + M * y, shaft);
+      c.fillStyle = view.color;
+      circle(c, gear.x + M * dx, gear.y + M * dy, shaft);
       c.fill();
-      if (sleeve >= 0) arrow(c, gear.x + M * x, gear.y + M * y, pressed[2 * sleeve * n + i], pressed[(2 * sleeve + 1) * n + i], this.peak, scale, color);
+      if (sleeve < 0) return;
+      const force = [pressed[2 * sleeve * n + i], pressed[(2 * sleeve + 1) * n + i]];
+      arrow(c, gear.x + M * dx, gear.y + M * dy, ...force, this.peak, reach, 2 * thin, view.alert);
     });
-    meshes.forEach((mesh, j) => {
-      const [a, b] = [gears.find((g) => g.name === mesh.driver), gears.find((g) => g.name === mesh.driven)];
-      const beta = toward(a, b);
-      const r = 0.5 * a.module * a.teeth;
-      const [px, py] = [a.x + r * Math.cos(beta), a.y + r * Math.sin(beta)];
+    for (const [j, mesh] of meshes.entries()) {
+      const [a, b] = [mesh.driver, mesh.driven].map((name) => gears.find((gear) => gear.name === name));
       const turn = Math.sign(a.speed || 1);
       for (const [row, sense] of [[0, 1], [1, -1]]) {
         const force = flanks[(2 * j + row) * n + i];
-        if (!(force > 0)) continue;
-        const angle = beta + sense * turn * (Math.PI / 2 - mesh.pressure_angle);
-        arrow(c, px, py, force * Math.cos(angle), force * Math.sin(angle), this.peak, scale, style("alert"));
+        const angle = toward(a, b) + sense * turn * (Math.PI / 2 - mesh.pressure_angle);
+        arrow(c, ...pitchPoint(a, b), force * Math.cos(angle), force * Math.sin(angle), this.peak, reach, 2 * thin, view.alert);
       }
-    });
+    }
+    c.restore();
   }
+
+  /** Outline of a gear with its backlash drawn; kept, since only the magnification changes it. */
+  outlineOf(gear) {
+    const gap = this.factor * Math.max(0, ...this.result.mechanism.meshes.filter((m) => m.driver === gear.name || m.driven === gear.name).map((m) => m.backlash));
+    const key = `${gear.name} ${gap.toPrecision(3)}`;
+    if (!this.paths.has(key)) {
+      const teeth = outline(gear, Math.min(gap, 0.8 * Math.PI * gear.module));
+      const path = new Path2D();
+      if (gear.internal) path.arc(0, 0, rimOf(gear), 0, 2 * Math.PI);
+      path.addPath(teeth);
+      this.paths.set(key, path);
+    }
+    return this.paths.get(key);
+  }
+}
+
+const shaftOf = (gear) => 0.6 * (gear.module ?? 0.004) + 0.004;
+const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 0.02);
+
+function pitchPoint(a, b) {
+  const [angle, r] = [toward(a, b), 0.5 * a.module * a.teeth];
+  return [a.x + r * Math.cos(angle), a.y + r * Math.sin(angle)];
 }
 
 function circle(c, x, y, r) { c.beginPath(); c.arc(x, y, r, 0, 2 * Math.PI); }
 
-/** An arrow whose length grows with the root of the force, so that small ones are seen. */
-function arrow(c, x, y, fx, fy, peak, scale, color) {
+/** An arrow whose length grows with the root of the force, so that small ones are seen; the largest has the length `reach`. */
+function arrow(c, x, y, fx, fy, peak, reach, width, color) {
   const force = Math.hypot(fx, fy);
   if (!(force > 1e-6 * peak)) return;
-  const length = (110 / scale) * Math.sqrt(force / peak);
+  const length = reach * Math.sqrt(force / peak);
   const angle = Math.atan2(fy, fx);
   const [ex, ey] = [x + length * Math.cos(angle), y + length * Math.sin(angle)];
-  const head = Math.min(10 / scale, 0.5 * length);
+  const head = Math.min(0.16 * reach, 0.5 * length);
   c.strokeStyle = color;
-  c.lineWidth = 2.5 / scale;
+  c.lineWidth = width;
   c.beginPath();
   c.moveTo(x, y);
   c.lineTo(ex, ey);

@@ -1,0 +1,44 @@
+// What all plots share: plotly.js itself, the colours of the page, units and texts.
+
+export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+export const MODELS = ["coupled", "uncoupled"];
+export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+  toImageButtonOptions: { format: "svg", filename: "gearplay" } };
+
+// Text from a case must show as it is: plotly takes <b> and its like for formatting.
+export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+export const shownUnit = (unit) => (unit || "1").replace("um", "µm");
+export const scaled = (array, factor) => Float64Array.from(array, (value) => value * factor);
+
+// SI as results are, to what is read easily: unit and factor.
+const SHOWN = { m: ["µm", 1e6], "m/s": ["mm/s", 1e3], rad: ["mrad", 1e3], "m/s^2": ["m/s²", 1], 1: ["%", 100] };
+export const shownAs = (unit) => SHOWN[unit] ?? [unit, 1];
+
+const painted = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); setTimeout(resolve, 100); });
+let fetched = null;
+
+/** Fetch plotly.js, once. It keeps the browser busy for a while, so what is drawn already is shown before. */
+export async function plotly() {
+  if (window.Plotly) return;
+  fetched ??= painted().then(() => new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = "/plotly.js";
+    script.onload = resolve;
+    script.onerror = () => { fetched = null; reject(new Error("The plots need /plotly.js, which did not come. Load the page again.")); };
+    document.head.append(script);
+  }));
+  await fetched;
+}
+
+/** Return an axis in the colours of the page. */
+export const axis = (words, more = {}) => ({ gridcolor: style("grid"), zerolinecolor: style("line"), linecolor: style("line"), exponentformat: "power",
+  title: { text: words }, ...more });
+
+/** Return a layout in the colours of the page. */
+export function layout(more) {
+  return {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: style("ink"), size: 12 },
+    margin: { l: 66, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true,
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant" }, hovermode: "closest", uirevision: "keep", ...more,
+  };
+}
