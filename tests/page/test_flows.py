@@ -151,7 +151,7 @@ def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None
     made.page.locator("#magnify").focus()
     made.page.keyboard.press("ArrowRight")
     assert made.page.text_content("#factor") != first
-    assert first == "10.0 times"
+    assert first == "10.0 times as large"
 
 
 def test_the_picture_moves(visit: Open) -> None:

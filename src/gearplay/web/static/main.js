@@ -296,7 +296,7 @@ function moved() {
   moveCursors(state.result, stage.look.sleeve, stage.index, stage.time);
 }
 
-function magnified() { $("factor").textContent = `${stage.factor.toPrecision(3)} times`; }
+function magnified() { $("factor").textContent = `${stage.factor.toPrecision(3)} times as large`; }
 
 const stage = new Stage($("stage"), moved);
 const panel = new Controls($("controls"), (path, value) => {

@@ -176,8 +176,10 @@ export class Stage {
     const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];
     const gear = sleeve && gears.find((each) => each.name === sleeve.name);
     if (!gear) return null;
-    const span = 2.5 * (shaftOf(gear) + this.factor * sleeve.clearance);
-    return { x: gear.x, y: gear.y, width: span, height: span, words: `sleeve of ${sleeve.name}` };
+    const play = Math.max(this.factor * sleeve.clearance, 0.02 * shaftOf(gear));
+    const shaft = Math.min(2.5 * play, shaftOf(gear)); // drawn so large that its play is seen well
+    const span = 2.4 * (shaft + play);
+    return { x: gear.x, y: gear.y, width: span, height: span, shaft, words: `sleeve of ${sleeve.name}` };
   }
 
   meshWindow() {
@@ -191,7 +193,7 @@ export class Stage {
   }
 
   /** Paint what lies in a window of the plane [m] into a place of the canvas [px]. */
-  paint(c, view, [x0, y0, w, h], { x, y, width, height }, ratio) {
+  paint(c, view, [x0, y0, w, h], { x, y, width, height, shaft: drawn }, ratio) {
     const { gears, sleeves, meshes } = this.result.mechanism;
     const { i, t, rotors, sleeves: pressed, meshes: flanks } = view;
     const scale = 0.96 * Math.min(w / width, h / height);
@@ -220,7 +222,7 @@ export class Stage {
     gears.forEach((gear, k) => {
       const [dx, dy] = at(k);
       const sleeve = sleeves.findIndex((each) => each.name === gear.name);
-      const shaft = shaftOf(gear);
+      const shaft = drawn ?? shaftOf(gear);
       c.lineWidth = 1.6 * thin;
       if (sleeve >= 0) {
         c.strokeStyle = view.soft;
