@@ -92,6 +92,25 @@ def test_reset_brings_the_case_back(visit: Open) -> None:
     assert field(made, BACKLASH).input_value() == "100"
 
 
+def test_one_field_is_reset(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, BACKLASH, "150")
+    fill(made, CLEARANCE, "70")
+    button = made.page.get_by_role("button", name="Reset pinion-ring backlash")
+    made.after(button.click)
+    assert field(made, BACKLASH).input_value() == "100"
+    assert field(made, CLEARANCE).input_value() == "70"
+    assert button.is_hidden()
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(100e-6)
+
+
+def test_bounds_are_told_beside_the_field(visit: Open) -> None:
+    made = visit().ready()
+    label = made.page.locator(".control", has=field(made, "sleeves.ring.restitution")).locator("label")
+    assert "to 1" in label.get_attribute("title")
+    assert "sleeves.ring.restitution" in label.get_attribute("title")
+
+
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [

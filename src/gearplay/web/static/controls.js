@@ -25,6 +25,14 @@ function outOfBounds(control, value) {
   return "";
 }
 
+/** Return a field's bounds in words, "" where it has none. */
+function boundsOf({ least, most, unit }) {
+  const shown = unit.replace("um", "µm");
+  if (least !== null && most !== null) return `from ${digits(least)} to ${digits(most)} ${shown}`.trim();
+  if (least !== null) return `at least ${digits(least)} ${shown}`.trim();
+  return most === null ? "" : `at most ${digits(most)} ${shown}`.trim();
+}
+
 export class Controls {
   constructor(place, onChange) {
     this.place = place;
@@ -71,13 +79,24 @@ export class Controls {
     const label = document.createElement("label");
     label.className = "wide-label";
     label.textContent = control.label;
-    label.title = `${control.about} (${control.path})`;
+    label.title = [control.about || control.label, boundsOf(control), control.path].filter(Boolean).join("; ");
     label.htmlFor = name;
-    row.append(label);
-    const entry = { control, row, start: control.value };
+    const undo = document.createElement("button");
+    undo.type = "button";
+    undo.className = "undo";
+    undo.textContent = "reset";
+    undo.setAttribute("aria-label", `Reset ${control.owner} ${control.label}`.replace("  ", " "));
+    undo.hidden = true;
+    row.append(label, undo);
+    const entry = { control, row, undo, start: control.value };
+    undo.onclick = () => {
+      entry.show(entry.start);
+      changed(entry.start);
+      row.querySelector(`[id="${name}"]`).focus();
+    };
     const changed = (value) => {
       row.classList.toggle("changed", value !== entry.start);
-      entry.value = value;
+      undo.hidden = value === entry.start;
       this.onChange(control.path, typeof value === "number" && control.kind === "number" ? value / control.factor : value);
     };
     if (control.kind === "choice") {
@@ -144,7 +163,7 @@ export class Controls {
   }
 
   reset() {
-    for (const { row, start, show } of this.rows.values()) { show(start); row.classList.remove("changed"); }
+    for (const { row, undo, start, show } of this.rows.values()) { show(start); row.classList.remove("changed"); undo.hidden = true; }
   }
 
   find(text) {
