@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +187,61 @@ def test_a_run_beyond_the_page_s_size_is_refused(server: Server) -> None:
     assert "must give at most 2000000 samples" in answer["error"]
 
 
+def test_a_client_cannot_speak_to_a_worker(server: Server) -> None:
+    """Whatever a job holds, a worker takes it for a job, and is free again afterwards."""
+
+    async def go() -> None:
+        async with Client(server) as made:
+            for number in range(4):
+                await made.say(type="map", id=number, stop=True, case=brief_case(server))
+                assert (await made.hear())["type"] == "error"
+            words, _ = await made.run(9, brief_case(server))
+            assert words["type"] == "result"
+
+    together(go)
+
+
+def test_a_cancel_right_after_is_heard(server: Server) -> None:
+    case = brief_case(server, duration=1500.0, sampling=1000.0)
+    case["rotors"]["ring"]["load"]["torque"] = 5.0
+
+    async def go() -> None:
+        async with Client(server) as made:
+            for number in range(12):
+                await made.say(type="run", id=number, case=case)
+                await made.say(type="cancel", id=number)
+                assert (await made.hear())["type"] == "cancelled"
+
+    together(go)
+
+
+def test_a_link_that_breaks_before_its_result(visit: Callable[..., Visit]) -> None:
+    """The head of a result came, its numbers did not: the page asks again when the server is back."""
+    made = visit().ready()
+    made.page.evaluate(
+        """() => {
+          const { wire } = window.gearplay.state;
+          const { take } = wire;
+          wire.take = function (data) {
+            take.call(wire, data);
+            if (typeof data !== "string" || JSON.parse(data).type !== "result") return;
+            wire.take = take;
+            wire.socket.onmessage = null;
+            wire.socket.close();
+          };
+        }"""
+    )
+
+    def move() -> None:
+        field = made.page.locator('input[data-path="meshes.0.backlash"]')
+        field.fill("131")
+        field.press("Tab")
+
+    made.after(move)
+    backlash = made.page.evaluate("window.gearplay.state.result.case.meshes[0].backlash")
+    assert backlash == pytest.approx(131e-6)
+
+
 def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
     case = brief_case(server, duration=1500.0, sampling=1000.0)
     case["rotors"]["ring"]["load"]["torque"] = 5.0
@@ -214,12 +270,17 @@ def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, 
         made.page.click("#tab-bifurcation")
         made.page.fill("#bifurcation-form [name=count]", "900")
         made.page.click("#bifurcation-form button")
-        made.until("!document.getElementById('progress').hidden")
+        made.until("!document.getElementById('job').hidden")
         server.kill()
         made.until("!document.getElementById('gone').hidden", 3.0)
         assert "connects again" in made.page.text_content("#gone")
         assert made.page.locator("#orbit .main-svg").count() > 0
+        made.page.select_option("#case", "external-pair")
+        made.until("document.getElementById('message').textContent.includes('The server is gone')")
+        assert made.page.input_value("#case") == "han2021"
+        made.complaints[:] = [each for each in made.complaints if "ERR_CONNECTION" not in each]
         server.start(server.port)
+        made.until("Boolean(window.gearplay.state.job)")  # the diagram is asked for again
         made.until(
             "document.getElementById('gone').hidden && document.getElementById('link-state').textContent === 'connected'"
         )

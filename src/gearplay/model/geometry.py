@@ -259,6 +259,20 @@ def starting_speeds(case: "Case") -> NDArray[np.float64]:
         return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"})
 
 
+def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
+    """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
+
+    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first.
+    """
+    names, speeds = list(case.rotors), nominal_speeds(case)
+    if np.any(speeds):
+        at = int(np.argmax(np.abs(speeds)))
+        return names[at], speeds / speeds[at]
+    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None]
+    lead = (driven or names)[0]
+    return lead, _roll(case, {lead: 1.0})
+
+
 def senses(case: "Case") -> NDArray[np.float64]:
     """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
 

@@ -110,7 +110,7 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
         try:
             asked = json.loads(body)
             job = pool.submit({"kind": "export", "form": form, "case": asked.get("case")}, _nothing)
-            data = await job.done
+            data = await _unless_gone(request, pool, job)
         except (ValueError, AttributeError, RecursionError):
             return JSONResponse({"error": "export: must be JSON with a case."}, status_code=400)
         except QueueFullError:
@@ -145,6 +145,19 @@ def _file(data: bytes, form: str) -> Response:
     """Return a file to save."""
     name = f'attachment; filename="gearplay.{form}"'
     return Response(data, media_type=FORMS[form], headers={"content-disposition": name})
+
+
+async def _unless_gone(request: Request, pool: Pool, job: Job) -> bytes:
+    """Return what comes of a job; one whose client leaves is cancelled."""
+    try:
+        while not job.done.done():
+            if await request.is_disconnected():
+                raise asyncio.CancelledError
+            await asyncio.wait([job.done], timeout=0.5)
+        return job.done.result()
+    except asyncio.CancelledError:
+        await pool.cancel(job)
+        raise JobError("Cancelled.", cancelled=True) from None
 
 
 async def _nothing(_: dict[str, Any]) -> None:
@@ -262,7 +275,11 @@ class _Page:
         try:
             frame = await job.done
             key = Store.key_of(words)
-            await asyncio.gather(self._store(key, frame), self._send(number, key, frame))
+            if words["kind"] == "run":  # the next move waits for it
+                await asyncio.gather(self._store(key, frame), self._send(number, key, frame))
+            else:  # may be asked for as a file as soon as it is shown
+                await self._store(key, frame)
+                await self._send(number, key, frame)
         except JobError as error:
             kind = "cancelled" if error.cancelled else "error"
             await self._say({"type": kind, "id": number, "error": str(error)})

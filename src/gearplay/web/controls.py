@@ -24,7 +24,6 @@ SKIPPED = frozenset(
         "driven",
         "floating",
         "internal",
-        "ensemble",
         "max_wall_time",
         "max_steps",
     ]

@@ -23,8 +23,11 @@ def file_of(frame: bytes, form: str) -> bytes:
     if form == "nc":
         return netcdf_bytes(dataset)
     units = {name: variable.attrs["units"] for name, variable in dataset.variables.items() if variable.attrs}
+    words = {"value": dataset["value"].attrs["long_name"]} if "value" in dataset else {}
     table = dataset.to_dataframe().reset_index()
-    table.columns = [f"{name} [{units[name]}]" if name in units else str(name) for name in table.columns]
+    table.columns = [
+        f"{words.get(name, name)} [{units[name]}]" if name in units else str(name) for name in table.columns
+    ]
     return str(table.to_csv(index=False, float_format="%.7g")).encode("utf-8")
 
 

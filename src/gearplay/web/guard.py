@@ -53,13 +53,13 @@ COOKIE = "gearplay-token"
 class Guard:
     """ASGI middleware in front of everything.
 
-    ``hosts`` are the exact values of Host that are ours (``127.0.0.1:8000``); ``token`` is asked for, once in the query
-    (``?token=...``) and then in a cookie, unless it is None.
+    ``hosts`` are the values of Host that are ours, in small letters (``127.0.0.1:8000``); a proxy before us may speak https.
+    ``token`` is asked for, once in the query (``?token=...``) and then in a cookie, unless it is None.
     """
 
     def __init__(self, app: App, hosts: frozenset[str], token: str | None = None) -> None:
         self.app, self.hosts, self.token = app, hosts, token
-        self.origins = frozenset(f"http://{host}" for host in hosts)
+        self.origins = frozenset(f"{scheme}://{host}" for host in hosts for scheme in ("http", "https"))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
@@ -89,7 +89,7 @@ class Guard:
         if headers is None:
             return "a header is given twice"
         host, origin = headers.get("host"), headers.get("origin")
-        if host not in self.hosts:
+        if host is None or host.lower() not in self.hosts:
             return "the Host is not this server's"
         if origin is not None and origin not in self.origins:
             return "the Origin is not this page"

@@ -53,4 +53,4 @@ def reduction_of(case: Case, measure: str, of: str) -> dict[str, Any]:
 
 def words_of(measure: str, of: str) -> str:
     """Return a measure in words."""
-    return f"{(OF_ROTOR | OF_CONTACT)[measure]}, {of}"
+    return f"{(OF_ROTOR | OF_CONTACT)[measure]} of {of}"

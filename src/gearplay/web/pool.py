@@ -6,12 +6,13 @@ import json
 import struct
 import sys
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 from typing import Any
 
 Tell = Callable[[dict[str, Any]], Awaitable[None]]
 LONGEST_FRAME = 512 * 1024**2  # bytes
+GRACE = 10.0  # s that a worker has to stop a job that is cancelled
 WORDS, RESULT = b"w", b"r"
 """First byte of what a worker sends: JSON words, or a result."""
 
@@ -62,7 +63,9 @@ class Worker:
         stdout = self.process.stdout
         assert stdout is not None
         (length,) = struct.unpack("<I", await stdout.readexactly(4))
-        return await stdout.readexactly(min(length, LONGEST_FRAME))
+        if length > LONGEST_FRAME + 1:
+            raise ConnectionError
+        return await stdout.readexactly(length)
 
 
 @dataclass
@@ -85,16 +88,21 @@ class Pool:
 
     async def start(self) -> None:
         """Start the workers; they compile, or load, the kernels in the background."""
-        self._tasks = [asyncio.create_task(self._tend()) for _ in range(self.size)]
-        for task in self._tasks:
-            task.add_done_callback(_report_end)
+        for _ in range(self.size):
+            self._keep(self._tend())
+
+    def _keep(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.append(task)
+        task.add_done_callback(self._tasks.remove)
 
     async def close(self) -> None:
         """End the workers; jobs that are left fail."""
         self.closing = True
-        for task in self._tasks:
+        tasks = list(self._tasks)
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
         for job in self.waiting:
             _fail(job, "The server is closing.")
         self.waiting.clear()
@@ -117,14 +125,20 @@ class Pool:
         if job in self.waiting:
             self.waiting.remove(job)
             _fail(job, "Cancelled.", cancelled=True)
-        elif job.worker is not None:
+        elif job.worker is not None and job.worker.job is job:
             with contextlib.suppress(ConnectionError):
                 await job.worker.send({"stop": True})
+            self._keep(_insist(job, job.worker))
 
     async def _tend(self) -> None:
         """Keep one worker alive and busy."""
         while True:
-            worker = await _spawn()
+            try:
+                worker = await _spawn()
+            except OSError as fault:
+                _report(fault)
+                await asyncio.sleep(1.0)
+                continue
             self.workers.add(worker)
             try:
                 await worker.read()  # it says that it is ready
@@ -133,6 +147,9 @@ class Pool:
                     await self._until_work(worker)
                     await self._serve(worker, self.waiting.popleft())
             except (asyncio.IncompleteReadError, ConnectionError):
+                await asyncio.sleep(0.2)
+            except Exception as fault:  # whatever a worker says, its keeper goes on with another
+                _report(fault)
                 await asyncio.sleep(0.2)
             finally:
                 self.workers.discard(worker)
@@ -157,7 +174,12 @@ class Pool:
         if job is None or job.done.done():
             return
         if job.tried or job.cancelled or self.closing:
-            _fail(job, "The worker ended, perhaps for want of memory. Shorten the run.")
+            words = (
+                "Cancelled."
+                if job.cancelled
+                else "The worker ended, perhaps for want of memory. Shorten the run."
+            )
+            _fail(job, words, cancelled=job.cancelled)
             return
         job.tried = True
         self.waiting.appendleft(job)
@@ -168,7 +190,7 @@ class Pool:
         worker.served += 1
         try:
             async with asyncio.timeout(job.limit):
-                await worker.send(job.words)
+                await worker.send({"job": job.words})
                 while True:
                     frame = await worker.read()
                     if frame[:1] == RESULT:
@@ -199,12 +221,18 @@ def _fail(job: Job, words: str, *, cancelled: bool = False) -> None:
         job.done.exception()  # whoever waits gets it; nobody else needs to
 
 
-def _report_end(task: "asyncio.Task[None]") -> None:
-    """Make a fault in tending a worker heard: it must not end silently."""
-    if not task.cancelled() and (fault := task.exception()) is not None:
-        task.get_loop().call_exception_handler(
-            {"message": "gearplay: a worker's keeper ended", "exception": fault}
-        )
+def _report(fault: Exception) -> None:
+    """Make a fault in tending a worker heard."""
+    asyncio.get_running_loop().call_exception_handler(
+        {"message": "gearplay: a worker had to be replaced", "exception": fault}
+    )
+
+
+async def _insist(job: Job, worker: Worker) -> None:
+    """End a worker that does not stop when it is told to."""
+    await asyncio.sleep(GRACE)
+    if worker.job is job and not job.done.done() and worker.process.returncode is None:
+        worker.process.kill()
 
 
 async def _spawn() -> Worker:

@@ -56,7 +56,10 @@ def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] =
         rule = f"must be {SHORTEST_TOKEN} or more letters, digits, - and _"
         raise InputError(Fault("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}"))
     called = {f"[{host}]" if ":" in host else host, *names, *(LOOPBACK if local else ())}
-    return Address(host, port, frozenset(f"{name}:{port}" for name in called), token)
+    bare = called if port == 80 else names  # a proxy passes on the name without our port
+    return Address(
+        host, port, frozenset(name.lower() for name in (*bare, *(f"{name}:{port}" for name in called))), token
+    )
 
 
 def _is_plain(token: str) -> bool:

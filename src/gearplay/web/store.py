@@ -1,5 +1,6 @@
 """Finished results on disk: they outlive the server, and the oldest give way to the newest."""
 
+import contextlib
 import hashlib
 import json
 import re
@@ -7,7 +8,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from gearplay.output.files import write_bytes
+from gearplay.output.files import make_folder, write_bytes
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")
@@ -21,7 +22,7 @@ class Store:
 
     def __init__(self, folder: Path, *, most: int = 100, room: int = 400 * 1024**2) -> None:
         self.folder, self.most, self.room = folder, most, room
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         self.sizes = {
             file: file.stat().st_size for file in reversed(self._newest_first())
         }  # the oldest first
@@ -36,8 +37,8 @@ class Store:
     def save(self, key: str, frame: bytes) -> None:
         """Keep a frame, and let the oldest go."""
         file = self.folder / f"{key}.frame"
-        write_bytes(file, frame)
         with self.changing:
+            write_bytes(file, frame)
             self.sizes.pop(file, None)
             self.sizes[file] = len(frame)
             while len(self.sizes) > 1 and (
@@ -48,7 +49,11 @@ class Store:
                 oldest.unlink(missing_ok=True)
 
     def _newest_first(self) -> list[Path]:
-        return sorted(self.folder.glob("*.frame"), key=lambda file: file.stat().st_mtime, reverse=True)
+        ages = {}
+        for file in self.folder.glob("*.frame"):
+            with contextlib.suppress(OSError):  # it has just given way to a newer one
+                ages[file] = file.stat().st_mtime
+        return sorted(ages, key=lambda file: ages[file], reverse=True)
 
     def load(self, key: str) -> bytes | None:
         """Return the frame of a key, None where there is none."""
@@ -61,20 +66,24 @@ class Store:
             return None
 
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
-        """Return what is kept, the newest first: key, kind, title, time of writing [s]."""
+        """Return what is kept, the newest first: key, kind, title, note, time of writing [s]."""
         found = []
         for file in self._newest_first()[:count]:
             try:
                 with file.open("rb") as source:
                     document, _ = read_head(source)
+                written = file.stat().st_mtime
             except (OSError, ValueError):
+                continue
+            if not isinstance(document, dict):
                 continue
             found.append(
                 {
                     "key": file.stem,
                     "kind": document.get("kind"),
                     "title": document.get("title"),
-                    "written": file.stat().st_mtime,
+                    "note": document.get("note", ""),
+                    "written": written,
                 }
             )
         return found

@@ -1,7 +1,8 @@
 """What a worker can do: runs of both models, bifurcation diagrams, maps, and files to download."""
 
+import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.output.files import netcdf_bytes
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
+from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.quantities import RESULT_VARIABLES
 from gearplay.web.frames import pack_frame
 from gearplay.web.measures import KEPT, reduction_of, words_of
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of
@@ -19,8 +22,10 @@ from gearplay.web.views import mechanism_of, spectrum_lines, views_of
 Report = Callable[[float, float], None]
 Job = Mapping[str, Any]
 MODELS = ("coupled", "uncoupled")
-LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0, "run.ensemble": 1}
+LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
+MOST_MEMBERS = 16
 MOST_SAMPLES = 2_000_000
+LONGEST_NOTE = 300
 MOST_POINTS = 100_000  # of a diagram
 MOST_CELLS = 2500  # of a map
 
@@ -40,38 +45,44 @@ def limited_case(job: Job) -> Case:
         for path, limit in LIMITS.items()
         if (now := getattr(run, path[4:])) is None or now > limit
     }
-    if run.duration * run.sampling > MOST_SAMPLES:
-        rule = f"must give at most {MOST_SAMPLES} samples on the page, not {run.duration * run.sampling:.3g}"
+    if run.ensemble > MOST_MEMBERS:
+        rule = f"must be at most {MOST_MEMBERS} on the page"
+        raise InputError(Fault("run.ensemble", run.ensemble, rule, "Lower it, or use gearplay run"))
+    samples = run.duration * run.sampling * run.ensemble
+    if samples > MOST_SAMPLES:
+        rule = f"must give at most {MOST_SAMPLES} samples on the page, not {samples:.3g}"
         raise InputError(
-            Fault("run.duration x run.sampling", run.duration * run.sampling, rule, "Shorten it, or use gearplay run")
-        )  # fmt: skip
+            Fault(
+                "run.duration x run.sampling x run.ensemble", samples, rule, "Shorten it, or use gearplay run"
+            )
+        )
     return replace(case, limits) if limits else case
 
 
 def run(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a case with the models asked for; return its result frame."""
     case = limited_case(job)
-    models = [model for model in MODELS if model in job.get("models", (case.backlash_model,))]
+    asked = job.get("models")
+    models = [model for model in MODELS if isinstance(asked, list) and model in asked]
     cases = [replace(case, {"backlash_model": model}) for model in models] or [case]
-    done = run_batch([(each, [0]) for each in cases], progress=report, stop=stop, threads=1)
-    runs = [runs[0] for runs in done]
-    if any(each.status == Status.INTERRUPTED for each in runs):
-        raise KeyboardInterrupt
-    for each in runs:
+    members = list(range(case.run.ensemble))
+    done = run_batch([(each, members) for each in cases], progress=report, stop=stop, threads=1)
+    for each in (run for runs in done for run in runs):
+        if each.status == Status.INTERRUPTED:
+            raise KeyboardInterrupt
         if not len(each.values):
             raise SimulationError(f"run: {each.message}")
     document = {
         "kind": "run",
         "title": case.title,
+        "note": note_of(job),
+        "members": len(members),
         "sha256": case.sha256,
         "case": case.resolved(),
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
         "test": _test_lines(case),
-        "models": {
-            each.backlash_model: views_of(each, trajectory)
-            for each, trajectory in zip(cases, runs, strict=True)
-        },
+        "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
     }
     return pack_frame(document)
 
@@ -101,7 +112,7 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
     from gearplay.api.nonlinear import bifurcation as diagram_of
 
-    case = limited_case(job)
+    case = replace(limited_case(job), {"run.ensemble": 1})
     count, keep, settle = (_whole(job, name, least, most) for name, least, most in
                            (("count", 2, 1000), ("keep", 1, 400), ("settle", 0, 2000)))  # fmt: skip
     if count * keep > MOST_POINTS:
@@ -127,6 +138,7 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
         {
             "kind": "bifurcation",
             "title": case.title,
+            "note": note_of(job),
             "case": case.resolved(),
             "signal": name,
             "path": path,
@@ -144,7 +156,7 @@ def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points."""
     from gearplay.api.sweep import Policy, sweep
 
-    case = limited_case(job)
+    case = replace(limited_case(job), {"run.ensemble": 1})
     columns, rows = (_whole(job, name, 2, 60) for name in ("columns", "rows"))
     if columns * rows > MOST_CELLS:
         raise InputError(
@@ -170,6 +182,7 @@ def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
         {
             "kind": "map",
             "title": case.title,
+            "note": note_of(job),
             "case": case.resolved(),
             "measure": words_of(measure, of),
             "unit": kept.attrs["units"],
@@ -192,21 +205,26 @@ def export(job: Job, report: Report, stop: threading.Event) -> bytes:
         raise InputError(Fault("form", form, "must be nc, csv or toml", "Choose one"))
     from gearplay.api.result import Result
 
-    runs = run_batch([(case, [0])], progress=report, stop=stop, threads=1)[0]
+    runs = run_batch([(case, list(range(case.run.ensemble)))], progress=report, stop=stop, threads=1)[0]
     if stop.is_set():
         raise KeyboardInterrupt
-    return _csv(runs[0]) if form == "csv" else netcdf_bytes(Result(case, runs).ds)
+    return _csv(runs) if form == "csv" else netcdf_bytes(Result(case, runs).ds)
 
 
-def _csv(run: Any) -> bytes:
-    """Return all signals of a run as a table: a line of names with units, then a line per sample."""
-    from gearplay.vocabulary.quantities import RESULT_VARIABLES
-
-    names = [f"{c.label}.{c.signal} [{RESULT_VARIABLES[c.signal].unit}]" for c in run.columns]
-    table = np.column_stack([run.time, run.values])
-    lines = [",".join(["time [s]", *names])]
-    lines += [",".join(f"{value:.9g}" for value in row) for row in table]
+def _csv(runs: Sequence[Trajectory]) -> bytes:
+    """Return all signals of a run as a table: a line of names with units, then a line per sample, member by member."""
+    names = [f"{c.label}.{c.signal} [{RESULT_VARIABLES[c.signal].unit}]" for c in runs[0].columns]
+    lines = [",".join(["member", "time [s]", *names])]
+    for member, run in enumerate(runs):
+        table = np.column_stack([run.time, run.values])
+        lines += [f"{member}," + ",".join(f"{value:.9g}" for value in row) for row in table]
     return ("\n".join(lines) + "\n").encode("utf-8")
+
+
+def note_of(job: Job) -> str:
+    """Return what the page's user has changed, in the page's words, as a label among the results that are kept."""
+    note = job.get("note")
+    return note[:LONGEST_NOTE] if isinstance(note, str) else ""
 
 
 def _axis(job: Job, name: str = "axis") -> tuple[str, float, float]:
@@ -214,13 +232,22 @@ def _axis(job: Job, name: str = "axis") -> tuple[str, float, float]:
     given = job.get(name)
     if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
         raise InputError(Fault(name, str(given), "must have a path, low and high", "Choose a field"))
-    low, high = given.get("low"), given.get("high")
-    if not (
-        isinstance(low, (int, float)) and isinstance(high, (int, float)) and -np.inf < low < high < np.inf
-    ):
-        rule = f"must be a number below high, {high}"
-        raise InputError(Fault(f"{name}.low", str(low), rule, "Correct it"))
-    return given["path"], float(low), float(high)
+    path, low, high = given["path"], _number(given.get("low")), _number(given.get("high"))
+    if not low < high:
+        rule = f"must be a number below high, {high:g}"
+        raise InputError(Fault(f"{name}.low", f"{low:g}", rule, "Correct it"))
+    if path.split(".")[0] == "run":
+        raise InputError(
+            Fault(f"{name}.path", path, "must not be a field of run", "Choose a field of the mechanism")
+        )
+    return path, low, high
+
+
+def _number(value: Any) -> float:
+    """Return a finite number as such, NaN for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1e300 < value < 1e300:
+        return math.nan
+    return float(value)
 
 
 def _whole(job: Job, name: str, least: int, most: int) -> int:

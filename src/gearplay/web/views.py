@@ -1,6 +1,8 @@
 """What the page shows of a run: thinned curves, spectrum with its lines, contacts, frames of the mechanism."""
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,12 @@ from gearplay.model.geometry import (
     jam_ratio,
     mesh_frequency,
     nominal_speeds,
+    rolling_ratios,
+    senses,
 )
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.signals.extremes import extremes
-from gearplay.study.signals.spectra import amplitude_spectrum
+from gearplay.study.signals.spectra import ensemble_spectrum
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value
@@ -29,28 +33,33 @@ HISTORIES = {
 }
 
 
-def views_of(case: Case, run: Trajectory) -> dict[str, Any]:
-    """Return one run as the page draws it; arrays are SI."""
+def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
+    """Return the runs of a case as the page draws them; arrays are SI.
+
+    Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
+    """
+    run = runs[0]
     time = run.time
     return {
         "status": run.message,
-        "finished": bool(run.success),
+        "finished": all(each.success for each in runs),
         "reached": run.reached,
-        "steps": run.counters.steps,
-        "events": run.counters.events,
-        "wall_time": run.wall_time,
+        "start": run.first_sample,
+        "steps": sum(each.counters.steps for each in runs),
+        "events": sum(each.counters.events for each in runs),
+        "wall_time": sum(each.wall_time for each in runs),
         "orbits": _orbits(case, run),
-        "histories": _histories(run, time),
+        "histories": _histories(run, time - run.first_sample),
         "strip": _strip(run),
-        "spectra": _spectra(case, run),
-        "statistics": _statistics(run),
+        "spectra": _spectra(case, runs),
+        "statistics": _statistics(runs),
         "frames": _frames(case, run, time),
     }
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
     """Return what the drawing of the mechanism needs: gears with their teeth, sleeves, meshes, lines of the spectrum."""
-    places, speeds = centres(case), nominal_speeds(case)
+    places, turning = centres(case), senses(case)
     module: dict[str, float] = {}
     angle: dict[str, float] = {}
     for mesh in case.meshes:
@@ -62,7 +71,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
             "name": name,
             "x": float(places[name][0]),
             "y": float(places[name][1]),
-            "speed": float(speeds[i]),
+            "sense": float(turning[i]),
             "teeth": rotor.teeth,
             "internal": rotor.internal,
             "module": module.get(name),
@@ -138,90 +147,125 @@ def _strip(run: Trajectory) -> list[dict[str, Any]]:
                 begun = None
         if begun is not None:
             spans.append((begun, end))
-        found.append({"label": label, "spans": np.array(spans[:MOST_CONTACTS]).reshape(-1, 2)})
+        found.append({"label": label, "spans": merged(np.array(spans).reshape(-1, 2)) - run.first_sample})
     return found
 
 
-def _spectra(case: Case, run: Trajectory) -> list[dict[str, Any]]:
-    """Return the acceleration spectra of the rotors in sleeves, or of all that are free, highest of each stretch."""
+def merged(spans: Floats, most: int = MOST_CONTACTS) -> Floats:
+    """Return intervals, shape [interval, 2], in order; where they are more than ``most``, the shortest gaps are closed.
+
+    >>> merged(np.array([[0.0, 1.0], [1.1, 2.0], [5.0, 6.0]]), 2).tolist()
+    [[0.0, 2.0], [5.0, 6.0]]
+    """
+    if len(spans) <= most:
+        return spans
+    gaps = spans[1:, 0] - spans[:-1, 1]
+    kept = np.sort(np.argsort(gaps)[len(spans) - most :])
+    return np.column_stack([spans[np.r_[0, kept + 1], 0], spans[np.r_[kept, len(spans) - 1], 1]])
+
+
+def _spectra(case: Case, runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
+    """Return the acceleration spectra of the rotors in sleeves, or of all that are free: rms averages over the members.
+
+    ``s`` is the spread over the members in decades, None for one.
+    """
     names = [name for name in case.rotors if name in case.sleeves] or list(case.rotors)[:2]
     found = []
     for name in names[:6]:
         for signal in ("ax", "ay"):
-            values = run.signal(signal, name)
-            if values.size < 256 or not np.all(np.isfinite(values)):
+            records = [run.signal(signal, name) for run in runs if len(run.time) == len(runs[0].time)]
+            if records[0].size < 256 or not all(np.all(np.isfinite(values)) for values in records):
                 continue
-            spectrum = amplitude_spectrum(values, run.sampling)
+            spectrum = ensemble_spectrum(records, runs[0].sampling)
             f, a = spectrum.frequency[1:], spectrum.amplitude[1:]
-            at = highest(a)
-            found.append({"label": name, "signal": signal, "f": f[at], "a": a[at]})
+            at = shown_lines(a)
+            spread = None if spectrum.spread is None else spectrum.spread[1:][at]
+            found.append({"label": name, "signal": signal, "f": f[at], "a": a[at], "s": spread})
     return found
 
 
-def highest(amplitude: Floats, whole: int = 400, stretches: int = LINES - 400) -> NDArray[np.int64]:
-    """Return which lines of a spectrum are shown: the first ``whole`` ones, then the highest of each stretch.
+def shown_lines(
+    amplitude: Floats, whole: int = 400, stretches: int = (LINES - 400) // 2
+) -> NDArray[np.int64]:
+    """Return which lines of a spectrum are shown: the first ``whole`` ones, then the lowest and the highest of each stretch.
 
-    >>> highest(np.array([1.0, 2.0, 5.0, 4.0, 0.0, 9.0]), 2, 2).tolist()
-    [0, 1, 2, 5]
+    >>> shown_lines(np.array([1.0, 2.0, 5.0, 4.0, 3.0, 0.0, 9.0, 8.0]), 2, 2).tolist()
+    [0, 1, 2, 4, 5, 6]
     """
     rest = amplitude.size - whole
-    if rest <= stretches:
+    if rest <= 2 * stretches:
         return np.arange(amplitude.size, dtype=np.int64)
     size = -(-rest // stretches)
     count = rest // size
     table = amplitude[whole : whole + count * size].reshape(count, size)
-    return np.concatenate([np.arange(whole), whole + table.argmax(axis=1) + size * np.arange(count)])
+    ends = np.sort([table.argmin(axis=1), table.argmax(axis=1)], axis=0) + size * np.arange(count)
+    return np.concatenate([np.arange(whole), whole + np.unique(ends)])
 
 
-def _statistics(run: Trajectory) -> list[dict[str, Any]]:
-    s = run.statistics
-    return [
-        {
-            "contact": label,
-            "share_of_time": float(s.share_of_time[at]),
-            "impacts_per_second": float(s.impacts_per_second[at]),
-            "rms_impact_speed": float(s.rms_impact_speed[at]),
-            "peak_force": float(s.peak_force[at]),
-        }
-        for at, label in enumerate(s.labels)
-    ]
+def _statistics(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
+    """Return the contacts' statistics over all members: rates and shares are means, the peak is the largest."""
+    found = []
+    for at, label in enumerate(runs[0].statistics.labels):
+        each = [run.statistics for run in runs]
+        rates = np.array([s.impacts_per_second[at] for s in each])
+        squares = np.array([s.rms_impact_speed[at] for s in each]) ** 2
+        spans = np.array([run.reached - run.first_sample for run in runs])
+        total = float(np.sum(rates * spans))
+        found.append(
+            {
+                "contact": label,
+                "share_of_time": float(np.mean([s.share_of_time[at] for s in each])),
+                "impacts": round(total) if math.isfinite(total) else 0,
+                "impacts_per_second": float(np.mean(rates)),
+                "rms_impact_speed": float(np.sqrt(np.sum(squares * rates * spans) / total))
+                if total > 0.0
+                else 0.0,
+                "peak_force": float(np.max([s.peak_force[at] for s in each])),
+            }
+        )
+    return found
 
 
 def _frames(case: Case, run: Trajectory, time: Floats) -> dict[str, Any]:
-    """Return the motion for the drawing: positions and rotations of all rotors, forces of all contacts, at some instants.
+    """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts, at some instants.
 
-    Rotations are those beside the nominal ones: 32 bits would not resolve a backlash after some turns.
+    ``turns`` are the rotations by rolling with the leading rotor, within a turn; those in ``rotors`` are beside them: 32 bits
+    would not resolve a backlash after some turns. Forces are the largest since the frame before, so that a short impact is seen.
     """
     at = np.unique(np.linspace(0, len(time) - 1, min(FRAMES, len(time))).astype(np.int64))
-    if at.size == 0 or len(time) == 0:
+    if len(time) == 0:
         at = np.zeros(0, dtype=np.int64)
-    speeds = nominal_speeds(case)
-
-    def of(signal: str, name: str) -> Floats:
-        return run.signal(signal, name)[at]
-
-    rotors = [
-        [of("x", name), of("y", name), of("theta", name) - speeds[i] * time[at]]
-        for i, name in enumerate(case.rotors)
+    lead, ratios = rolling_ratios(case)
+    angles = np.array([run.signal("theta", name)[at] for name in case.rotors])
+    rolled = ratios[:, None] * run.signal("theta", lead)[at]
+    turns = np.where(ratios[:, None] == 0.0, angles, rolled)
+    places = [[run.signal(axis, name)[at] for axis in "xy"] for name in case.rotors]
+    sleeves = [
+        _strongest([run.signal(f"sleeve_force_{axis}", name) for axis in "xy"], at) for name in case.sleeves
+    ]
+    meshes = [
+        [_peaks(run.signal(f"{flank}_force", mesh.label), at) for flank in ("drive", "back")]
+        for mesh in case.meshes
     ]
     return {
-        "t": time[at],
-        "rotors": np.array(rotors).reshape(len(case.rotors), 3, at.size),
-        "sleeves": np.array(
-            [[of("sleeve_force_x", name), of("sleeve_force_y", name)] for name in case.sleeves]
-        ).reshape(len(case.sleeves), 2, at.size),
-        "meshes": np.array(
-            [[_peaks(run, "drive_force", m.label, at), _peaks(run, "back_force", m.label, at)] for m in case.meshes]
-        ).reshape(len(case.meshes), 2, at.size),
-    }  # fmt: skip
+        "t": time[at] - run.first_sample,
+        "turns": np.mod(turns, 2.0 * math.pi),
+        "rotors": np.concatenate([np.array(places), (angles - turns)[:, None]], axis=1),
+        "sleeves": np.array(sleeves).reshape(len(case.sleeves), 2, at.size),
+        "meshes": np.array(meshes).reshape(len(case.meshes), 2, at.size),
+    }
 
 
-def _peaks(run: Trajectory, signal: str, label: str, at: NDArray[np.int64]) -> Floats:
-    """Return the largest force between two frames, so that a short impact is seen."""
-    values = run.signal(signal, label)
-    if at.size == 0:
-        return values[:0]
-    return np.maximum.reduceat(values, at)
+def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
+    """Return the largest value between each frame and the one before."""
+    return np.maximum.reduceat(values, np.r_[0, at[:-1] + 1]) if at.size else values[:0]
+
+
+def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
+    """Return a force, by its components, where it is largest between each frame and the one before."""
+    size = np.sqrt(np.sum(np.square(parts), axis=0))
+    where = [low + 1 + int(np.argmax(size[low + 1 : high + 1])) for low, high in pairwise([-1, *at.tolist()])]
+    return [part[where] for part in parts]
 
 
 def spectrum_lines(case: Case) -> dict[str, float]:
@@ -229,7 +273,7 @@ def spectrum_lines(case: Case) -> dict[str, float]:
     found: dict[str, float] = {}
     if case.meshes:
         f_m = mesh_frequency(case, 0)
-        found |= {"f_m": f_m, "2 f_m": 2.0 * f_m}
+        found |= {"f_m": f_m, "2 f_m": 2.0 * f_m} if f_m > 0.0 else {}
     for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
         if speed != 0.0:
             found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)

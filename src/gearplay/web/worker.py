@@ -1,7 +1,8 @@
 """A worker process: runs what the server hands it, one job at a time, and says how far it is.
 
-Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON; answers are JSON, or a
-result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps and time by the case.
+Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON, ``{"job": ...}``; answers
+are JSON, or a result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps and time
+by the case.
 """
 
 import contextlib
@@ -15,7 +16,7 @@ from collections.abc import Callable
 from typing import Any, BinaryIO
 
 from gearplay.vocabulary.errors import GearplayError
-from gearplay.web.pool import RESULT, WORDS
+from gearplay.web.pool import LONGEST_FRAME, RESULT, WORDS
 
 MEMORY = 4 * 1024**3  # bytes of address space
 PAUSE = 0.1  # s between two words about progress
@@ -54,7 +55,6 @@ def main() -> None:
         job = jobs.next()
         if job is None:
             os._exit(0)  # the server is gone: nothing is left to tidy up
-        stop.clear()
         _do(job, line, stop)
 
 
@@ -91,11 +91,12 @@ def _listen(source: BinaryIO, jobs: _Jobs, stop: threading.Event) -> None:
             stop.set()
             jobs.put(None)
             return
-        job = json.loads(source.read(struct.unpack("<I", head)[0]))
-        if job.get("stop"):
-            stop.set()
+        words = json.loads(source.read(struct.unpack("<I", head)[0]))
+        if "job" in words:
+            stop.clear()  # here, where a stop that follows cannot be overtaken
+            jobs.put(words["job"])
         else:
-            jobs.put(job)
+            stop.set()
 
 
 def _bound_memory() -> None:
@@ -111,6 +112,11 @@ def _do(job: dict[str, Any], line: Line, stop: threading.Event) -> None:
 
     try:
         document = TASKS[job["kind"]](job, _reporter(line), stop)
+        if len(document) >= LONGEST_FRAME:
+            line.tell(
+                error=f"run: its result would have more than {LONGEST_FRAME // 1024**2} MB. Shorten it."
+            )
+            return
         line.send(RESULT + document)
     except KeyboardInterrupt:
         line.tell(error="Cancelled.", cancelled=True)

@@ -15,7 +15,7 @@ from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.solver.simulate import run_batch
 from gearplay.study.signals.extremes import extremes
 from gearplay.study.signals.lines import find_line
-from gearplay.study.signals.spectra import amplitude_spectrum
+from gearplay.study.signals.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.app import make_app
 from gearplay.web.controls import controls
@@ -138,8 +138,9 @@ def test_addresses_that_are_refused(host: str, port: int, token: str | None, sai
 
 def test_addresses_and_their_names() -> None:
     assert address_of("127.0.0.1", 8, None).names == {"127.0.0.1:8", "localhost:8", "[::1]:8"}
-    outside = address_of("192.168.1.5", 8, "a-token-of-enough-letters", ("rig.local",))
-    assert outside.names == {"192.168.1.5:8", "rig.local:8"}
+    outside = address_of("192.168.1.5", 8, "a-token-of-enough-letters", ("Rig.local",))
+    assert outside.names == {"192.168.1.5:8", "rig.local:8", "rig.local"}
+    assert address_of("127.0.0.1", 80, None).names >= {"127.0.0.1", "localhost", "localhost:80"}
     assert outside.url == "http://192.168.1.5:8/?token=a-token-of-enough-letters"
 
 
@@ -197,6 +198,16 @@ def test_no_shock_is_lost_in_thinning() -> None:
             {**SMALL_MAP, "of": "lid"},
             'measure = "rms of lid": must be a measure of a rotor or contact',
         ),
+        (
+            "map",
+            {**SMALL_MAP, "first": {"path": "run.sampling", "low": 1e4, "high": 1e7}},
+            "must not be a field of run",
+        ),
+        (
+            "map",
+            {**SMALL_MAP, "first": {"path": BACKLASH, "low": 0, "high": 10**400}},
+            "must be a number below high",
+        ),
         ("export", {"form": "exe"}, "must be nc, csv or toml"),
     ],
 )
@@ -209,7 +220,87 @@ def test_limits_are_the_server_s() -> None:
     words = job()
     words["case"]["run"] |= {"max_steps": 2**40, "ensemble": 7}
     run = limited_case(words).run
-    assert (run.max_steps, run.ensemble, run.max_wall_time) == (20_000_000, 1, 120.0)
+    assert (run.max_steps, run.ensemble, run.max_wall_time) == (20_000_000, 7, 120.0)
+    words["case"]["run"]["ensemble"] = 17
+    with pytest.raises(InputError, match="must be at most 16 on the page"):
+        limited_case(words)
+
+
+def test_models_that_are_no_list_mean_the_case_s_own() -> None:
+    found = unpack_frame(TASKS["run"](job(models=5), quiet, STOP))
+    assert list(found["models"]) == ["coupled"]
+
+
+def test_a_train_that_a_torque_turns_backwards() -> None:
+    """Its senses are those of the torque, nothing has a nominal mesh frequency, and teeth roll on teeth in the drawing."""
+    drive = {"kind": "torque", "torque": -0.5}
+    words = job(models=["coupled"])
+    words["case"]["rotors"]["pinion"]["drive"] = drive
+    words["case"]["run"] |= {"duration": 0.2}
+    found = unpack_frame(TASKS["run"](words, quiet, STOP))
+    assert [gear["sense"] for gear in found["mechanism"]["gears"]] == [-1.0, -1.0]
+    assert "f_m" not in found["lines"]
+    frames = found["models"]["coupled"]["frames"]
+    run = run_batch([(limited_case(words), [0])])[0][0]
+    at = np.rint(
+        (frames["t"] + found["models"]["coupled"]["start"] - run.first_sample) * run.sampling
+    ).astype(int)
+    for k, name in enumerate(("pinion", "ring")):
+        drawn = frames["turns"][k] + frames["rotors"][k][2]
+        off = np.mod(drawn - run.signal("theta", name)[at] + np.pi, 2.0 * np.pi) - np.pi
+        assert np.max(np.abs(off)) < 1e-5
+    pinion, ring = np.unwrap(frames["turns"].astype(float), axis=1)
+    np.testing.assert_allclose((ring - ring[0]) * 3.0, pinion - pinion[0], atol=1e-4)
+    assert np.max(np.abs(frames["rotors"][0][2])) < 1e-12
+
+
+def test_arrows_are_the_largest_forces_since_the_frame_before() -> None:
+    words = job(models=["coupled"])
+    words["case"]["run"] |= {"duration": 0.4, "transient": 0.5}
+    view = unpack_frame(TASKS["run"](words, quiet, STOP))["models"]["coupled"]
+    run = run_batch([(limited_case(words), [0])])[0][0]
+    drive = run.signal("drive_force", "pinion-ring")
+    sleeve = np.hypot(run.signal("sleeve_force_x", "ring"), run.signal("sleeve_force_y", "ring"))
+    at = np.unique(np.linspace(0, len(drive) - 1, 900).astype(int))
+    hit = int(np.argmax(drive))
+    frame = int(np.searchsorted(at, hit))  # the first frame that is not before it
+    assert view["frames"]["meshes"][0, 0, frame] == pytest.approx(drive[hit], rel=1e-6)
+    hit = int(np.argmax(sleeve))
+    frame = int(np.searchsorted(at, hit))
+    assert np.hypot(*view["frames"]["sleeves"][0, :, frame]) == pytest.approx(sleeve[hit], rel=1e-6)
+
+
+def test_a_folder_that_cannot_be_and_frames_that_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("not a folder", encoding="utf-8")
+    with pytest.raises(InputError, match="file"):
+        Store(file / "inside")
+    store = Store(tmp_path)
+    head = b"[1]"
+    (tmp_path / f"{32 * 'b'}.frame").write_bytes(len(head).to_bytes(4, "little") + head)
+    assert store.listed() == []
+
+
+def test_an_ensemble_is_averaged() -> None:
+    words = job(models=["coupled"], note="backlash 100 um")
+    words["case"]["run"] |= {"ensemble": 3, "duration": 0.2}
+    found = unpack_frame(TASKS["run"](words, quiet, STOP))
+    case = limited_case(words)
+    runs = run_batch([(case, [0, 1, 2])])[0]
+    assert (found["members"], found["note"]) == (3, "backlash 100 um")
+    view = found["models"]["coupled"]
+    spectrum = next(each for each in view["spectra"] if (each["label"], each["signal"]) == ("ring", "ax"))
+    average = ensemble_spectrum([run.signal("ax", "ring") for run in runs], case.run.sampling)
+    np.testing.assert_allclose(spectrum["a"][:400], average.amplitude[1:401], rtol=1e-6)
+    assert average.spread is not None
+    np.testing.assert_allclose(spectrum["s"][:400], average.spread[1:401], rtol=1e-5)
+    contact = view["statistics"][1]
+    counts = [round(run.statistics.impacts_per_second[1] * 0.2) for run in runs]
+    assert contact["impacts"] == sum(counts)
+    assert contact["peak_force"] == max(run.statistics.peak_force[1] for run in runs)
+    speeds = [run.statistics.rms_impact_speed[1] for run in runs]
+    mean_square = np.average(np.square(speeds), weights=counts)
+    assert contact["rms_impact_speed"] == pytest.approx(np.sqrt(mean_square), rel=1e-9)
 
 
 @pytest.mark.parametrize("measure", ["rms", "peak", "line", "share_of_time", "rms_impact_speed"])
@@ -270,7 +361,7 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
         np.testing.assert_array_equal(saved.value.values, unpack_frame(frame)["values"])
         assert json.loads(saved.attrs["case"])["run"]["duration"] == 0.05
     lines = file_of(frame, "csv").decode().splitlines()
-    assert lines[0] == f"{CLEARANCE} [m],{BACKLASH} [m],value [m/s^2]"
+    assert lines[0] == f"{CLEARANCE} [m],{BACKLASH} [m],rms acceleration of ring [m/s^2]"
     assert len(lines) == 1 + 6
     axis = SMALL_MAP["first"]
     diagram = TASKS["bifurcation"](job(axis=axis, signal="ring.x", count=3, keep=4, settle=2), quiet, STOP)

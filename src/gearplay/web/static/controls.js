@@ -17,11 +17,12 @@ function fromSlider(control, place) {
   return kind === "integer" ? Math.round(value) : Number(value.toPrecision(4));
 }
 
-function outOfBounds(control, value) {
+/** Return what is wrong with a value in the unit that is shown, "" where nothing is. */
+export function outOfBounds(control, value) {
   if (!Number.isFinite(value)) return "must be a number";
   if (control.kind === "integer" && !Number.isInteger(value)) return "must be a whole number";
-  if (control.least !== null && value < control.least) return `must be at least ${digits(control.least)} ${control.unit}`;
-  if (control.most !== null && value > control.most) return `must be at most ${digits(control.most)} ${control.unit}`;
+  if (control.least !== null && value < control.least) return `must be at least ${digits(control.least)} ${control.unit}`.trim();
+  if (control.most !== null && value > control.most) return `must be at most ${digits(control.most)} ${control.unit}`.trim();
   return "";
 }
 
@@ -34,9 +35,11 @@ function boundsOf({ least, most, unit }) {
 }
 
 export class Controls {
-  constructor(place, onChange) {
+  /** `onChange` gets a path and its new value, SI; `onFault` a sentence. */
+  constructor(place, onChange, onFault) {
     this.place = place;
     this.onChange = onChange;
+    this.onFault = onFault;
     this.rows = new Map();
   }
 
@@ -94,11 +97,14 @@ export class Controls {
       changed(entry.start);
       row.querySelector(`[id="${name}"]`).focus();
     };
+    const inSI = (value) => (typeof value === "number" && control.kind === "number" ? value / control.factor : value);
+    entry.startSI = inSI(control.value);
     const changed = (value) => {
       row.classList.toggle("changed", value !== entry.start);
       undo.hidden = value === entry.start;
-      this.onChange(control.path, typeof value === "number" && control.kind === "number" ? value / control.factor : value);
+      this.onChange(control.path, inSI(value));
     };
+    entry.changed = changed;
     if (control.kind === "choice") {
       const select = document.createElement("select");
       for (const choice of control.choices) select.append(new Option(choice, choice, false, choice === control.value));
@@ -144,7 +150,7 @@ export class Controls {
         const fault = outOfBounds(control, value);
         field.setAttribute("aria-invalid", fault ? "true" : "false");
         field.title = fault ? `${control.label} = ${field.value}: ${fault}.` : "";
-        if (fault) { this.onFault?.(`${control.path} = ${field.value || "empty"}: ${fault}. Correct it.`); return; }
+        if (fault) { this.onFault(`${control.path} = ${field.value || "empty"}: ${fault}. Correct it.`); return; }
         slider.value = toSlider(control, value);
         changed(value);
       };
@@ -162,10 +168,21 @@ export class Controls {
     return row;
   }
 
+  /** Return the value that a field had at first, SI. */
+  startOf(path) { return this.rows.get(path)?.startSI; }
+
+  /** Set a field to a value in the unit that is shown. */
+  set(path, value) {
+    const { show, changed } = this.rows.get(path);
+    show(value);
+    changed(value);
+  }
+
   reset() {
     for (const { row, undo, start, show } of this.rows.values()) { show(start); row.classList.remove("changed"); undo.hidden = true; }
   }
 
+  /** Show the rows whose words contain a text; return whether there is any. */
   find(text) {
     const wanted = text.trim().toLowerCase();
     for (const { control, row } of this.rows.values()) {
@@ -177,5 +194,6 @@ export class Controls {
       details.hidden = !any;
       if (wanted && any) details.open = true;
     }
+    return [...this.rows.values()].some(({ row }) => !row.hidden);
   }
 }

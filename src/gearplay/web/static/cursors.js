@@ -1,6 +1,7 @@
 // Where the moving mechanism is, on the plots beside it: a line in the histories, a dot in the orbit. Plain elements that are moved,
 // since plotly.js would take longer to draw them than a frame lasts.
 
+import { frameAt } from "./mechanism.js";
 import { MODELS } from "./plotting.js";
 
 function markOf(plot, kind, model = "") {
@@ -40,14 +41,15 @@ function placeDot(model, x, y) {
   place(markOf(plot, "shaft-dot", model), xaxis._offset + px, yaxis._offset + py, inside);
 }
 
-/** Move all marks to the frame `i` of a result, at a time [s]; the dots are of the shaft in `sleeve`. */
-export function moveCursors(result, sleeve, i, time) {
+/** Move all marks to a time [s] of a result; the dots are of the shaft in `sleeve`. */
+export function moveCursors(result, sleeve, time) {
   for (const name of ["backlash", "forces"]) placeLine(name, time);
   const k = result.mechanism.gears.findIndex((gear) => gear.name === sleeve);
   for (const model of MODELS) {
     const frames = result.models[model]?.frames;
     const n = frames?.t.length ?? 0;
-    if (k >= 0 && n) placeDot(model, frames.rotors[3 * k * n + Math.min(i, n - 1)], frames.rotors[(3 * k + 1) * n + Math.min(i, n - 1)]);
+    const i = n ? frameAt(frames.t, time) : 0;
+    if (k >= 0 && n) placeDot(model, frames.rotors[3 * k * n + i], frames.rotors[(3 * k + 1) * n + i]);
     else document.querySelector(`#orbit > .shaft-dot.${model}`)?.remove();
   }
 }

@@ -26,9 +26,9 @@ export async function drawMap(result, first, second) {
   const [unit, factor] = shownAs(result.unit);
   const z = Array.from({ length: rows }, (_, i) => scaled(result.values.subarray(i * columns, (i + 1) * columns), factor));
   const trace = { type: "heatmap", x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
-    hovertemplate: `%{x:.4g}, %{y:.4g}: %{z:.4g} ${unit}<extra></extra>`,
+    hovertemplate: `${wordsOf(first)}: %{x:.4g}<br>${wordsOf(second)}: %{y:.4g}<br>${plain(result.measure)}: %{z:.4g} ${unit}<extra></extra>`,
     colorbar: { title: { text: plain(`${result.measure} [${unit}]`), side: "right" }, exponentformat: "power" } };
   const words = { xaxis: axis(wordsOf(first)), yaxis: axis(wordsOf(second)) };
-  return Plotly.react("map", [trace], layout({ showlegend: false, margin: { l: 66, r: 120, t: 12, b: 42, autoexpand: false },
+  return Plotly.react("map", [trace], layout({ showlegend: false, margin: { l: 74, r: 120, t: 12, b: 42, autoexpand: false },
     uirevision: `${result.key}`, ...words }), CONFIG);
 }

@@ -1,5 +1,6 @@
 // What to compute over fields of a case: the forms of a bifurcation diagram and of a map, and the words of a job from them.
 
+import { outOfBounds } from "./controls.js";
 import { shownUnit } from "./plotting.js";
 
 const SIGNALS = ["x", "y", "vx", "vy", "theta", "omega"];
@@ -24,7 +25,10 @@ function numberField(form, name, words, value) {
 }
 
 /** A field of the case with its two ends; these start where its slider does not yet touch nothing. */
-function pathField(form, name, words, numbers, chosen) {
+function pathField(whole, name, words, numbers, chosen) {
+  const form = document.createElement("span");
+  form.className = "group";
+  whole.append(form);
   const select = document.createElement("select");
   for (const each of numbers) select.append(new Option(`${each.owner} ${each.label}`.trim(), each.path, false, each.path === chosen));
   field(form, name, words, select);
@@ -60,8 +64,8 @@ export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, m
   const signal = field(diagram, "signal", "signal", document.createElement("select"));
   signal.append(...SIGNALS.flatMap((each) => names.map((name) => new Option(`${name}.${each}`))));
   numberField(diagram, "count", "values", 100);
-  numberField(diagram, "settle", "periods before", 200);
-  numberField(diagram, "keep", "periods kept", 60);
+  numberField(diagram, "settle", "mesh periods before", 200);
+  numberField(diagram, "keep", "mesh periods kept", 60);
   button(diagram, "Draw the diagram");
 
   map.replaceChildren();
@@ -80,6 +84,23 @@ export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, m
   numberField(map, "columns", "columns", 16);
   numberField(map, "rows", "rows", 12);
   button(map, "Run the map");
+}
+
+/** Return what is wrong with the ends that a form's fields are to run between, in a sentence, "" where nothing is. */
+export function faultOf(form, controls) {
+  const data = new FormData(form);
+  for (const name of ["axis", "first", "second"].filter((each) => data.has(each))) {
+    const control = controls.find((each) => each.path === data.get(name));
+    const [low, high] = ["low", "high"].map((end) => Number(data.get(`${name}-${end}`)));
+    const words = `${control.owner} ${control.label}`.trim();
+    const unit = shownUnit(control.unit);
+    for (const value of [low, high]) {
+      const fault = outOfBounds(control, value);
+      if (fault) return `${words} = ${value} ${unit}: ${fault}. Correct it.`;
+    }
+    if (!(low < high)) return `${words}: from, ${low} ${unit}, must be below to, ${high} ${unit}. Correct one.`;
+  }
+  return "";
 }
 
 function axisOf(data, name, controls) {

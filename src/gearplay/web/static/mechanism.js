@@ -62,6 +62,12 @@ function toward(a, b) {
   return b.internal ? angle + Math.PI : angle;
 }
 
+/** Number of the frame at a time [s]; frames are evenly spaced. */
+export function frameAt(t, time) {
+  const share = (time - t[0]) / (t[t.length - 1] - t[0] || 1);
+  return Math.max(0, Math.min(t.length - 1, Math.round(share * (t.length - 1))));
+}
+
 export class Stage {
   constructor(place, onTime) {
     this.place = place;
@@ -74,6 +80,7 @@ export class Stage {
     this.look = {}; // names of the sleeve and the mesh in the close-ups
     this.frames = 0;
     this.last = performance.now();
+    new ResizeObserver(() => this.draw()).observe(place);
     const tick = (now) => { this.step(now); requestAnimationFrame(tick); };
     requestAnimationFrame(tick);
   }
@@ -102,8 +109,8 @@ export class Stage {
     for (const gear of result.mechanism.gears) { xs.push(gear.x - rimOf(gear), gear.x + rimOf(gear)); ys.push(gear.y - rimOf(gear), gear.y + rimOf(gear)); }
     const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     this.whole = { x: (left + right) / 2, y: (low + high) / 2, width: right - left, height: high - low };
-    const frames = result.models[models[0]].frames;
-    this.span = frames.t.length ? [frames.t[0], frames.t[frames.t.length - 1]] : [0, 1];
+    const times = models.map((model) => result.models[model].frames.t).filter((t) => t.length);
+    this.span = times.length ? [Math.min(...times.map((t) => t[0])), Math.max(...times.map((t) => t[t.length - 1]))] : [0, 1];
     this.peak = 1e-9;
     for (const model of models) {
       for (const key of ["sleeves", "meshes"]) for (const value of result.models[model].frames[key]) this.peak = Math.max(this.peak, Math.abs(value));
@@ -130,12 +137,6 @@ export class Stage {
     this.onTime();
   }
 
-  /** Number of the frame that is shown. */
-  get index() {
-    const [count] = Object.values(this.result.models).map(({ frames }) => frames.t.length);
-    return Math.max(0, Math.min(count - 1, Math.floor(this.at * count)));
-  }
-
   get time() { return this.span[0] + this.at * (this.span[1] - this.span[0]); }
 
   draw() {
@@ -148,10 +149,11 @@ export class Stage {
     const { t } = this.result.models[model].frames;
     if (!t.length) return;
     const ratio = window.devicePixelRatio || 1;
+    if (!canvas.clientWidth) return; // on a tab that is not shown
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     const colors = Object.fromEntries(["ink", "soft", "line", "paper", "gear1", "gear2", "alert"].map((name) => [name, style(name)]));
-    const view = { ...this.result.models[model].frames, i: Math.min(this.index, t.length - 1), color: style(model), ...colors };
+    const view = { ...this.result.models[model].frames, i: frameAt(t, this.time), color: style(model), ...colors };
     const close = [this.sleeveWindow(), this.meshWindow()].filter((each) => each);
     const column = close.length ? Math.round(Math.min(0.38 * width, 0.55 * height)) : 0;
     c.setTransform(1, 0, 0, 1, 0, 0);
@@ -177,9 +179,9 @@ export class Stage {
     const gear = sleeve && gears.find((each) => each.name === sleeve.name);
     if (!gear) return null;
     const play = Math.max(this.factor * sleeve.clearance, 0.02 * shaftOf(gear));
-    const shaft = Math.min(2.5 * play, shaftOf(gear)); // drawn so large that its play is seen well
-    const span = 2.4 * (shaft + play);
-    return { x: gear.x, y: gear.y, width: span, height: span, shaft, words: `sleeve of ${sleeve.name}` };
+    const shaft = sleeve.clearance > 0 ? Math.min(2.5 * play, shaftOf(gear)) : shaftOf(gear); // so large that its play is seen well
+    const span = sleeve.clearance > 0 ? 2.4 * (shaft + play) : 4 * shaft;
+    return { x: gear.x, y: gear.y, width: span, height: span, shaft, words: `${sleeve.clearance > 0 ? "sleeve" : "bearing"} of ${sleeve.name}` };
   }
 
   meshWindow() {
@@ -195,7 +197,7 @@ export class Stage {
   /** Paint what lies in a window of the plane [m] into a place of the canvas [px]. */
   paint(c, view, [x0, y0, w, h], { x, y, width, height, shaft: drawn }, ratio) {
     const { gears, sleeves, meshes } = this.result.mechanism;
-    const { i, t, rotors, sleeves: pressed, meshes: flanks } = view;
+    const { i, t, turns, rotors, sleeves: pressed, meshes: flanks } = view;
     const scale = 0.96 * Math.min(w / width, h / height);
     const [M, n, thin, reach] = [this.factor, t.length, (1.2 * ratio) / scale, (0.3 * Math.min(w, h)) / scale];
     c.save();
@@ -211,7 +213,7 @@ export class Stage {
       const outlined = this.outlineOf(gear);
       c.save();
       c.translate(gear.x + M * dx, gear.y + M * dy);
-      c.rotate((this.phases.get(gear.name) ?? 0) + gear.speed * t[i] + M * theta);
+      c.rotate((this.phases.get(gear.name) ?? 0) + turns[k * n + i] + M * theta);
       c.lineWidth = thin;
       c.fillStyle = k % 2 ? view.gear2 : view.gear1;
       c.fill(outlined, "evenodd");
@@ -225,9 +227,12 @@ export class Stage {
       const shaft = drawn ?? shaftOf(gear);
       c.lineWidth = 1.6 * thin;
       if (sleeve >= 0) {
+        const play = M * sleeves[sleeve].clearance;
         c.strokeStyle = view.soft;
-        circle(c, gear.x, gear.y, shaft + M * sleeves[sleeve].clearance);
+        c.setLineDash(play > 0 ? [] : [4 * thin, 4 * thin]); // a bearing that is all spring
+        circle(c, gear.x, gear.y, play > 0 ? shaft + play : 1.3 * shaft);
         c.stroke();
+        c.setLineDash([]);
       }
       c.fillStyle = view.color;
       circle(c, gear.x + M * dx, gear.y + M * dy, shaft);
@@ -238,7 +243,7 @@ export class Stage {
     });
     for (const [j, mesh] of meshes.entries()) {
       const [a, b] = [mesh.driver, mesh.driven].map((name) => gears.find((gear) => gear.name === name));
-      const turn = Math.sign(a.speed || 1);
+      const turn = (a.sense || 1);
       for (const [row, sense] of [[0, 1], [1, -1]]) {
         const force = flanks[(2 * j + row) * n + i];
         const angle = toward(a, b) + sense * turn * (Math.PI / 2 - mesh.pressure_angle);

@@ -7,6 +7,7 @@ const SIGNALS = {
   back_force: { words: "back", dash: "dot" },
   sleeve_force: { words: "sleeve", dash: "dash" },
 };
+const FEW = 30; // impacts
 const lineOf = (model, dash = "solid", width = 1.1) => ({ color: style(model), width, dash });
 const names = (result) => MODELS.filter((model) => model in result.models);
 
@@ -29,6 +30,7 @@ export async function drawRun(result, look) {
     for (const name of far) {
       await pause();
       if (!wanted()) return false;
+      if (document.getElementById(name).offsetParent === null) continue; // on a tab that is not shown: drawn when it is
       await draws[name](result, look);
     }
     return true;
@@ -54,25 +56,33 @@ function drawOrbit(result, { sleeve }) {
 export async function drawSpectrum(result, { spectrum, scale }) {
   await plotly();
   const traces = [];
-  let top = 0;
+  let [top, low] = [0, Infinity];
   for (const model of names(result)) {
     const found = result.models[model].spectra.find((each) => `${each.label}.${each.signal}` === spectrum);
-    if (!found) continue;
-    for (const value of found.a) top = Math.max(top, value);
+    if (!found || !found.a.some((value) => value > 0)) continue; // nothing moves
+    for (const value of found.a) { top = Math.max(top, value); if (value > 0) low = Math.min(low, value); }
+    if (found.s) traces.push(...band(found, model));
     traces.push({ x: found.f, y: found.a, mode: "lines", line: lineOf(model), name: model, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
   const shapes = [];
   const annotations = [];
   const mark = (frequency, text, color, dash) => {
+    if (!(frequency > 0)) return;
     const level = 1 - 0.07 * annotations.length; // one below the other: lines may lie close
     shapes.push({ type: "line", x0: frequency, x1: frequency, yref: "paper", y0: 0, y1: 1, line: { color, width: 1, dash }, layer: "below" });
     annotations.push({ x: Math.log10(frequency), y: level, yref: "paper", text, showarrow: false, font: { size: 11, color }, xanchor: "left", yanchor: "top" });
   };
   for (const [name, frequency] of Object.entries(result.lines)) if (!name.startsWith("shaft")) mark(frequency, plain(name), style("soft"), "dot");
   for (const each of result.test) mark(each.frequency, `test ${plain(each.line)}`, style("mark"), "dash");
-  const y = scale === "log" ? { type: "log", range: top > 0 ? [Math.log10(top) - 5, Math.log10(top) + 0.3] : undefined, dtick: 1 } : { type: "linear", rangemode: "tozero" };
+  const y = scale === "log" ? { type: "log", range: top > 0 ? [Math.max(Math.log10(top) - 5, Math.log10(low) - 0.2), Math.log10(top) + 0.5] : [-6, 0], dtick: 1 } : { type: "linear", rangemode: "tozero" };
   return Plotly.react("spectrum", traces, layout({ uirevision: `${spectrum}${scale}`, shapes, annotations,
-    xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("acceleration [m/s²]", y) }), CONFIG);
+    xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("amplitude of acceleration [m/s²]", y) }), CONFIG);
+}
+
+/** Return the two edges of a spectrum's spread over the members, filled between. */
+function band({ f, a, s }, model) {
+  const edge = (sign) => ({ x: f, y: Float64Array.from(a, (value, i) => value * 10 ** (sign * s[i])), mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false });
+  return [edge(-1), { ...edge(1), fill: "tonexty", fillcolor: `${style(model)}33` }];
 }
 
 /** Return the time axis that all histories of a run share. */
@@ -119,12 +129,13 @@ function drawForces(result, { sleeve, mesh }) {
     }
   }
   return Plotly.react("forces", traces, layout({ uirevision: `${sleeve}${mesh}`, xaxis: timeAxis(result), yaxis: axis("force [N]", { domain: [0.45, 1] }),
-    yaxis2: axis("closed", { domain: [0, 0.36], tickmode: "array", tickvals: ticks.map((_, i) => i), ticktext: ticks, range: [-0.6, ticks.length - 0.4],
+    yaxis2: axis("in contact", { domain: [0, 0.36], tickmode: "array", tickvals: ticks.map((_, i) => i), ticktext: ticks, range: [-0.6, ticks.length - 0.4],
       tickfont: { size: 10 }, zeroline: false }) }), CONFIG);
 }
 
+/** Fill the table of contacts; return what is to be said of it. */
 export function fillStatistics(table, result) {
-  const head = ["model", "contact", "share of time", "impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"];
+  const head = ["model", "contact", "share of time", "impacts", "impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"];
   const row = (cells, kind) => {
     const line = document.createElement("tr");
     for (const text of cells) {
@@ -138,9 +149,13 @@ export function fillStatistics(table, result) {
   const rows = [row(head, "th")];
   for (const model of names(result)) {
     for (const each of result.models[model].statistics) {
-      rows.push(row([model, each.contact, `${(100 * each.share_of_time).toPrecision(3)} %`, each.impacts_per_second.toPrecision(4),
-        (1e3 * each.rms_impact_speed).toPrecision(3), each.peak_force.toPrecision(4)], "td"));
+      rows.push(row([model, each.contact, `${(100 * each.share_of_time).toPrecision(3)} %`, String(each.impacts), each.impacts_per_second.toPrecision(3),
+        (1e3 * each.rms_impact_speed).toPrecision(3), each.peak_force.toPrecision(3)], "td"));
     }
   }
   table.replaceChildren(...rows);
+  const counts = names(result).flatMap((model) => result.models[model].statistics.map((each) => each.impacts)).filter((count) => count > 0);
+  const few = counts.length > 0 && Math.max(...counts) < FEW;
+  const of = result.members > 1 ? `Spectra and contacts are averages over ${result.members} members; the other views are of the first. ` : "";
+  return `${of}${few ? `Only ${Math.max(...counts)} impacts: such numbers, and the spectrum, change from run to run. Lengthen run: duration, or raise ensemble.` : ""}`;
 }

@@ -2,7 +2,7 @@
 
 export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 export const MODELS = ["coupled", "uncoupled"];
-export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
   toImageButtonOptions: { format: "svg", filename: "gearplay" } };
 
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
@@ -38,7 +38,7 @@ export const axis = (words, more = {}) => ({ gridcolor: style("grid"), zerolinec
 export function layout(more) {
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: style("ink"), size: 12 },
-    margin: { l: 66, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true,
+    margin: { l: 74, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true,
     legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant" }, hovermode: "closest", uirevision: "keep", ...more,
   };
 }

@@ -18,6 +18,9 @@ export function decode(buffer) {
   return full(head);
 }
 
+const MOST_TEXT = 512 * 1024; // letters of a message that the server takes
+const gone = () => Object.assign(new Error("The server is gone."), { kind: "gone" });
+
 export class Wire {
   /** `onOpen` is told when the server comes and goes, `onReady` whether it can do jobs at once. */
   constructor(onOpen, onReady) {
@@ -30,12 +33,13 @@ export class Wire {
   }
 
   open() {
-    this.socket = new WebSocket(`ws://${location.host}/wire`);
+    this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/wire`);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.onOpen(true);
     this.socket.onmessage = (event) => this.take(event.data);
     this.socket.onclose = () => {
-      for (const job of this.jobs.values()) job.reject(new Error("The server is gone."));
+      for (const job of [...this.jobs.values(), this.awaited?.job]) job?.reject(gone());
+      this.awaited = null;
       this.jobs.clear();
       this.onOpen(false);
       setTimeout(() => this.open(), 700);
@@ -48,9 +52,11 @@ export class Wire {
   ask(type, words, onProgress = () => {}) {
     const number = this.next++;
     const promise = new Promise((resolve, reject) => {
-      if (!this.ready) { reject(new Error("The server is gone.")); return; }
+      if (!this.ready) { reject(gone()); return; }
+      const text = JSON.stringify({ ...words, type, id: number });
+      if (text.length > MOST_TEXT) { reject(new Error("The case is too large for the page: use gearplay run.")); return; }
       this.jobs.set(number, { resolve, reject, onProgress });
-      this.socket.send(JSON.stringify({ ...words, type, id: number }));
+      this.socket.send(text);
     });
     return Object.assign(promise, { number });
   }
@@ -61,7 +67,7 @@ export class Wire {
     if (typeof data !== "string") {
       const { job, key } = this.awaited ?? {};
       this.awaited = null;
-      if (job) job.resolve({ ...decode(data), key });
+      try { job?.resolve({ ...decode(data), key }); } catch { job?.reject(new Error("The result came damaged. Run it again.")); }
       return;
     }
     const words = JSON.parse(data);
@@ -74,13 +80,4 @@ export class Wire {
     error.kind = words.type;
     job?.reject(error);
   }
-}
-
-/** Fetch JSON; errors carry the server's sentence. */
-export async function fetchJson(path, body) {
-  const options = body === undefined ? {} : { method: "POST", body: JSON.stringify(body), headers: { "content-type": "application/json" } };
-  const answer = await fetch(path, options);
-  const document = await answer.json();
-  if (!answer.ok) throw new Error(document.error ?? `The server answered ${answer.status}.`);
-  return document;
 }

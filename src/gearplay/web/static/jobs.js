@@ -1,0 +1,61 @@
+// Bifurcation diagrams and maps: asked for, shown, and what a click on them does.
+
+import { drawBifurcation, drawMap } from "./diagrams.js";
+import { diagramWords, faultOf, mapWords } from "./forms.js";
+import { $, current, note, state, tell } from "./page.js";
+import { hideProgress, showProgress } from "./runs.js";
+
+const named = (path) => state.controls.find((each) => each.path === path);
+const pathsOf = (result) => result.paths ?? [result.path];
+
+/** Ask for a diagram or a map from its form. */
+export function submit(kind, form) {
+  const fault = faultOf(form, state.controls);
+  if (fault) { tell(fault); return null; }
+  return longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
+}
+
+/** Do a long job; one that goes with the server is asked for again when that is back. */
+export async function longJob(kind, words) {
+  if (state.job) { tell("One diagram or map at a time: cancel the one that runs."); return; }
+  tell("");
+  const { generation } = state;
+  const began = performance.now();
+  const job = state.wire.ask(kind, words, (done) => showProgress(done, job.number, began));
+  state.job = job;
+  showProgress(0, job.number, began);
+  try {
+    const result = await job;
+    if (generation === state.generation) await showDiagram(result, JSON.stringify(words.case));
+    else tell(`The ${kind} that ran is of another case: see Results.`);
+  } catch (error) {
+    if (error.kind === "gone") state.lost = { kind, words };
+    else tell(error.message);
+  } finally {
+    state.job = null;
+    hideProgress();
+  }
+}
+
+/** Show a diagram or map; `of` is the case that it was computed of, as text, by which the page knows when it is no longer the current one. */
+export async function showDiagram(result, of) {
+  state.diagrams[result.kind] = { ...result, of };
+  if (result.kind === "map") await drawMap(result, ...result.paths.map(named));
+  else await drawBifurcation(result, named(result.path));
+  $(result.kind).removeAllListeners?.("plotly_click");
+  $(result.kind).on("plotly_click", ({ points: [{ x, y }] }) => state.goTo(pathsOf(result).map((path, at) => [path, [x, y][at]])));
+  markDiagrams();
+}
+
+/** Say of each diagram what it is of, and whether the case has changed since. */
+export function markDiagrams() {
+  for (const [kind, result] of Object.entries(state.diagrams)) {
+    const failed = kind === "map" ? result.reasons : result.failed ? [`${result.failed} values failed`] : [];
+    const words = [`${result.case.backlash_model} model, one member`];
+    if (kind === "bifurcation") words.push("a point per mesh period, carried up and down");
+    words.push("click a point to run it");
+    if (failed.length) words.push(`not all was computed: ${failed.join("; ")}`);
+    $(`${kind}-words`).textContent = `${words.join("; ")}.`;
+    $(`${kind}-stale`).hidden = result.of === JSON.stringify(current());
+  }
+}

@@ -1,0 +1,126 @@
+// Where cases come from and where results go: bundled cases, files, links, earlier results, what is saved.
+
+import { fillForms } from "./forms.js";
+import { showDiagram } from "./jobs.js";
+import { $, ask, askJson, current, showTitle, state, tell } from "./page.js";
+import { magnified, models, run, showRun, stage } from "./runs.js";
+import { decode } from "./wire.js";
+
+const MOST_LINK = 64 * 1024;
+const MOST_FILE = 256 * 1024;
+
+/** Show where the case comes from: one of the list, or words of its own. */
+function showSource(name) {
+  const select = $("case");
+  select.querySelector("[data-own]")?.remove();
+  if (![...select.options].some((each) => each.value === name)) {
+    const own = new Option(name, name);
+    own.dataset.own = "";
+    select.append(own);
+  }
+  select.value = name;
+  state.name = name;
+}
+
+/** Take a case over, as the server describes it; what to show of it comes after. */
+function adopt(described, name, note = "") {
+  if (state.running) state.wire.cancel(state.running.number);
+  Object.assign(state, { generation: state.generation + 1, again: false, base: described.case, controls: described.controls, diagrams: {}, note });
+  state.changes.clear();
+  state.panel.build(described.controls);
+  state.panel.find($("find").value);
+  fillForms($("bifurcation-form"), $("map-form"), described);
+  $("magnify").value = 0;
+  stage.magnify = 1;
+  magnified();
+  for (const kind of ["bifurcation", "map"]) { window.Plotly?.purge(kind); $(`${kind}-words`).textContent = ""; $(`${kind}-stale`).hidden = true; }
+  showSource(name);
+  showTitle();
+  tell("");
+}
+
+/** Do something that may fail, and say so. */
+export async function attempt(act) {
+  try { await act(); } catch (error) { tell(error.message); } finally { if (state.name) $("case").value = state.name; }
+}
+
+export async function choose(name) {
+  if (name === state.name) return;
+  adopt(await askJson(`/api/cases/${encodeURIComponent(name)}`), name);
+  run();
+}
+
+export async function upload(file) {
+  if (!file) return;
+  if (file.size > MOST_FILE || !/\.toml$/i.test(file.name)) throw new Error(`${file.name}: must be a case file, TOML of at most 256 kB. Choose another.`);
+  adopt(await askJson("/api/case", { toml: await file.text() }), file.name);
+  run();
+}
+
+// Links ---------------------------------------------------------------------------------------------------------------------
+
+const packText = (text) => btoa(Array.from(new TextEncoder().encode(text), (byte) => String.fromCharCode(byte)).join("")).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+const unpackText = (text) => new TextDecoder().decode(Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0)));
+
+export const link = () => `${location.origin}/#case=${packText(JSON.stringify(current()))}`;
+
+/** Open the case that the address carries; false where it carries none. */
+export async function fromLink() {
+  if (!location.hash.startsWith("#case=")) return false;
+  const text = location.hash.slice(6);
+  let given;
+  try {
+    if (text.length > MOST_LINK) throw new Error("too long");
+    given = JSON.parse(unpackText(text));
+  } catch { throw new Error("The link is damaged or cut off: its case cannot be read. Ask for it again."); }
+  try { adopt(await askJson("/api/case", { case: given }), "case of a link"); } catch (error) { throw new Error(`The link's case cannot be used. ${error.message}`); }
+  run();
+  return true;
+}
+
+// Results -------------------------------------------------------------------------------------------------------------------
+
+export async function listResults() {
+  try {
+    const found = await askJson("/api/results");
+    const words = ({ kind, title, note, written }) => [kind, title || "untitled", note, new Date(1000 * written).toLocaleTimeString()].filter(Boolean).join(", ");
+    $("history").replaceChildren(new Option("earlier ones", ""), ...found.map((each) => new Option(words(each), each.key)));
+  } catch { /* the banner says that the server is gone */ }
+}
+
+/** Show a result that is kept, and put its case back. */
+export async function recall(key) {
+  if (!key) return;
+  const result = { ...decode(await (await ask(`/api/results/${key}`)).arrayBuffer()), key };
+  adopt(await askJson("/api/case", { case: result.case }), "an earlier result", result.note);
+  state.select(result.kind);
+  if (result.kind !== "run") { await showDiagram(result, JSON.stringify(current())); run(); return; }
+  $("compare").checked = Object.keys(result.models).length > 1;
+  await showRun(result);
+}
+
+async function download(answer, name) {
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(await answer.blob());
+  anchor.download = name;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
+}
+
+/** Save what the tab shows: both models of a run, each as a file; a diagram; pictures; or the case. */
+export async function save(form) {
+  if (!form) return;
+  tell("");
+  const name = ((state.base.title || "gearplay").toLowerCase().match(/[a-z0-9]+/g) ?? ["gearplay"]).join("-").slice(0, 48);
+  const { [state.tab]: shown } = state.diagrams;
+  if (form === "toml") await download(await ask("/api/export/toml", { case: current() }), `${name}.toml`);
+  else if (form === "png" || form === "svg") {
+    const plots = state.tab === "run" ? ["orbit", "spectrum", "backlash", "forces"] : [state.tab];
+    const drawn = plots.filter((each) => $(each).data);
+    if (!drawn.length) throw new Error("There is nothing to save here yet: compute it first.");
+    for (const each of drawn) await Plotly.downloadImage(each, { format: form, filename: `${name}-${each}`, width: 900, height: 500, scale: form === "png" ? 2 : 1 });
+  } else if (state.tab === "run") {
+    for (const model of models()) await download(await ask(`/api/export/${form}`, { case: { ...current(), backlash_model: model } }), `${name}-${model}.${form}`);
+  } else if (shown) await download(await ask(`/api/results/${shown.key}/${form}`), `${name}-${state.tab}.${form}`);
+  else throw new Error("There is nothing to save here yet: compute it first.");
+}

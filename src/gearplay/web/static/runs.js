@@ -1,0 +1,136 @@
+// Runs of the case as it stands, and all views of the last one.
+
+import { moveCursors } from "./cursors.js";
+import { Stage } from "./mechanism.js";
+import { $, current, note, showTitle, state, tell } from "./page.js";
+import { drawRun, drawSpectrum, fillStatistics } from "./plots.js";
+
+const PATIENCE = 1000; // ms before a run gives way to a newer one
+export const stage = new Stage($("stage"), moved);
+
+export const models = () => ($("compare").checked ? ["coupled", "uncoupled"] : [current().backlash_model]);
+
+/** Run the case as it stands. While one runs the next waits, and only the last of those; one that takes long gives way to it. */
+export async function run() {
+  const { wire } = state;
+  if (!wire?.ready || !state.base) return;
+  if (state.running) {
+    const { running } = state;
+    if (!state.again) setTimeout(() => { if (state.running === running && state.again) wire.cancel(running.number); }, state.began + PATIENCE - performance.now());
+    state.again = true;
+    return;
+  }
+  const { generation } = state;
+  const began = state.moved || performance.now();
+  state.moved = 0;
+  state.began = performance.now();
+  const job = wire.ask("run", { case: current(), models: models(), note: note() }, (done) => showProgress(done, job.number, state.began));
+  state.running = job;
+  try {
+    const result = await job;
+    if (generation !== state.generation) return; // of a case that is no longer there
+    state.asked = began;
+    await showRun(result);
+    window.gearplay.latencies.push(performance.now() - began);
+    if (state.told) tell("");
+  } catch (error) {
+    if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
+    else if (error.kind !== "cancelled" && wire.ready) tell(error.message, true);
+  } finally {
+    state.running = null;
+    if (!state.job) hideProgress();
+    next();
+  }
+}
+
+function next() {
+  if (state.again && !state.running) { state.again = false; run(); }
+}
+
+/** Offer choices in a list, keep the one that is chosen where it is still there, and return it. */
+function offer(select, choices) {
+  const chosen = choices.includes(select.value) ? select.value : choices[0] ?? "";
+  if ([...select.options].map((each) => each.value).join() !== choices.join()) select.replaceChildren(...choices.map((each) => new Option(each, each)));
+  select.value = chosen;
+  return chosen;
+}
+
+/** Return what of a result is looked at: a sleeve, a mesh, a spectrum; lists with one choice are not shown. */
+function lookAt(result) {
+  const { sleeves, meshes } = result.mechanism;
+  const spectra = Object.values(result.models).flatMap((view) => view.spectra.map((each) => `${each.label}.${each.signal}`));
+  $("look-sleeve").hidden = sleeves.length < 2;
+  $("look-mesh").hidden = meshes.length < 2;
+  return {
+    sleeve: offer($("sleeve-of"), sleeves.map((each) => each.name)), mesh: offer($("mesh-of"), meshes.map((each) => each.name)),
+    spectrum: offer($("spectrum-of"), [...new Set(spectra)]), scale: $("spectrum-scale").value,
+  };
+}
+
+/** Count the times of a result from the start of the simulation, once; they come as 32 bits from the first sample on. */
+function settle(result) {
+  if (result.settled) return;
+  result.settled = true;
+  for (const view of Object.values(result.models)) {
+    const shifted = (times) => Float64Array.from(times, (t) => t + view.start);
+    view.frames.t = shifted(view.frames.t);
+    for (const each of view.histories) each.t = shifted(each.t);
+    for (const each of view.strip) each.spans = shifted(each.spans);
+  }
+}
+
+export async function showRun(result) {
+  settle(result);
+  state.result = result;
+  const look = lookAt(result);
+  stage.look = look;
+  stage.show(result);
+  moved();
+  magnified();
+  showTitle();
+  $("arrows").textContent = `arrows: forces, the longest ${stage.peak.toPrecision(3)} N`;
+  $("few").textContent = fillStatistics($("statistics"), result);
+  const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "" : `${view.status} `}${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
+  $("status").textContent = words.join("; ");
+  window.gearplay.moving ??= performance.now();
+  state.whole = false;
+  const drawRest = await drawRun(result, look);
+  window.gearplay.first ??= performance.now();
+  moved();
+  drawOthers(drawRest, result);
+}
+
+/** Draw the plots that are not in view, unless a newer result comes. */
+async function drawOthers(drawRest, result) {
+  try {
+    if (!(await drawRest(() => state.result === result))) return;
+    moved();
+    state.whole = true;
+    window.gearplay.whole.push(performance.now() - state.asked);
+  } catch (error) { tell(error.message); }
+}
+
+export const redraw = () => { if (state.result) showRun(state.result).catch((error) => tell(error.message)); };
+export const redrawSpectrum = () => { if (state.result) drawSpectrum(state.result, lookAt(state.result)).catch((error) => tell(error.message)); };
+
+/** Show how far a job is that began when asked, and an estimate once there is something to estimate from. */
+export function showProgress(done, number, began) {
+  if (state.job && state.job.number !== number) return; // a diagram keeps the bar
+  $("progress").value = done;
+  $("cancel").onclick = () => { state.wire.cancel(number); $("left").textContent = "cancelling"; };
+  const spent = (performance.now() - began) / 1000;
+  const left = Math.max(1, spent * (1 / done - 1));
+  $("left").textContent = done > 0.02 && spent > 1 ? `about ${left.toPrecision(left < 9.5 ? 1 : 2)} s left` : "";
+  $("job").hidden = false;
+}
+
+export function hideProgress() { $("job").hidden = true; }
+
+/** Show where the motion is: on the clock, the slider and the plots. */
+export function moved() {
+  $("scrub").value = stage.at;
+  $("clock").textContent = `${stage.time.toFixed(4)} s`;
+  moveCursors(state.result, stage.look.sleeve, stage.time);
+}
+
+export function magnified() { if (state.result) $("factor").textContent = `${stage.factor.toPrecision(3)} times as large`; }
