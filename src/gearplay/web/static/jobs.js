@@ -26,6 +26,7 @@ export async function longJob(kind, words) {
   showProgress(0, job.number, began);
   try {
     const result = await job;
+    state.kept();
     if (generation === state.generation) await showDiagram(result, JSON.stringify(words.case));
     else tell(`The ${kind} that ran is of another case: see Results.`);
   } catch (error) {

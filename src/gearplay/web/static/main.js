@@ -61,7 +61,13 @@ $("case").onchange = () => attempt(() => choose($("case").value));
 $("upload").onchange = () => attempt(async () => { try { await upload($("upload").files[0]); } finally { $("upload").value = ""; } });
 $("save").onchange = () => attempt(async () => { try { await save($("save").value); } finally { $("save").value = ""; } });
 $("history").onchange = () => attempt(async () => { try { await recall($("history").value); } finally { $("history").value = ""; } });
-$("history").onfocus = listResults;
+$("history").onblur = listResults;
+let listing = 0;
+/** Bring the list of results up to date, soon; not while its user is in it. */
+state.kept = () => {
+  clearTimeout(listing);
+  listing = setTimeout(() => { if (document.activeElement !== $("history")) listResults(); }, 400);
+};
 $("share").onclick = async () => {
   history.replaceState(null, "", link());
   try { await navigator.clipboard.writeText(link()); $("share").textContent = "Copied"; } catch { $("share").textContent = "Link is in the address"; }
@@ -102,7 +108,7 @@ state.wire = new Wire((open) => {
   $("link-state").textContent = open ? "connected" : "server gone";
   if (!open) return;
   if (state.base) run();
-  listResults();
+  state.kept();
   const { lost } = state;
   state.lost = null;
   if (lost) longJob(lost.kind, lost.words);

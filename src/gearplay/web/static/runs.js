@@ -32,6 +32,7 @@ export async function run() {
     state.asked = began;
     await showRun(result);
     window.gearplay.latencies.push(performance.now() - began);
+    state.kept();
     if (state.told) tell("");
   } catch (error) {
     if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
