@@ -53,13 +53,18 @@ COOKIE = "gearplay-token"
 class Guard:
     """ASGI middleware in front of everything.
 
-    ``hosts`` are the values of Host that are ours, in small letters (``127.0.0.1:8000``); a proxy before us may speak https.
+    ``hosts`` are the values of Host that are ours, in small letters (``127.0.0.1:8000``); those of them that are
+    ``proxied`` may have a proxy before us that speaks https.
     ``token`` is asked for, once in the query (``?token=...``) and then in a cookie, unless it is None.
     """
 
-    def __init__(self, app: App, hosts: frozenset[str], token: str | None = None) -> None:
+    def __init__(
+        self, app: App, hosts: frozenset[str], token: str | None = None, proxied: frozenset[str] = frozenset()
+    ) -> None:
         self.app, self.hosts, self.token = app, hosts, token
-        self.origins = frozenset(f"{scheme}://{host}" for host in hosts for scheme in ("http", "https"))
+        self.origins = frozenset(
+            (*(f"http://{host}" for host in hosts), *(f"https://{host}" for host in proxied))
+        )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""

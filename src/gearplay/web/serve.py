@@ -23,6 +23,7 @@ class Address:
     port: int
     names: frozenset[str]
     token: str | None
+    proxied: frozenset[str] = frozenset()  # of the names, those that a proxy may speak https for
 
     @property
     def url(self) -> str:
@@ -57,9 +58,9 @@ def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] =
         raise InputError(Fault("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}"))
     called = {f"[{host}]" if ":" in host else host, *names, *(LOOPBACK if local else ())}
     bare = called if port == 80 else names  # a proxy passes on the name without our port
-    return Address(
-        host, port, frozenset(name.lower() for name in (*bare, *(f"{name}:{port}" for name in called))), token
-    )
+    known = frozenset(name.lower() for name in (*bare, *(f"{name}:{port}" for name in called)))
+    proxied = frozenset(name.lower() for name in (*names, *(f"{name}:{port}" for name in names)))
+    return Address(host, port, known, token, proxied)
 
 
 def _is_plain(token: str) -> bool:
@@ -93,7 +94,7 @@ def serve(
     address_of(host, port, token, names)
     listening = _listen(host, port)
     address = address_of(host, int(listening.getsockname()[1]), token, names)
-    app = Guard(make_app(folder, Pool(size=workers)), address.names, address.token)
+    app = Guard(make_app(folder, Pool(size=workers)), address.names, address.token, address.proxied)
     server = uvicorn.Server(
         uvicorn.Config(
             app,

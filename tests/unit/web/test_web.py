@@ -120,6 +120,16 @@ def test_the_guard_s_reasons() -> None:
     assert tokened.refusal(scope(host="127.0.0.1:80", cookie="gearplay-token=secret-secret-secret")) is None
 
 
+def test_a_proxy_may_speak_https_for_a_name_that_was_given() -> None:
+    address = address_of("192.168.1.5", 8, "a-token-of-enough-letters", ("Rig.local",))
+    guard = Guard(None, address.names, None, address.proxied)  # type: ignore[arg-type]
+    assert guard.refusal(scope(host="rig.local", origin="https://rig.local")) is None
+    assert guard.refusal(scope(host="RIG.local:8", origin="http://rig.local:8")) is None
+    assert guard.refusal(scope(host="rig.local", origin="https://rig.local.evil.test")) is not None
+    assert guard.refusal(scope(host="192.168.1.5:8", origin="https://192.168.1.5:8")) is not None
+    assert guard.refusal(scope(host="rig.local:9", origin="http://rig.local:9")) is not None
+
+
 @pytest.mark.parametrize(
     ("host", "port", "token", "said"),
     [
