@@ -378,6 +378,19 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
     lines = file_of(diagram, "csv").decode().splitlines()
     assert lines[0] == f"direction,{BACKLASH} [m],section,ring.x [m]"
     assert len(lines) == 1 + 2 * 3 * 4
+    made = {
+        "kind": "bifurcation",
+        "title": "t",
+        "signal": "ring.x",
+        "path": BACKLASH,
+        "unit": "m",
+        "axis_unit": "m",
+    }
+    arrays = {"x": np.arange(2.0), "up": np.ones((2, 3)), "down": np.zeros((2, 3))}
+    path.write_bytes(file_of(pack_frame(made | arrays), "nc"))
+    with xr.open_dataset(path, engine="h5netcdf") as saved:
+        assert saved["ring.x"].sel(direction="up").values.min() == 1.0
+        assert saved["ring.x"].sel(direction="down").values.max() == 0.0
     with pytest.raises(InputError, match="must be a diagram or a map"):
         file_of(pack_frame({"kind": "run", "title": None}), "csv")
 
