@@ -4,15 +4,13 @@ Three figures: from the address to the first plot, from a slider's move to the n
 frames per second of the moving mechanism. The browser renders in software where there is no graphics card.
 """
 
-import shutil
 import sys
 import tempfile
 from pathlib import Path
 from statistics import median
 
-from tests.serving import Server, Visit
+from tests.serving import Server, Visit, find_browser, launch
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FIRST = "[window.gearplay.moving, window.gearplay.first]"
 MOVE = """([path, place]) => {
   const slider = document.querySelector(`[data-slider="${path}"]`);
@@ -34,14 +32,14 @@ PATHS = ("meshes.0.backlash", "sleeves.ring.radial_clearance", "rotors.pinion.dr
 
 def part(moves: int = 100) -> list[str]:
     """Return the lines of the report; one that says why not where Chromium or Playwright lack."""
-    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    path = find_browser()
     if path is None:
         return ["Not measured: no Chromium on this machine."]
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play, tempfile.TemporaryDirectory() as folder:
         server = Server(Path(folder))
-        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        browser = launch(play, path)
         try:
             Visit(browser, server.url).ready(300.0).close()  # compiles or loads the kernels
             fresh, again = [], []

@@ -2,6 +2,7 @@
 
 import asyncio
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,7 +12,18 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 COMMAND = "from gearplay.cli.main import main; main()"
+
+
+def find_browser() -> str | None:
+    """Return the path of the system's Chromium, None where there is none."""
+    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
+def launch(play: Any, path: str) -> Any:
+    """Start the browser at a path by Playwright."""
+    return play.chromium.launch(executable_path=path, args=["--no-sandbox"])
 
 
 def together(work: Callable[[], Coroutine[Any, Any, Any]]) -> Any:

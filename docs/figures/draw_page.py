@@ -1,6 +1,5 @@
 """Draw docs/figures/page.png: the page as the system's Chromium shows it, `pinion-idler-ring` looked at in its idler."""
 
-import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -8,16 +7,18 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
-from serving import Server, Visit
+from serving import Server, Visit, find_browser, launch
 
 HERE = Path(__file__).parent
 
 
 def main() -> None:
-    path = shutil.which("chromium") or shutil.which("google-chrome")
+    path = find_browser()
+    if path is None:
+        raise SystemExit("no Chromium on this machine: install the package chromium")
     with sync_playwright() as play, tempfile.TemporaryDirectory() as folder:
         server = Server(Path(folder))
-        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        browser = launch(play, path)
         try:
             visit = Visit(browser, server.url, viewport={"width": 1280, "height": 960}).ready(300.0)
             visit.after(lambda: visit.page.select_option("#case", "pinion-idler-ring"))

@@ -1,15 +1,12 @@
 """A server and a browser for the tests of the page. In CI the browser must be there; elsewhere its absence skips these tests."""
 
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
-from serving import Server, Visit
-
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+from serving import Server, Visit, find_browser, launch
 
 
 @pytest.fixture(scope="session")
@@ -22,7 +19,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Drive the system's Chromium by Playwright."""
-    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    path = find_browser()
     if path is None:
         if os.environ.get("CI"):
             pytest.fail("page tests need the system's Chromium: .ci/run installs it")
@@ -30,7 +27,7 @@ def chromium() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        browser = launch(play, path)
         yield browser
         browser.close()
 

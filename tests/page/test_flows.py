@@ -30,6 +30,11 @@ def fill(visit: Visit, path: str, value: str) -> None:
     visit.after(act)
 
 
+def open_run(visit: Visit) -> None:
+    """Open the fields of the run."""
+    visit.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+
+
 def shown(visit: Visit, expression: str) -> Any:
     return visit.page.evaluate(f"window.gearplay.state.{expression}")
 
@@ -317,7 +322,7 @@ def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
 
 def brief(made: Visit) -> None:
     for path, value in (("run.duration", "0.05"), ("run.transient", "0")):
-        made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+        open_run(made)
         fill(made, path, value)
 
 
@@ -387,7 +392,7 @@ def test_a_result_of_another_case_brings_its_case_back(visit: Open) -> None:
 
 def lengthen(made: Visit, seconds: str) -> None:
     """Start a run that takes long, and do not wait for it."""
-    made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+    open_run(made)
     field(made, "run.duration").fill(seconds)
     field(made, "run.duration").press("Tab")
     made.until("Boolean(window.gearplay.state.running)")
@@ -412,7 +417,7 @@ def test_a_run_of_another_case_is_not_shown(visit: Open) -> None:
 
 def test_a_map_that_outlives_its_case_is_told_of(visit: Open) -> None:
     made = visit().ready()
-    made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+    open_run(made)
     fill(made, "run.duration", "10")
     made.page.click("#tab-map")
     made.page.fill("#map-form [name=columns]", "20")
@@ -509,7 +514,7 @@ def test_bad_ends_are_told_in_the_units_shown(visit: Open) -> None:
 
 def test_an_ensemble_has_its_spread(visit: Open) -> None:
     made = visit().ready()
-    made.page.locator("details[data-group=Run]").evaluate("(each) => { each.open = true; }")
+    open_run(made)
     fill(made, "run.ensemble", "4")
     assert shown(made, "result.members") == 4
     assert made.page.evaluate("document.getElementById('spectrum').data.length") == 6

@@ -23,6 +23,13 @@ def brief_case(server: Server, **run: Any) -> dict[str, Any]:
     return case
 
 
+def long_case(server: Server) -> dict[str, Any]:
+    """Return a case that keeps a worker for minutes."""
+    case = brief_case(server, duration=1500.0, sampling=1000.0)
+    case["rotors"]["ring"]["load"]["torque"] = 5.0
+    return case
+
+
 class Client:
     """A page without a browser."""
 
@@ -139,8 +146,7 @@ def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
 
 def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
     """Left alone its six jobs would hold both workers for minutes, longer than the next page waits."""
-    case = brief_case(server, duration=1500.0, sampling=1000.0)
-    case["rotors"]["ring"]["load"]["torque"] = 5.0
+    case = long_case(server)
 
     async def go() -> None:
         async with Client(server) as gone:
@@ -202,8 +208,7 @@ def test_a_client_cannot_speak_to_a_worker(server: Server) -> None:
 
 
 def test_a_cancel_right_after_is_heard(server: Server) -> None:
-    case = brief_case(server, duration=1500.0, sampling=1000.0)
-    case["rotors"]["ring"]["load"]["torque"] = 5.0
+    case = long_case(server)
 
     async def go() -> None:
         async with Client(server) as made:
@@ -243,8 +248,7 @@ def test_a_link_that_breaks_before_its_result(visit: Callable[..., Visit]) -> No
 
 
 def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
-    case = brief_case(server, duration=1500.0, sampling=1000.0)
-    case["rotors"]["ring"]["load"]["torque"] = 5.0
+    case = long_case(server)
 
     async def go() -> None:
         async with Client(server) as made:

@@ -112,7 +112,7 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     base = case_of(case)
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
-    flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.sleeves)))
+    flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))
 
 
 def branch_signals(case: Source, path: str, branch: Branch, signals: Sequence[str]) -> Any:

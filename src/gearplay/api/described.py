@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from gearplay.model.case import Case
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.vocabulary.version import VERSION
 
 

@@ -12,7 +12,6 @@ from gearplay.api.result import Source, case_of
 from gearplay.model.field_units import unit_at
 from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
-from gearplay.solver.trajectory import contact_labels
 from gearplay.study.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
 from gearplay.study.nonlinear.motion import Motion, identify_motion, prepare_motion
@@ -253,7 +252,7 @@ def portrait(
         label: contact_section(
             base, signals, label, duration=keep * step, transient=settle * step, member=member
         )
-        for label in contact_labels(packed)
+        for label in packed.contact_labels
     }
     instants = np.concatenate([np.zeros(0), *(each.times for each in hits.values())])
     order = np.argsort(instants, kind="stable")

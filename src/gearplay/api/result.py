@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.output.dataset import to_dataset
 from gearplay.output.files import read_dataset, write_dataset
 from gearplay.solver.simulate import Progress, run_batch
@@ -17,7 +18,6 @@ from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ R = TypeVar("R")
 
 
 def kernel_digest(folder: Path) -> str:
-    """Return a digest of all kernel sources in a folder."""
-    files = sorted(folder.glob("*.py"))
-    return hashlib.sha256(b"".join(f.name.encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
+    """Return a digest of all kernel sources in a folder and below."""
+    files = sorted(folder.rglob("*.py"))
+    return hashlib.sha256(b"".join(str(f.relative_to(folder)).encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
 
 
 _DIGEST = kernel_digest(Path(__file__).parent)

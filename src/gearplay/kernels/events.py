@@ -1,98 +1,64 @@
 """Finding the first switch inside a step, on its interpolant, and taking the step again so that it ends there."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.kernels.compiled import compiled, compiled_inline
-from gearplay.kernels.layout import (
-    LOADED,
-    MARGIN,
-    OPEN,
-    PENETRATION,
-    RAMP_SMOOTH,
-    RATE,
-    System,
-    contact_count,
-)
-from gearplay.kernels.motion import press_mesh, press_sleeve
+from gearplay.kernels.elements import table
+from gearplay.kernels.layout import OPEN, RATE, TOUCH, Loads, System
 from gearplay.kernels.roster import fly_listed
-from gearplay.kernels.run_state import CALLS, Motion, T
+from gearplay.kernels.run import CALLS, Floats, Run, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate, step
-from gearplay.kernels.switches import contact_of_switch, switch_value, switch_values
-
-Floats = NDArray[np.float64]
+from gearplay.kernels.switches import switch_value, switch_values
 
 
 @compiled_inline
-def attempt(system: System, motion: Motion, h: float) -> int:
+def attempt(system: System, run: Run, h: float) -> int:
     """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
     where a pair cannot mesh.
     """
-    motion.counts[CALLS] += STAGES - 1
-    t = motion.clock[T]
-    failed = step(
-        system,
-        motion.roster,
-        t,
-        h,
-        motion.y,
-        motion.stages,
-        motion.modes,
-        motion.latch,
-        motion.y_new,
-        motion.contacts,
-        motion.force,
-        motion.out,
-    )
-    return failed if failed != 0 else watch(system, motion, t + h, motion.y_new, motion.contacts)
+    run.counts[CALLS] += STAGES - 1
+    t = run.clock[T]
+    failed = step(system, run.roster, t, h, run.y, run.stages, run.branch, run.y_new, run.loads)
+    return failed if failed != 0 else watch(system, run, t + h, run.y_new, run.loads)
 
 
 @compiled_inline
-def watch(system: System, motion: Motion, t: float, y: Floats, contacts: Floats) -> int:
-    """Fill the rows of ``contacts`` of watched elements at t [s]; return 1 where a pair cannot mesh."""
-    roster = motion.roster
+def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
+    """Fill the contact table of watched elements at t [s]; return 1 where a pair cannot mesh."""
+    roster = run.roster
     fly_listed(system, roster, roster.near, t, y)
-    for c in range(1, roster.watched_sleeves[0] + 1):
-        k = roster.watched_sleeves[c]
-        press_sleeve(system, k, y, t, motion.modes, motion.latch, contacts, motion.out)
-    for c in range(1, roster.watched_meshes[0] + 1):
-        if press_mesh(system, roster.watched_meshes[c], y, t, motion.modes, contacts, motion.out) != 0:
+    for c in range(1, roster.watched[0] + 1):
+        if table.press(system, roster.watched[c], t, y, run.branch, loads) != 0:
             return 1
     return 0
 
 
 @compiled_inline
-def look(system: System, motion: Motion, h: float, x: float, k: int) -> bool:
-    """Evaluate switch k and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
-    t = motion.clock[T] + x * h
-    y, contacts = motion.y_try, motion.contacts_try
-    interpolate(motion.roster, x, h, motion.y, motion.y_new, motion.stages, y)
-    fly_listed(system, motion.roster, motion.roster.near, t, y)
-    motion.counts[CALLS] += 1
-    n_s, contact = system.sleeves.size, contact_of_switch(system, k)
-    if 0 <= contact < n_s:
-        press_sleeve(system, contact, y, t, motion.modes, motion.latch, contacts, motion.out)
-    elif contact >= 0:
-        mesh = (contact - n_s) // 2
-        if press_mesh(system, mesh, y, t, motion.modes, contacts, motion.out) != 0:
-            return False
-    motion.g_try[k] = switch_value(system, k, t, y, motion.modes, contacts)
+def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
+    """Evaluate switch s and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
+    t, y = run.clock[T] + x * h, run.y_try
+    interpolate(run.roster, x, h, run.y, run.y_new, run.stages, y)
+    fly_listed(system, run.roster, run.roster.near, t, y)
+    run.counts[CALLS] += 1
+    switch = system.switches[s]
+    if switch.contact >= 0 and table.press(system, switch.element, t, y, run.branch, run.loads_try) != 0:
+        return False
+    run.g_try[s] = switch_value(system, s, t, y, run.branch, run.loads_try)
     return True
 
 
 @compiled_inline
-def allowance(motion: Motion, k: int, n_c: int) -> float:
-    """Return how far [m] beyond zero a step may end behind penetration switch k: a tenth of its allowed error."""
-    return 0.1 * motion.scale[0] if k < n_c else 0.0
+def allowance(system: System, run: Run, s: int) -> float:
+    """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error."""
+    switch = system.switches[s]
+    return run.depths[switch.contact] if switch.role == TOUCH else 0.0
 
 
 @compiled
-def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g_high: float) -> float:
+def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high: float) -> float:
     """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
-    low, g_low = 0.0, min(motion.g_0[k], 0.0)
+    low, g_low = 0.0, min(run.g_0[k], 0.0)
     side = 0
-    width = max(1e-14, 4e-16 * abs(motion.clock[T]) / h)
-    close = 0.1 * allowance(motion, k, contact_count(system))
+    width = max(1e-14, 4e-16 * abs(run.clock[T]) / h)
+    close = 0.1 * allowance(system, run, k)
     for _ in range(80):
         if high - low <= width or 0.0 <= g_high <= close:
             break
@@ -100,9 +66,9 @@ def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g
         if not (low + 0.25 * width < x < high - 0.25 * width):
             # The secant sits on an end: step off it by just more than the wanted width.
             x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
-        if not look(system, motion, h, x, k):
+        if not look(system, run, h, x, k):
             return x
-        g = motion.g_try[k]
+        g = run.g_try[k]
         if g > 0.0:
             high, g_high = x, g
             if side == 1:
@@ -117,24 +83,25 @@ def locate_root(system: System, motion: Motion, h: float, k: int, high: float, g
 
 
 @compiled
-def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
-    """Return the x in (0, 1) where penetration switch k peaks, by bisection on its rate, or 1 if it stays negative.
+def locate_peak(system: System, run: Run, h: float, s: int) -> float:
+    """Return the x in (0, 1) where touch switch s peaks, by bisection on its rate, or 1 if it stays negative.
 
     Called only when the rate changes sign inside the step while both ends are negative: the grazing touch that
     looking at step ends alone would skip. Stops as soon as a positive value is seen.
     """
-    sign = 1.0 if motion.modes[k] == OPEN else -1.0
+    k = system.switches[s].contact
+    sign = 1.0 if run.branch.modes[k] == OPEN else -1.0
     low, high = 0.0, 1.0
-    reach = abs(motion.contacts_0[k, RATE]) + abs(motion.contacts[k, RATE])
+    reach = abs(run.loads_0.contacts[k, RATE]) + abs(run.loads.contacts[k, RATE])
     for _ in range(60):
         x = 0.5 * (low + high)
-        if not look(system, motion, h, x, k):
+        if not look(system, run, h, x, s):
             return 1.0
-        if motion.g_try[k] > 0.0:
+        if run.g_try[s] > 0.0:
             return x
-        if motion.g_try[k] + reach * (high - low) * h < 0.0:
+        if run.g_try[s] + reach * (high - low) * h < 0.0:
             return 1.0
-        if sign * motion.contacts_try[k, RATE] > 0.0:
+        if sign * run.loads_try.contacts[k, RATE] > 0.0:
             low = x
         else:
             high = x
@@ -144,43 +111,18 @@ def locate_peak(system: System, motion: Motion, h: float, k: int) -> float:
 
 
 @compiled
-def may_dip(system: System, motion: Motion, k: int) -> bool:
-    """Return whether flank contact k, pressing at both ends of the step, may have let go in between.
-
-    On the smooth ramp F / p = K - (C / d) u (3 - 2u) |dp/dt|, u = p / d, whose one minimum lies at u = 3/4.
-    """
-    n_s, n_m = system.sleeves.size, system.meshes.size
-    mesh = system.meshes[(k - n_s) // 2]
-    start, end = motion.contacts_0, motion.contacts
-    fastest = max(-start[k, RATE], -end[k, RATE])
-    damping = mesh.C_m * mesh.inv_depth * fastest
-    if damping <= 0.0 or mesh.ramp != RAMP_SMOOTH or motion.modes[2 * n_m + k] == 1:
-        return False
-    u_0, u_1 = start[k, PENETRATION] * mesh.inv_depth, end[k, PENETRATION] * mesh.inv_depth
-    deepest, slightest = min(max(u_0, u_1), 0.75), max(min(u_0, u_1), 0.0)
-    if slightest > 0.75:
-        deepest = slightest
-    # The least of both ends' stiffnesses, with a half to spare for what changes between them.
-    least = min(
-        start[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_0 * (3.0 - 2.0 * u_0), 0.0) * start[k, RATE],
-        end[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_1 * (3.0 - 2.0 * u_1), 0.0) * end[k, RATE],
-    )
-    return bool(0.5 * least < damping * deepest * (3.0 - 2.0 * deepest))
-
-
-@compiled
-def locate_dip(system: System, motion: Motion, h: float, s: int, place: float) -> float:
-    """Return an x in (0, place) where margin switch s is positive, or 1 without one (golden section; one hump)."""
+def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> float:
+    """Return an x in (0, place) where switch s is positive, or 1 without one (golden section; one hump)."""
     low, high = 0.0, place
     left, right = low + 0.381966 * place, low + 0.618034 * place
-    if not look(system, motion, h, left, s):
+    if not look(system, run, h, left, s):
         return 1.0
-    g_left = motion.g_try[s]
+    g_left = run.g_try[s]
     if g_left > 0.0:
         return left
-    if not look(system, motion, h, right, s):
+    if not look(system, run, h, right, s):
         return 1.0
-    g_right = motion.g_try[s]
+    g_right = run.g_try[s]
     for _ in range(24):
         if g_right > 0.0:
             return right
@@ -189,90 +131,87 @@ def locate_dip(system: System, motion: Motion, h: float, s: int, place: float) -
         if g_left > g_right:
             high, right, g_right = right, left, g_left
             left = low + high - right
-            if not look(system, motion, h, left, s):
+            if not look(system, run, h, left, s):
                 return 1.0
-            g_left = motion.g_try[s]
+            g_left = run.g_try[s]
         else:
             low, left, g_left = left, right, g_right
             right = low + high - left
-            if not look(system, motion, h, right, s):
+            if not look(system, run, h, right, s):
                 return 1.0
-            g_right = motion.g_try[s]
+            g_right = run.g_try[s]
     return 1.0
 
 
 @compiled_inline
-def first_switch(system: System, motion: Motion, h: float) -> tuple[int, float]:
+def may_graze(system: System, run: Run, s: int) -> bool:
+    """Return whether touch switch s, negative at both ends of the step, rises and falls in between."""
+    k = system.switches[s].contact
+    sign = 1.0 if run.branch.modes[k] == OPEN else -1.0
+    start, end = run.loads_0.contacts[k, RATE], run.loads.contacts[k, RATE]
+    return bool(run.g_0[s] < 0.0 and sign * start > 0.0 and sign * end < 0.0)
+
+
+@compiled_inline
+def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
-    n_c, n_s = contact_count(system), system.sleeves.size
     first, place = -1, 1.0
-    roster = motion.roster
+    roster = run.roster
     for c in range(1, roster.switches[0] + 1):
-        k = roster.switches[c]
-        high, g_high = place, motion.g_1[k]
-        if first >= 0 and motion.g_1[k] > 0.0:
-            if not look(system, motion, h, place, k):
+        s = roster.switches[c]
+        high, g_high = place, run.g_1[s]
+        if first >= 0 and run.g_1[s] > 0.0:
+            if not look(system, run, h, place, s):
                 continue
-            g_high = motion.g_try[k]
+            g_high = run.g_try[s]
         if g_high > 0.0:
             # A switch that was never on its own side changes over at the end.
-            x = high if motion.g_0[k] > 0.0 else locate_root(system, motion, h, k, high, g_high)
+            x = high if run.g_0[s] > 0.0 else locate_root(system, run, h, s, high, g_high)
             if first < 0 or x < place:
-                first, place = k, x
-        elif k < n_c and motion.g_0[k] < 0.0:
-            sign = 1.0 if motion.modes[k] == OPEN else -1.0
-            if sign * motion.contacts_0[k, RATE] > 0.0 and sign * motion.contacts[k, RATE] < 0.0:
-                peak = locate_peak(system, motion, h, k)
-                if peak < place:
-                    look(system, motion, h, peak, k)
-                    first, place = k, locate_root(system, motion, h, k, peak, motion.g_try[k])
-    for c in range(1, roster.meshes[0] + 1):
-        for k in range(n_s + 2 * roster.meshes[c], n_s + 2 * roster.meshes[c] + 2):
-            s = n_c + k
-            if (
-                motion.modes[k] == LOADED
-                and s != first
-                and motion.g_0[s] < 0.0
-                and may_dip(system, motion, k)
-            ):
-                dip = locate_dip(system, motion, h, s, place)
-                if dip < place:
-                    look(system, motion, h, dip, s)
-                    first, place = s, locate_root(system, motion, h, s, dip, motion.g_try[s])
+                first, place = s, x
+        elif system.switches[s].role == TOUCH and may_graze(system, run, s):
+            peak = locate_peak(system, run, h, s)
+            if peak < place:
+                look(system, run, h, peak, s)
+                first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
+    for c in range(1, roster.switches[0] + 1):
+        s = roster.switches[c]
+        switch = system.switches[s]
+        if switch.role == TOUCH or s == first or run.g_0[s] > 0.0:
+            continue
+        if table.may_return(
+            system, switch.element, switch.local, h, run.branch, run.loads_0, run.loads, run.stages, run.g_0, run.g_1
+        ):
+            hump = locate_hump(system, run, h, s, place)
+            if hump < place:
+                look(system, run, h, hump, s)
+                first, place = s, locate_root(system, run, h, s, hump, run.g_try[s])
     return first, place
 
 
 @compiled
-def retake(system: System, motion: Motion, h: float, k: int, x: float) -> float:
-    """Take the step again so that it ends just past switch k; return its length [s], or -1 on failure."""
-    n_c = contact_count(system)
-    ahead = allowance(motion, k, n_c)
+def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
+    """Take the step again so that it ends just past switch s; return its length [s], or -1 on failure."""
+    ahead, switch = allowance(system, run, s), system.switches[s]
     slope = 0.0  # of g, for the first try and its corrections
-    if k < n_c and motion.g_try[k] != motion.g_0[k]:
-        slope = abs(motion.contacts_try[k, RATE])
+    if switch.role == TOUCH and run.g_try[s] != run.g_0[s]:
+        slope = abs(run.loads_try.contacts[switch.contact, RATE])
     elif x < 1.0:
-        slope = (motion.g_1[k] - motion.g_try[k]) / ((1.0 - x) * h)
+        slope = (run.g_1[s] - run.g_try[s]) / ((1.0 - x) * h)
     short = x * h
     if slope > 0.0:
         short += min(ahead / slope, 0.01 * h)
-    nudge = max(1e-15 * h, 4e-16 * abs(motion.clock[T]))
+    nudge = max(1e-15 * h, 4e-16 * abs(run.clock[T]))
     for _ in range(8):
-        if attempt(system, motion, short) != 0:
+        if attempt(system, run, short) != 0:
             return -1.0
-        switch_values(
-            system,
-            motion.roster,
-            motion.clock[T] + short,
-            motion.y_new,
-            motion.modes,
-            motion.contacts,
-            motion.g_1,
-        )
-        if motion.g_1[k] >= 0.0 or motion.g_0[k] > 0.0:
+        t = run.clock[T] + short
+        switch_values(system, run.roster, t, run.y_new, run.branch, run.loads, run.g_1)
+        if run.g_1[s] >= 0.0 or run.g_0[s] > 0.0:
             break
         # The interpolant was a little early: go on by what the slope asks for, and a little more each time.
         if slope > 0.0:
-            short += min((ahead + 1.5 * abs(motion.g_1[k])) / slope, 0.01 * h)
+            short += min((ahead + 1.5 * abs(run.g_1[s])) / slope, 0.01 * h)
         short += nudge
         nudge *= 8.0
     return short

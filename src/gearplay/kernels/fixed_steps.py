@@ -5,37 +5,37 @@ at its end, which makes the method one of first order at every contact; between 
 """
 
 from gearplay.kernels.compiled import compiled
+from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt
 from gearplay.kernels.layout import System
-from gearplay.kernels.mesh import know_angles
 from gearplay.kernels.restart import failure, restart
-from gearplay.kernels.run_state import DONE, FIXED, T_END, Motion, T
+from gearplay.kernels.run import DONE, FIXED, T_END, Run, T
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
 
 
 @compiled
-def take_fixed_step(system: System, motion: Motion, stop: float) -> int:
+def take_fixed_step(system: System, run: Run, stop: float) -> int:
     """Take one step of the fixed length, or up to ``stop`` [s]; return a status."""
-    clock, roster = motion.clock, motion.roster
+    clock, roster = run.clock, run.roster
     t, h = clock[T], clock[FIXED]
     to_stop = h >= (stop - t) * (1.0 - 1e-9)
     if to_stop:
         h = stop - t
     t_new = stop if to_stop else t + h
-    for c in range(1, roster.meshes[0] + 1):
-        know_angles(system, roster.meshes[c], t, motion.y)
-    if attempt(system, motion, h) != 0:
-        return failure(motion)
-    switch_values(system, roster, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
+    for c in range(1, roster.acting[0] + 1):
+        table.start_step(system, roster.acting[c], t, run.y, run.branch)
+    if attempt(system, run, h) != 0:
+        return failure(run)
+    switch_values(system, roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first = -1
     for c in range(1, roster.switches[0] + 1):
-        if first < 0 and motion.g_1[roster.switches[c]] > 0.0:
+        if first < 0 and run.g_1[roster.switches[c]] > 0.0:
             first = roster.switches[c]
-    status = accept(system, motion, h, t_new, first)
+    status = accept(system, run, h, t_new, first)
     if status != DONE:
         return status
     if first >= 0 or (to_stop and stop < clock[T_END]):
-        return restart(system, motion)
-    go_on(system, motion)
+        return restart(system, run)
+    go_on(system, run)
     return DONE

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.layout import DRIVE_SERVO, DRIVE_SPEED, System
+from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
 
 Floats = NDArray[np.float64]
 NEVER = math.inf
@@ -65,30 +65,28 @@ def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -
 @compiled_inline
 def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
     """Fill rotor i's six entries of ``y`` with its state a time tau [s] after ``origin``."""
-    at, vat = 3 * i, 3 * (system.rotors.size + i)
+    x, y_, theta = x_of(i), y_of(i), theta_of(i)
+    vx, vy, omega = vx_of(system, i), vy_of(system, i), omega_of(system, i)
     r = system.rotors[i]
-    v_x, v_y, omega = origin[vat], origin[vat + 1], origin[vat + 2]
-    a_x, a_y, alpha = flight_rates(system, i, v_x, v_y, omega)
+    a_x, a_y, alpha = flight_rates(system, i, origin[vx], origin[vy], origin[omega])
     phi_1, phi_2 = decay(r.radial_damping * r.inv_mass * tau)
-    y[at] = origin[at] + tau * (v_x + a_x * tau * phi_2)
-    y[at + 1] = origin[at + 1] + tau * (v_y + a_y * tau * phi_2)
-    y[vat], y[vat + 1] = v_x + a_x * tau * phi_1, v_y + a_y * tau * phi_1
+    y[x] = origin[x] + tau * (origin[vx] + a_x * tau * phi_2)
+    y[y_] = origin[y_] + tau * (origin[vy] + a_y * tau * phi_2)
+    y[vx], y[vy] = origin[vx] + a_x * tau * phi_1, origin[vy] + a_y * tau * phi_1
     phi_1, phi_2 = decay(r.drag * r.inv_inertia * tau)
-    y[at + 2] = origin[at + 2] + tau * (omega + alpha * tau * phi_2)
-    y[vat + 2] = omega + alpha * tau * phi_1
+    y[theta] = origin[theta] + tau * (origin[omega] + alpha * tau * phi_2)
+    y[omega] = origin[omega] + alpha * tau * phi_1
 
 
 @compiled_inline
 def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i has no closed form now: a servo, a ramp, or dry friction within its band."""
+    """Return whether rotor i has no closed form now: a ramp, or dry friction within its band."""
     r = system.rotors[i]
-    if r.drive == DRIVE_SERVO or (r.drive == DRIVE_SPEED and ramping == 1):
+    if r.drive == DRIVE_SPEED and ramping == 1:
         return True
     if r.friction > 0.0 and r.inv_inertia > 0.0:
         # A little beyond the band, so that a flight that was to end on its edge does.
-        return bool(
-            abs(r.nominal_speed + y[3 * (system.rotors.size + i) + 2]) < (1.0 + 1e-9) * r.friction_speed
-        )
+        return bool(abs(spin_of(system, i, y)) < (1.0 + 1e-9) * r.friction_speed)
     return False
 
 
@@ -96,10 +94,9 @@ def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
 def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
     """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, no ramp or ripple."""
     r = system.rotors[i]
-    v = 3 * (system.rotors.size + i)
-    rests = y[v] == 0.0 and y[v + 1] == 0.0 and y[v + 2] == 0.0
+    moves = y[vx_of(system, i)] != 0.0 or y[vy_of(system, i)] != 0.0 or y[omega_of(system, i)] != 0.0
     steady = ramping == 0 and r.ripple_count == 0
-    return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and steady and rests)
+    return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and steady and not moves)
 
 
 @compiled_inline
@@ -111,9 +108,8 @@ def closed_form_span(system: System, i: int, y: Floats) -> float:
     r = system.rotors[i]
     if r.friction <= 0.0 or r.inv_inertia == 0.0:
         return NEVER
-    omega = y[3 * (system.rotors.size + i) + 2]
-    spin = r.nominal_speed + omega
-    _, _, alpha = flight_rates(system, i, 0.0, 0.0, omega)
+    spin = spin_of(system, i, y)
+    _, _, alpha = flight_rates(system, i, 0.0, 0.0, y[omega_of(system, i)])
     change = math.copysign(r.friction_speed, spin) - spin
     if alpha * change <= 0.0:
         return 0.0 if change == 0.0 else NEVER

@@ -1,7 +1,7 @@
 """How a system is packed for the kernels: records of plain floats and integers, no Python objects.
 
-One `System` holds arrays of rotors, sleeves and meshes, so that a gear pair is nothing special. Records
-rather than bare columns keep the kernels readable (``mesh.c0``) at the cost of nothing.
+One `System` holds arrays of rotors and of elements, so that a gear pair is nothing special. Records rather than bare columns
+keep the kernels readable (``mesh.c0``) at the cost of nothing. Every place in an array has a name here.
 """
 
 from typing import Any, NamedTuple
@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled_inline
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
 # Kinds, as integers because kernels know no strings.
 DRIVE_NONE, DRIVE_SPEED, DRIVE_SERVO = 0, 1, 2
-BED_NONE, BED_MATCHED, BED_AS_PRINTED = 0, 1, 2
-MESH_COUPLED, MESH_UNCOUPLED, MESH_PRINTED_COUPLED, MESH_PRINTED_UNCOUPLED = 0, 1, 2, 3
-STIFFNESS_FOURIER, STIFFNESS_SQUARE, STIFFNESS_SPLINE = 0, 1, 2
-RAMP_SMOOTH, RAMP_AS_PRINTED = 0, 1
 
 # What a contact is doing (see `switches`).
 OPEN, LOADED, SEPARATING = 0, 1, 2
+# What a switch looks at: a contact's penetration, the margin of its force, or something that its element knows.
+TOUCH, PULL, OWN = 0, 1, 2
 
 # How a rotor moves (see `roster`): in closed form since it was last touched, integrated, or always at its nominal state.
 FLYING, ACTIVE, KNOWN = 0, 1, 2
-# What a sleeve or mesh is to the stepper: open between rotors that fly, open beside an active rotor, in contact.
-DORMANT, WATCHED, TOUCHING = 0, 1, 2
+# What an element is to the stepper: open between rotors that fly, open beside an active rotor, acting.
+DORMANT, WATCHED, ACTING = 0, 1, 2
 
 ROTOR = np.dtype(
     [
@@ -37,19 +38,14 @@ ROTOR = np.dtype(
         ("drag", "f8"),  # N m s
         ("friction", "f8"),  # N m, dry
         ("friction_speed", "f8"),  # rad/s, half-width of the regularisation
-        ("radial_damping", "f8"),  # N s/m
+        ("radial_damping", "f8"),  # N s/m, against the ground
         ("eccentricity", "f8"),  # m, of the toothing
         ("eccentricity_phase", "f8"),  # rad
-        ("drive_speed", "f8"),  # rad/s, target of a servo
         ("ramp_time", "f8"),  # s
         ("ramp_start", "f8"),  # rad/s, speed at t = 0
         ("ramp_acceleration", "f8"),  # rad/s^2 during the ramp
-        ("servo_gain", "f8"),  # N m s
-        ("servo_integral_gain", "f8"),  # N m
-        ("servo_limit", "f8"),  # N m
         ("ripple_bend", "f8"),  # rad/s^2, largest angular acceleration of the drive's ripple, 0 without
         ("ripple_rate", "f8"),  # rad/s, its highest angular frequency, 0 without
-        ("servo_slot", "i8"),  # index of the integral state in y, -1 without servo
         ("ripple_start", "i8"),  # rows in System.terms
         ("ripple_count", "i8"),
         ("drive", "i8"),
@@ -57,130 +53,185 @@ ROTOR = np.dtype(
     align=True,
 )
 
-SLEEVE = np.dtype(
+# What every element has, whatever its kind (`elements.table`): whom it joins, and where its entries lie.
+ELEMENT = np.dtype(
     [
-        ("clearance", "f8"),  # m, radius difference
-        ("stiffness", "f8"),  # N/m^n
-        ("exponent", "f8"),  # n
-        ("dissipation", "f8"),  # a of F = K delta^n (1 + a ddelta/v_in)
-        ("minimum_speed", "f8"),  # m/s, floor of the latched impact speed
-        ("friction", "f8"),  # Coulomb coefficient
-        ("friction_speed", "f8"),  # m/s
-        ("shaft_radius", "f8"),  # m
-        ("bed_stiffness", "f8"),  # N/m^k/rad
-        ("bed_exponent", "f8"),  # k
-        ("offset_x", "f8"),  # m, bush on its carrier at zero rotation
-        ("offset_y", "f8"),
-        ("journal", "i8"),  # rotor
-        ("bush", "i8"),  # rotor, -1 for the ground
-        ("bed", "i8"),
+        ("kind", "i8"),
+        ("index", "i8"),  # row among the records of its kind
+        ("a", "i8"),  # rotors that it joins, -1 for none
+        ("b", "i8"),
+        ("c", "i8"),
+        ("always", "i8"),  # 1 where it acts whatever its contacts do
+        ("contact", "i8"),  # first row of the contact tables
+        ("contacts", "i8"),
+        ("mode", "i8"),  # first of its own modes
+        ("switch", "i8"),  # first switch; for each contact touch, pull and its own, then those of the whole
+        ("switches", "i8"),
+        ("state", "i8"),  # first of its own states in y
+        ("states", "i8"),
+        ("signal", "i8"),  # first column of a full row
     ],
     align=True,
 )
 
-MESH = np.dtype(
+CONTACT = np.dtype(
     [
-        ("rho_a", "f8"),  # m, signed base (or pitch) radii, docs/conventions
-        ("rho_b", "f8"),
-        ("c0", "f8"),  # m, sum or difference of the base radii
-        ("A0", "f8"),  # m, distance of the nominal centres as placed
-        ("opening0", "f8"),  # m, s c0 (inv alpha - inv alpha0) as placed: 0 at the nominal distance
-        ("u0_x", "f8"),  # nominal direction from a to b
-        ("u0_y", "f8"),
-        (
-            "turned",
-            "f8",
-        ),  # rad, how far the reference of phi has followed an orbiting gear (`mesh.follow_orbit`)
-        ("turned_cos", "f8"),
-        ("turned_sin", "f8"),
-        ("sin_alpha0", "f8"),  # of the working pressure angle as placed
-        ("cos_alpha0", "f8"),
-        ("A_nominal_squared", "f8"),  # m^2
-        ("inv_A_nominal_squared", "f8"),  # 1/m^2
-        ("u_series", "f8"),  # largest |(A/A0)^2 - 1| of the involute series
-        ("inv_alpha0", "f8"),  # of the reference pressure angle
-        ("sigma", "f8"),  # +1/-1, sense of the drive flank
-        ("s", "f8"),  # +1 internal, -1 external
-        ("backlash", "f8"),  # m, total, normal, at the nominal centre distance
-        ("A_min", "f8"),  # m, smallest and largest centre distance that meshes
-        ("A_max", "f8"),
-        ("z_driver", "f8"),
-        ("k_m", "f8"),  # N/m
-        ("k_single", "f8"),  # N/m, square wave
-        ("duty", "f8"),  # share of the mesh period with k_m in a square wave
-        ("phase", "f8"),  # rad, of the square wave or spline
-        ("C_m", "f8"),  # N s/m
-        ("depth", "f8"),  # m
-        ("inv_depth", "f8"),  # 1/m
-        ("highest_order", "f8"),  # of stiffness and transmission error
-        ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
-        ("error_bend", "f8"),
-        ("a", "i8"),  # rotor at the foot of the vector of centres
-        ("b", "i8"),  # rotor at its tip
-        ("driver", "i8"),
-        ("frame", "i8"),  # carrier rotor that turns the nominal direction, -1 for none
-        ("kind", "i8"),
-        ("stiffness_kind", "i8"),
-        ("ramp", "i8"),
-        ("stiffness_start", "i8"),  # rows in System.terms or System.spline
-        ("stiffness_count", "i8"),
-        ("error_start", "i8"),
-        ("error_count", "i8"),
+        ("element", "i8"),
+        ("latch", "i8"),  # slot of its latched impact speed, -1 for none
+        ("partner", "i8"),  # contact that cannot be loaded with it, -1 for none
+        ("yields", "i8"),  # 1 where the partner goes first
+        ("closed", "i8"),  # 1 where it touches from the start, whatever its penetration
+        ("floor", "f8"),  # m/s, least impact speed that is latched
+        ("size", "f8"),  # m or rad, natural size of its penetration
+    ],
+    align=True,
+)
+
+SWITCH = np.dtype(
+    [
+        ("element", "i8"),
+        ("contact", "i8"),  # -1 for one of the whole element
+        ("role", "i8"),  # TOUCH, PULL or OWN
+        ("local", "i8"),  # place among the switches of its element
     ],
     align=True,
 )
 
 
 class System(NamedTuple):
-    """A packed mechanism; `gearplay.model.pack` makes it, kernels read it."""
+    """A packed mechanism; `gearplay.model.pack` makes it, kernels only read it: runs on many threads share it."""
 
     rotors: NDArray[Any]  # ROTOR records
-    sleeves: NDArray[Any]  # SLEEVE records
-    meshes: NDArray[Any]  # MESH records
-    terms: NDArray[
-        np.float64
-    ]  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
-    involutes: NDArray[np.float64]  # involute series of each mesh, shape [mesh, coefficient]
-    spline: NDArray[np.float64]  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
-    gravity: NDArray[np.float64]  # m/s^2, shape [2]
-    known_angles: NDArray[np.float64]  # scratch of a run, shape [mesh, 9]: see `mesh.nearby_angle`
+    elements: NDArray[Any]  # ELEMENT records, kind after kind
+    contacts: NDArray[Any]  # CONTACT records
+    switches: NDArray[Any]  # SWITCH records
+    records: tuple[NDArray[Any], ...]  # of each kind of element, in the order of `elements.table`
+    terms: Floats  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
+    involutes: Floats  # involute series of each mesh, shape [mesh, coefficient]
+    spline: Floats  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
+    gravity: Floats  # m/s^2, shape [2]
 
 
-@compiled_inline
-def contact_count(system: System) -> int:
-    """Return the number of contacts: one a sleeve, two a mesh."""
-    return int(system.sleeves.size + 2 * system.meshes.size)
+class Signal(NamedTuple):
+    """A signal that an element shows: name and symbol, SI unit, unit for people and its factor, words for an axis; whether it
+    follows from the state alone, without forces.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    display_unit: str
+    display_factor: float
+    long_name: str
+    of_state: bool = False
 
 
-@compiled_inline
-def mode_count(system: System) -> int:
-    """Return the length of ``modes``."""
-    return int(system.sleeves.size + 5 * system.meshes.size + 2 * system.rotors.size)
+class Branch(NamedTuple):
+    """The smooth branch that a run is on, and what it remembers; made by `branch.make_branch`."""
+
+    modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
+    latch: Floats  # [m/s], impact speeds
+    memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
 
 
-@compiled_inline
-def switch_count(system: System) -> int:
-    """Return the number of switch functions."""
-    return int(2 * system.sleeves.size + 7 * system.meshes.size + system.rotors.size)
+class Loads(NamedTuple):
+    """What acts at one state: the contact table, the sums on each rotor (N, N, N m), and an element's scratch."""
+
+    contacts: Floats  # [contact, CONTACT_COLUMNS]
+    rotors: Floats  # [rotor, 3]
+    out: Floats  # [OUT_SIZE]
 
 
-# Columns of the contact table that the right-hand side fills, one row per contact: sleeves first, then two
-# flanks per mesh (drive, back).
-PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = 0, 1, 2, 3, 4, 5
+# Columns of the contact table that the right-hand side fills, one row per contact.
+PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = range(6)
 CONTACT_COLUMNS = 6
-OUT_SIZE = 27  # scratch that `mesh_geometry` and `sleeve_geometry` fill
+OUT_SIZE = 28  # of the longest scratch: `mesh_geometry`
+MEMORY = 12  # of the longest memory: `elements.mesh`
 
-# Columns of a sampled row, per rotor, sleeve and mesh.
+# Columns of a sampled row, per rotor.
 ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")
-SLEEVE_SIGNALS = ("sleeve_penetration", "sleeve_force_x", "sleeve_force_y")
-MESH_SIGNALS = (
-    "drive_penetration",
-    "back_penetration",
-    "drive_force",
-    "back_force",
-    "backlash",
-    "working_pressure_angle",
-    "center_distance",
-    "transmission_error_dynamic",
-    "contact_state",
-)
+(X, Y, THETA, VX, VY, OMEGA, AX, AY) = range(8)
+PER_ROTOR = 8
+
+
+@compiled_inline
+def x_of(i: int) -> int:
+    """Return the place of rotor i's x in the state; y and theta follow."""
+    return 3 * i
+
+
+@compiled_inline
+def y_of(i: int) -> int:
+    """Return the place of rotor i's y."""
+    return 3 * i + 1
+
+
+@compiled_inline
+def theta_of(i: int) -> int:
+    """Return the place of rotor i's rotation, relative to its nominal one."""
+    return 3 * i + 2
+
+
+@compiled_inline
+def vx_of(system: System, i: int) -> int:
+    """Return the place of rotor i's velocity along x; those along y and of rotation follow."""
+    return int(3 * (system.rotors.size + i))
+
+
+@compiled_inline
+def vy_of(system: System, i: int) -> int:
+    """Return the place of rotor i's velocity along y."""
+    return int(3 * (system.rotors.size + i) + 1)
+
+
+@compiled_inline
+def omega_of(system: System, i: int) -> int:
+    """Return the place of rotor i's angular speed, relative to its nominal one."""
+    return int(3 * (system.rotors.size + i) + 2)
+
+
+@compiled_inline
+def spin_of(system: System, i: int, y: Floats) -> float:
+    """Return rotor i's absolute angular speed [rad/s] at state y."""
+    return system.rotors[i].nominal_speed + y[3 * (system.rotors.size + i) + 2]
+
+
+@compiled_inline
+def turn_of(system: System, i: int, t: float, y: Floats) -> float:
+    """Return rotor i's absolute rotation [rad] at t [s] and state y."""
+    return system.rotors[i].nominal_speed * t + y[3 * i + 2]
+
+
+@compiled_inline
+def signal_of(i: int) -> int:
+    """Return the first of rotor i's columns in a full row."""
+    return PER_ROTOR * i
+
+
+@compiled_inline
+def ramp_of(system: System, modes: Ints, i: int) -> int:
+    """Return the place of rotor i's mode of ramping, 1 while its drive has not reached its speed."""
+    return modes.size - system.rotors.size + i
+
+
+@compiled_inline
+def latch_of(z: Floats, latch: Floats, slot: int) -> int:
+    """Return the place of a latched impact speed in a change ``z`` of the state, behind the states."""
+    return z.size - latch.size + slot
+
+
+@compiled_inline
+def members(system: System, e: int) -> tuple[int, int, int]:
+    """Return the rotors of element e, -1 for none."""
+    element = system.elements[e]
+    return element.a, element.b, element.c
+
+
+@compiled_inline
+def is_acting(system: System, e: int, modes: Ints) -> bool:
+    """Return whether element e acts: always, or because one of its contacts is closed."""
+    element = system.elements[e]
+    acting = element.always == 1
+    for k in range(element.contact, element.contact + element.contacts):
+        acting = acting or modes[k] != OPEN
+    return bool(acting)

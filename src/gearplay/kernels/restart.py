@@ -3,13 +3,13 @@
 import math
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
-from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, System, contact_count
-from gearplay.kernels.mesh import know_angles
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, System, omega_of, ramp_of
 from gearplay.kernels.recording import tally_change
-from gearplay.kernels.roster import muster, state_of
-from gearplay.kernels.run_state import (
+from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.roster import copy_rotor, muster
+from gearplay.kernels.run import (
     BEGUN,
     BLOW_UP,
     BURST,
@@ -22,7 +22,7 @@ from gearplay.kernels.run_state import (
     H_RESTART,
     NOT_FINITE,
     H,
-    Motion,
+    Run,
     T,
 )
 from gearplay.kernels.switches import settle_margins, settle_modes, switch_mode, switch_values
@@ -33,120 +33,112 @@ FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run ha
 
 
 @compiled_inline
-def check_state(motion: Motion, i: int) -> int:
+def check_state(run: Run, i: int) -> int:
     """Return a status for the present value of state i: finite and within all reason."""
-    if not math.isfinite(motion.y[i]):
+    if not math.isfinite(run.y[i]):
         return NOT_FINITE
-    return BLOW_UP if abs(motion.y[i]) > FURTHEST * motion.natural[i] else DONE
+    return BLOW_UP if abs(run.y[i]) > FURTHEST * run.natural[i] else DONE
 
 
 @compiled_inline
-def failure(motion: Motion) -> int:
+def failure(run: Run) -> int:
     """Return why the step tried into y_new failed: a state that is not finite, else gears that cannot mesh."""
-    for s in range(1, motion.roster.states[0] + 1):
-        if not math.isfinite(motion.y_new[motion.roster.states[s]]):
+    for s in range(1, run.roster.states[0] + 1):
+        if not math.isfinite(run.y_new[run.roster.states[s]]):
             return NOT_FINITE
     return CANNOT_MESH
 
 
 @compiled
-def check_states(motion: Motion) -> int:
+def check_states(run: Run) -> int:
     """Return the first status of all states that is not DONE."""
-    for i in range(motion.y.size):
-        status = check_state(motion, i)
+    for i in range(run.y.size):
+        status = check_state(run, i)
         if status != DONE:
             return status
     return DONE
 
 
 @compiled_inline
-def evaluate(system: System, motion: Motion, t: float) -> int:
+def evaluate(system: System, run: Run, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
-    motion.counts[CALLS] += 1
-    failed = right_hand_side(
-        system,
-        motion.roster,
-        t,
-        motion.y,
-        motion.modes,
-        motion.latch,
-        motion.stages[0],
-        motion.contacts_0,
-        motion.force,
-        motion.out,
-    )
+    run.counts[CALLS] += 1
+    failed = right_hand_side(system, run.roster, t, run.y, run.branch, run.stages[0], run.loads_0)
     if failed == 0:
-        failed = watch(system, motion, t, motion.y, motion.contacts_0)
+        failed = watch(system, run, t, run.y, run.loads_0)
     if failed == 0:
-        switch_values(system, motion.roster, t, motion.y, motion.modes, motion.contacts_0, motion.g_0)
+        switch_values(system, run.roster, t, run.y, run.branch, run.loads_0, run.g_0)
     return failed
 
 
 @compiled_inline
-def settle_coincidence(system: System, motion: Motion, t: float) -> bool:
+def settle_coincidence(system: System, run: Run, t: float) -> bool:
     """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
-    for c in range(1, motion.roster.switches[0] + 1):
-        k = motion.roster.switches[c]
-        if k >= contact_count(system):
+    for c in range(1, run.roster.switches[0] + 1):
+        s = run.roster.switches[c]
+        if system.switches[s].role != TOUCH:
             continue
-        before, rate = motion.modes[k], motion.contacts_0[k, RATE]
-        if motion.g_0[k] >= 0.0 and (rate > 0.0 if before == OPEN else rate < 0.0 < motion.g_0[k]):
-            motion.counts[EVENTS] += 1
-            switch_mode(system, k, t, motion.y, motion.modes, motion.contacts_0, motion.latch)
-            tally_change(motion, t, k, before, rate)
+        k = system.switches[s].contact
+        before, rate = run.branch.modes[k], run.loads_0.contacts[k, RATE]
+        if run.g_0[s] >= 0.0 and (rate > 0.0 if before == OPEN else rate < 0.0 < run.g_0[s]):
+            run.counts[EVENTS] += 1
+            switch_mode(system, s, t, run.y, run.branch, run.loads_0)
+            tally_change(run, t, k, before, rate)
             return True
     return False
 
 
 @compiled
-def restart(system: System, motion: Motion) -> int:
+def restart(system: System, run: Run) -> int:
     """Muster for the new branch, evaluate it, shorten the step and watch for endless chatter; return a status."""
-    clock, counts = motion.clock, motion.counts
-    n_r, t = system.rotors.size, clock[T]
-    base = motion.modes.size - n_r
-    for i in range(n_r):
-        if motion.modes[base + i] == 1 and t >= system.rotors[i].ramp_time:
-            motion.modes[base + i] = 0
+    clock, counts, modes = run.clock, run.counts, run.branch.modes
+    t = clock[T]
+    for i in range(system.rotors.size):
+        ramp = ramp_of(system, modes, i)
+        if modes[ramp] == 1 and t >= system.rotors[i].ramp_time:
+            modes[ramp] = 0
             if system.rotors[i].drive == DRIVE_SPEED:
-                motion.y[3 * (n_r + i) + 2] = 0.0  # exactly at its prescribed speed from here on
+                run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
     while True:
-        muster(system, motion.roster, t, motion.y, motion.modes)
-        for i in range(n_r):
-            if motion.roster.roles[i] == KNOWN:
-                state_of(system, motion.roster, i, t, motion.y, motion.y_new)
-                state_of(system, motion.roster, i, t, motion.y, motion.y_try)
-        if evaluate(system, motion, t) != 0:
+        muster(system, run.roster, t, run.y, modes)
+        for i in range(system.rotors.size):
+            if run.roster.roles[i] == KNOWN:
+                copy_rotor(system, i, run.y, run.y_new)
+                copy_rotor(system, i, run.y, run.y_try)
+        if evaluate(system, run, t) != 0:
             return CANNOT_MESH
-        if not settle_coincidence(system, motion, t):
+        if not settle_coincidence(system, run, t):
             break
     clock[H] = clock[H_RESTART]
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:
         # The restart step is 0.1 / omega of the fastest contact; each contact has a few events in a period.
         periods = (t - clock[BURST_START]) / (20.0 * math.pi * clock[H_RESTART])
-        if periods * PERIOD_EVENTS * contact_count(system) < BURST_EVENTS:
+        if periods * PERIOD_EVENTS * system.contacts.size < BURST_EVENTS:
             return CHATTER
         counts[BURST], clock[BURST_START] = 0, t
     return DONE
 
 
 @compiled
-def begin(system: System, motion: Motion) -> int:
+def begin(system: System, run: Run) -> int:
     """Find the modes of the initial state; return a status. `advance` does it for a run that has not begun."""
-    t = motion.clock[T]
-    motion.counts[BEGUN] = 1
-    status = check_states(motion)
+    t = run.clock[T]
+    run.counts[BEGUN] = 1
+    status = check_states(run)
     if status != DONE:
         return status
-    for k in range(system.sleeves.size):  # what another run has latched stays
-        motion.latch[k] = max(motion.latch[k], system.sleeves[k].minimum_speed)
-    for j in range(system.meshes.size):
-        know_angles(system, j, t, motion.y)
-    # A new roster has every rotor active and every element touching.
-    if evaluate(system, motion, t) != 0:
+    for k in range(system.contacts.size):  # what another run has latched stays
+        slot = system.contacts[k].latch
+        if slot >= 0:
+            run.branch.latch[slot] = max(run.branch.latch[slot], system.contacts[k].floor)
+    for e in range(system.elements.size):
+        table.start_step(system, e, t, run.y, run.branch)
+    # A new roster has every rotor active and every element acting.
+    if evaluate(system, run, t) != 0:
         return CANNOT_MESH
-    settle_modes(system, t, motion.y, motion.modes, motion.contacts_0, motion.latch)
-    evaluate(system, motion, t)
-    settle_margins(system, motion.modes, motion.contacts_0)
-    motion.clock[BURST_START] = t
-    return restart(system, motion)
+    settle_modes(system, t, run.y, run.branch, run.loads_0)
+    evaluate(system, run, t)
+    settle_margins(system, run.branch, run.loads_0)
+    run.clock[BURST_START] = t
+    return restart(system, run)

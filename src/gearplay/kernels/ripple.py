@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled
-from gearplay.kernels.layout import System
+from gearplay.kernels.layout import System, omega_of, theta_of
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +37,6 @@ def ripple(system: System, i: int, t: float) -> tuple[float, float, float]:
 def follow_ripple(system: System, i: int, t: float, y: Floats) -> float:
     """Set rotor i's relative rotation and its speed in ``y`` to those its drive prescribes at t [s]; return rad/s^2."""
     theta, omega, alpha = ripple(system, i, t)
-    y[3 * i + 2] = theta
-    y[3 * (system.rotors.size + i) + 2] = omega
+    y[theta_of(i)] = theta
+    y[omega_of(system, i)] = omega
     return alpha

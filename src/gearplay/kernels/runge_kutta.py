@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.layout import System
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.layout import Branch, Loads, System
+from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.kernels.roster import Roster
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 STAGES = 7
 ORDER = 5
@@ -62,26 +61,19 @@ def step(
     h: float,
     y: Floats,
     stages: Floats,
-    modes: Ints,
-    latch: Floats,
+    branch: Branch,
     y_new: Floats,
-    contacts: Floats,
-    force: Floats,
-    out: Floats,
+    loads: Loads,
 ) -> int:
     """Advance the active states of y by one step h [s] on fixed modes; return 0, or 1 where a pair cannot mesh.
 
     ``stages`` [7, state] holds f(t, y) in row 0 on entry and f(t + h, y_new) in row 6 on return, when
-    ``contacts`` belongs to (t + h, y_new).
+    ``loads`` belongs to (t + h, y_new).
     """
     for stage in range(1, STAGES):
         stage_state(roster, stage, h, y, stages, y_new)
-        if (
-            right_hand_side(
-                system, roster, t + NODES[stage] * h, y_new, modes, latch, stages[stage], contacts, force, out
-            )
-            != 0
-        ):
+        at = t + NODES[stage] * h
+        if right_hand_side(system, roster, at, y_new, branch, stages[stage], loads) != 0:
             return 1
     return 0
 

@@ -3,20 +3,20 @@
 An error estimate does not see a kink, so each step is searched for switches (docs/theory, "Events"). A step that
 contains one is taken again so that it ends there, the mode changes, and the method starts afresh. Rotors that nothing touches
 are not integrated; their next touch is found by conservative advancement (`advancement`). All state lives in the arrays of
-`Motion`: `advance` can return at any step and be called again without a trace in the result.
+`Run`: `advance` can return at any step and be called again without a trace in the result.
 """
 
 import math
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt, first_switch, retake
 from gearplay.kernels.fixed_steps import take_fixed_step
-from gearplay.kernels.layout import ACTIVE, System
-from gearplay.kernels.mesh import know_angles, mesh_phase
+from gearplay.kernels.layout import ACTIVE, System, spin_of
 from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import begin, check_states, failure, restart
 from gearplay.kernels.roster import state_of
-from gearplay.kernels.run_state import (
+from gearplay.kernels.run import (
     BEGUN,
     CANNOT_MESH,
     DONE,
@@ -29,7 +29,7 @@ from gearplay.kernels.run_state import (
     STEPS,
     T_END,
     H,
-    Motion,
+    Run,
     T,
 )
 from gearplay.kernels.runge_kutta import ORDER, error_norm
@@ -39,60 +39,57 @@ from gearplay.kernels.touch import next_touch, something_is_due, touch_down
 
 
 @compiled_inline
-def longest_step(system: System, motion: Motion) -> float:
+def longest_step(system: System, run: Run) -> float:
     """Return the longest step [s] that still resolves every forcing term of what is integrated or watched."""
-    n, roster = system.rotors.size, motion.roster
+    roster, t, y = run.roster, run.clock[T], run.y
     fastest = 1e-9
-    for watched in range(2):
-        meshes = roster.watched_meshes if watched == 1 else roster.meshes
-        for c in range(1, meshes[0] + 1):
-            m = system.meshes[meshes[c]]
-            _, rate = mesh_phase(m, system, motion.clock[T], motion.y)
-            fastest = max(fastest, abs(rate) * m.highest_order)
+    for c in range(1, roster.acting[0] + 1):
+        fastest = max(fastest, table.forcing_rate(system, roster.acting[c], t, y))
+    for c in range(1, roster.watched[0] + 1):
+        fastest = max(fastest, table.forcing_rate(system, roster.watched[c], t, y))
     for c in range(1, roster.active[0] + 1):
         i = roster.active[c]
-        omega = system.rotors[i].nominal_speed + motion.y[3 * (n + i) + 2]
-        fastest = max(fastest, abs(omega), system.rotors[i].ripple_rate)
+        fastest = max(fastest, abs(spin_of(system, i, y)), system.rotors[i].ripple_rate)
     for c in range(1, roster.near[0] + 1):
         fastest = max(fastest, system.rotors[roster.near[c]].ripple_rate)
     return 0.5 / fastest
 
 
 @compiled_inline
-def next_stop(motion: Motion) -> float:
+def next_stop(run: Run) -> float:
     """Return the next time [s] that a step must not pass."""
-    for i in range(motion.stops.size):
-        if motion.stops[i] > motion.clock[T]:
-            return min(motion.stops[i], motion.clock[T_END])
-    return motion.clock[T_END]
+    for i in range(run.stops.size):
+        if run.stops[i] > run.clock[T]:
+            return min(run.stops[i], run.clock[T_END])
+    return run.clock[T_END]
 
 
 @compiled
-def take_flight(system: System, motion: Motion) -> int:
+def take_flight(system: System, run: Run) -> int:
     """Fly, all rotors untouched, to the next touch or stop; return a status."""
-    clock = motion.clock
-    stop = next_stop(motion)
-    e, t, status = next_touch(system, motion, stop)
-    if sample_is_due(motion, t):
-        record_samples(system, motion, 1.0, t)
-    motion.counts[STEPS] += 1
+    clock = run.clock
+    stop = next_stop(run)
+    e, t, status = next_touch(system, run, stop)
+    if sample_is_due(run, t):
+        record_samples(system, run, 1.0, t)
+    run.counts[STEPS] += 1
     clock[T] = t
     if status != DONE:
         return status
-    if e == motion.roster.due.size and stop >= clock[T_END]:
+    if e == run.roster.due.size and stop >= clock[T_END]:
         return DONE
-    return land(system, motion, e, t)
+    return land(system, run, e, t)
 
 
 @compiled
-def take_step(system: System, motion: Motion) -> int:
+def take_step(system: System, run: Run) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
-    clock, counts, roster = motion.clock, motion.counts, motion.roster
-    t, stop = clock[T], next_stop(motion)
-    h = min(clock[H], longest_step(system, motion))
+    clock, counts, roster = run.clock, run.counts, run.roster
+    t, stop = clock[T], next_stop(run)
+    h = min(clock[H], longest_step(system, run))
     touching = roster.due.size
-    if something_is_due(motion, min(t + h, stop)):
-        touching, t_touch, status = next_touch(system, motion, min(t + h, stop))
+    if something_is_due(run, min(t + h, stop)):
+        touching, t_touch, status = next_touch(system, run, min(t + h, stop))
         if status != DONE:
             return status
         if touching < roster.due.size:
@@ -100,10 +97,10 @@ def take_step(system: System, motion: Motion) -> int:
     if stop - t <= 2e-15 * max(abs(t), 1e-6):  # nothing that a step could resolve
         clock[T] = stop
         if touching < roster.due.size:
-            return land(system, motion, touching, stop)
-        return DONE if stop >= clock[T_END] else restart(system, motion)
-    for c in range(1, roster.meshes[0] + 1):
-        know_angles(system, roster.meshes[c], t, motion.y)
+            return land(system, run, touching, stop)
+        return DONE if stop >= clock[T_END] else restart(system, run)
+    for c in range(1, roster.acting[0] + 1):
+        table.start_step(system, roster.acting[c], t, run.y, run.branch)
     reason, rejected = STEP_TOO_SMALL, counts[REJECTED]
     while True:
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
@@ -111,12 +108,12 @@ def take_step(system: System, motion: Motion) -> int:
             h = stop - t
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
-        if attempt(system, motion, h) != 0:
-            reason = failure(motion)
+        if attempt(system, run, h) != 0:
+            reason = failure(run)
             counts[REJECTED] += 1
             h *= 0.25
             continue
-        error = error_norm(roster, h, motion.stages, motion.scale)
+        error = error_norm(roster, h, run.stages, run.scale)
         if error <= 1.0:
             break
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
@@ -126,70 +123,70 @@ def take_step(system: System, motion: Motion) -> int:
     growth = min(most, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else most
 
     t_new = stop if to_stop else t + h
-    switch_values(system, roster, t_new, motion.y_new, motion.modes, motion.contacts, motion.g_1)
-    first, place = first_switch(system, motion, h)
+    switch_values(system, roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
+    first, place = first_switch(system, run, h)
     taken = h
     if first >= 0 and place < 1.0:
-        taken = retake(system, motion, h, first, place)
+        taken = retake(system, run, h, first, place)
         if taken < 0.0:
             return CANNOT_MESH
         t_new = t + taken
         to_stop = False
-    status = accept(system, motion, taken, t_new, first)
+    status = accept(system, run, taken, t_new, first)
     if status != DONE:
         return status
     if to_stop and touching < roster.due.size:
-        return land(system, motion, touching, t_new)
+        return land(system, run, touching, t_new)
     if first >= 0 or (to_stop and stop < clock[T_END]):
-        return restart(system, motion)
-    go_on(system, motion)
+        return restart(system, run)
+    go_on(system, run)
     clock[H] = h * growth
     return DONE
 
 
 @compiled
-def land(system: System, motion: Motion, e: int, t: float) -> int:
+def land(system: System, run: Run, e: int, t: float) -> int:
     """Let dormant element e touch at t [s], or a flight's closed form end, and start afresh; return a status."""
-    if e < motion.roster.doings.size and touch_down(system, motion, e, t) != 0:
+    if e < run.roster.doings.size and touch_down(system, run, e, t) != 0:
         return CANNOT_MESH
-    return restart(system, motion)
+    return restart(system, run)
 
 
 @compiled
-def synchronise(system: System, motion: Motion) -> int:
+def synchronise(system: System, run: Run) -> int:
     """Bring y up to the present time for every rotor; return a status. Flights go on from where they began."""
     for i in range(system.rotors.size):
-        if motion.roster.roles[i] != ACTIVE:
-            state_of(system, motion.roster, i, motion.clock[T], motion.y, motion.y)
-    return check_states(motion)
+        if run.roster.roles[i] != ACTIVE:
+            state_of(system, run.roster, i, run.clock[T], run.y, run.y)
+    return check_states(run)
 
 
 @compiled_inline
-def log_is_full(motion: Motion) -> bool:
+def log_is_full(run: Run) -> bool:
     """Return whether the log may not hold all contact changes of another step."""
-    return bool(motion.counts[LOGGED] + 2 * motion.g_0.size + 2 > motion.log.shape[0])
+    return bool(run.counts[LOGGED] + 2 * run.g_0.size + 2 > run.log.shape[0])
 
 
 @compiled
-def advance(system: System, motion: Motion, steps: int) -> int:
+def advance(system: System, run: Run, steps: int) -> int:
     """Advance until T_END, for at most ``steps`` steps, or until the log is full; return a status."""
-    clock = motion.clock
-    if motion.counts[BEGUN] == 0:
-        status = begin(system, motion)
+    clock = run.clock
+    if run.counts[BEGUN] == 0:
+        status = begin(system, run)
         if status != DONE:
             return status
     for _ in range(steps):
         if clock[T] >= clock[T_END]:
-            return synchronise(system, motion)
-        if log_is_full(motion):
+            return synchronise(system, run)
+        if log_is_full(run):
             return PAUSED
-        if motion.roster.active[0] == 0:
-            status = take_flight(system, motion)
+        if run.roster.active[0] == 0:
+            status = take_flight(system, run)
         elif clock[FIXED] > 0.0:
-            status = take_fixed_step(system, motion, next_stop(motion))
+            status = take_fixed_step(system, run, next_stop(run))
         else:
-            status = take_step(system, motion)
+            status = take_step(system, run)
         if status != DONE:
-            worse = synchronise(system, motion)
+            worse = synchronise(system, run)
             return status if worse == DONE else worse
-    return synchronise(system, motion) if clock[T] >= clock[T_END] else PAUSED
+    return synchronise(system, run) if clock[T] >= clock[T_END] else PAUSED

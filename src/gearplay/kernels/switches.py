@@ -1,218 +1,147 @@
 """Which smooth branch every contact is on, and the functions whose zeros end a branch.
 
-The motion is piecewise smooth. A *mode* names the branch of one element, a *switch* is a function that is
-negative while the branch holds and crosses zero upwards where it ends. ``modes`` is laid out as
-
-====================  ======================================  ===============================================
-slice                 element                                 value
-====================  ======================================  ===============================================
-``[0, nc)``           sleeves, then drive/back flank a mesh   OPEN, LOADED or SEPARATING (touching, no force)
-``+ 2 nm``            the same flanks                         1 beyond the damping ramp's end, else 0
-``+ nm``              meshes with square stiffness            half-waves passed
-``+ nr``              servos                                  0 linear, +1/-1 at the torque limit
-``+ nr``              ramps                                   1 while ramping
-====================  ======================================  ===============================================
-
-with nc = ns + 2 nm contacts. Switches: nc penetrations, nc force margins, 2 nm ramp ends, nm jumps, nr servos.
+The motion is piecewise smooth. A *mode* names the branch of a contact (OPEN, LOADED, or SEPARATING: touching without a force)
+or of an element, a *switch* is a function that is negative while the branch holds and crosses zero upwards where it ends.
+Touch and pull are alike for all contacts; the others belong to their elements.
 """
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import table
 from gearplay.kernels.layout import (
-    DRIVE_SERVO,
     LOADED,
     MARGIN,
-    MESH_COUPLED,
-    MESH_UNCOUPLED,
+    MEMORY,
     OPEN,
     PENETRATION,
+    PULL,
     RATE,
     SEPARATING,
-    STIFFNESS_SQUARE,
+    TOUCH,
+    Branch,
+    Loads,
     System,
-    contact_count,
+    ramp_of,
 )
-from gearplay.kernels.mesh import mesh_phase, square_edge, square_segment
-from gearplay.kernels.motion import servo_torque
 from gearplay.kernels.roster import Roster
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 INACTIVE = -1.0
 
 
-@compiled_inline
-def is_printed(system: System, mesh: int) -> bool:
-    """Return whether mesh ``mesh`` follows the article's equations as printed."""
-    kind = system.meshes[mesh].kind
-    return bool(kind != MESH_COUPLED and kind != MESH_UNCOUPLED)
+def make_branch(system: System) -> Branch:
+    """Allocate a branch: all contacts open, nothing latched, no angle known."""
+    memory = np.zeros((system.elements.size, MEMORY))
+    modes = system.contacts.size + system.rotors.size
+    for e, element in enumerate(system.elements):
+        file = table.KINDS[element["kind"]].file
+        memory[e, : len(file.MEMORY)] = file.MEMORY
+        modes += file.MODES
+    latches = int(np.sum(system.contacts["latch"] >= 0))
+    return Branch(modes=np.zeros(modes, dtype=np.int64), latch=np.zeros(latches), memory=memory)
 
 
 @compiled_inline
-def flank_is_idle(system: System, contact: int, modes: Ints) -> bool:
-    """Return whether a printed back flank is overruled by its loaded drive flank (g >= 0 is tested first)."""
-    flank = contact - system.sleeves.size
-    if flank < 0 or flank % 2 == 0 or not is_printed(system, flank // 2):
-        return False
-    return bool(modes[contact - 1] == LOADED)
+def is_overruled(system: System, k: int, branch: Branch) -> bool:
+    """Return whether open contact k may not close because its partner, which goes first, is loaded."""
+    contact = system.contacts[k]
+    return bool(contact.yields == 1 and branch.modes[contact.partner] == LOADED)
 
 
 @compiled_inline
-def contact_of_switch(system: System, s: int) -> int:
-    """Return the contact whose penetration, force margin or ramp end switch s is; -1 for jumps and servos."""
-    n_c, n_s, n_m = contact_count(system), system.sleeves.size, system.meshes.size
-    if s < 2 * n_c:
-        return s if s < n_c else s - n_c
-    return n_s + s - 2 * n_c if s < 2 * n_c + 2 * n_m else -1
-
-
-@compiled_inline
-def switch_value(system: System, s: int, t: float, y: Floats, modes: Ints, contacts: Floats) -> float:
-    """Return switch function s [m, N, 1, rad or N m] from the state and the contact table of its element."""
-    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
-    if s < n_c:
-        p = contacts[s, PENETRATION]
-        if modes[s] == OPEN:
-            return INACTIVE if flank_is_idle(system, s, modes) else p
+def switch_value(system: System, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return switch function s from the state and the contact table of its element."""
+    switch = system.switches[s]
+    if switch.role == TOUCH:
+        k = switch.contact
+        p = loads.contacts[k, PENETRATION]
+        if branch.modes[k] == OPEN:
+            return INACTIVE if is_overruled(system, k, branch) else p
         return -p
-    if s < 2 * n_c:
-        k = s - n_c
-        margin = contacts[k, MARGIN]
-        return INACTIVE if modes[k] == OPEN else -margin if modes[k] == LOADED else margin
-    if s < 2 * n_c + 2 * n_m:
-        f = s - 2 * n_c
-        mesh = system.meshes[f // 2]
-        if mesh.C_m == 0.0 or modes[n_s + f] == OPEN:
-            return INACTIVE
-        beyond = contacts[n_s + f, PENETRATION] - mesh.depth
-        return beyond if modes[n_s + 2 * n_m + f] == 0 else -beyond
-    if s < 2 * n_c + 3 * n_m:
-        j = s - 2 * n_c - 2 * n_m
-        mesh = system.meshes[j]
-        psi, _ = mesh_phase(mesh, system, t, y)
-        segment = modes[n_s + 4 * n_m + j]
-        return max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
-    i = s - 2 * n_c - 3 * n_m
-    limit = system.rotors[i].servo_limit
-    mode = modes[n_s + 5 * n_m + i]
-    wanted = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
-    return abs(wanted) - limit if mode == 0 else limit - mode * wanted
+    if switch.role == PULL:
+        margin, mode = loads.contacts[switch.contact, MARGIN], branch.modes[switch.contact]
+        return INACTIVE if mode == OPEN else -margin if mode == LOADED else margin
+    return table.own_switch(system, switch.element, switch.local, t, y, branch, loads)
 
 
 @compiled_inline
 def switch_values(
-    system: System, roster: Roster, t: float, y: Floats, modes: Ints, contacts: Floats, g: Floats
+    system: System, roster: Roster, t: float, y: Floats, branch: Branch, loads: Loads, g: Floats
 ) -> None:
     """Fill ``g`` with the roster's switch functions from the contact table of the same state."""
     for c in range(1, roster.switches[0] + 1):
         s = roster.switches[c]
-        g[s] = switch_value(system, s, t, y, modes, contacts)
+        g[s] = switch_value(system, s, t, y, branch, loads)
 
 
 @compiled
-def latch_speed(system: System, k: int, rate: float, latch: Floats) -> None:
-    """Latch the impact speed [m/s] of sleeve k at an onset, floored by the sleeve's minimum."""
-    if k < system.sleeves.size:
-        latch[k] = max(rate, system.sleeves[k].minimum_speed)
+def latch_speed(system: System, k: int, rate: float, branch: Branch) -> None:
+    """Latch the impact speed [m/s] of contact k at an onset, floored, where its law needs one."""
+    contact = system.contacts[k]
+    if contact.latch >= 0:
+        branch.latch[contact.latch] = max(rate, contact.floor)
 
 
 @compiled
-def settle_printed_flanks(system: System, modes: Ints, contacts: Floats) -> None:
-    """Make the two flanks of each printed mesh exclusive: one force f_g (19), the drive branch first."""
-    n_s = system.sleeves.size
-    for j in range(system.meshes.size):
-        if not is_printed(system, j):
+def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> None:
+    """Make two contacts of element e that exclude each other do so: eq. (19) is one force, its drive branch first."""
+    element, modes = system.elements[e], branch.modes
+    for k in range(element.contact, element.contact + element.contacts):
+        contact = system.contacts[k]
+        if contact.yields == 0:
             continue
-        drive, back = n_s + 2 * j, n_s + 2 * j + 1
-        if modes[drive] == LOADED:
-            modes[back] = OPEN
-        elif modes[back] == OPEN and contacts[back, PENETRATION] > 0.0:
-            modes[back] = LOADED
+        if modes[contact.partner] == LOADED:
+            modes[k] = OPEN
+        elif modes[k] == OPEN and loads.contacts[k, PENETRATION] > 0.0:
+            modes[k] = LOADED
 
 
 @compiled
-def settle_segment(system: System, j: int, t: float, y: Floats, modes: Ints) -> None:
-    """Set the segment of mesh j's square wave from the state; while the mesh is open nobody counts segments."""
-    mesh = system.meshes[j]
-    if mesh.stiffness_kind == STIFFNESS_SQUARE:
-        psi, _ = mesh_phase(mesh, system, t, y)
-        modes[system.sleeves.size + 4 * system.meshes.size + j] = square_segment(mesh, psi)
-
-
-@compiled
-def settle_modes(system: System, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats) -> None:
+def settle_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 
-    A sleeve that starts in contact latches its present rate of penetration, unless it goes on from another run.
+    A contact that starts closed latches its present rate of penetration, unless it goes on from another run.
     """
-    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
-    for k in range(n_c):
-        if k < n_s and latch[k] <= system.sleeves[k].minimum_speed:
-            latch_speed(system, k, contacts[k, RATE], latch)
-        bearing = k < n_s and system.sleeves[k].clearance == 0.0  # always touches, even at its centre
-        modes[k] = LOADED if bearing or contacts[k, PENETRATION] > 0.0 else OPEN
-    settle_printed_flanks(system, modes, contacts)
-    for f in range(2 * n_m):
-        modes[n_s + 2 * n_m + f] = 1 if contacts[n_s + f, PENETRATION] > system.meshes[f // 2].depth else 0
-    for j in range(n_m):
-        settle_segment(system, j, t, y, modes)
-    for i in range(n_r):
-        r = system.rotors[i]
-        modes[n_s + 5 * n_m + n_r + i] = 1 if t < r.ramp_time else 0
-        if r.drive == DRIVE_SERVO:
-            torque = servo_torque(system, i, t, y, modes[n_s + 5 * n_m + n_r + i])
-            modes[n_s + 5 * n_m + i] = int(math.copysign(1.0, torque)) if abs(torque) > r.servo_limit else 0
+    modes = branch.modes
+    for k in range(system.contacts.size):
+        contact = system.contacts[k]
+        if contact.latch >= 0 and branch.latch[contact.latch] <= contact.floor:
+            latch_speed(system, k, loads.contacts[k, RATE], branch)
+        touches = contact.closed == 1 or loads.contacts[k, PENETRATION] > 0.0
+        modes[k] = LOADED if touches else OPEN
+    for i in range(system.rotors.size):
+        modes[ramp_of(system, modes, i)] = 1 if t < system.rotors[i].ramp_time else 0
+    for e in range(system.elements.size):
+        settle_partners(system, e, branch, loads)
+        table.settle(system, e, t, y, branch, loads)
 
 
 @compiled
-def settle_margins(system: System, modes: Ints, contacts: Floats) -> None:
+def settle_margins(system: System, branch: Branch, loads: Loads) -> None:
     """Mark contacts that would pull as separating; used once, after `settle_modes`."""
-    for k in range(contact_count(system)):
-        if modes[k] == LOADED and contacts[k, MARGIN] < 0.0:
-            modes[k] = SEPARATING
+    for k in range(system.contacts.size):
+        if branch.modes[k] == LOADED and loads.contacts[k, MARGIN] < 0.0:
+            branch.modes[k] = SEPARATING
 
 
 @compiled
-def switch_mode(
-    system: System, k: int, t: float, y: Floats, modes: Ints, contacts: Floats, latch: Floats
-) -> None:
-    """Apply switch k: change the mode that it guards."""
-    n_c, n_s, n_m, n_r = contact_count(system), system.sleeves.size, system.meshes.size, system.rotors.size
-    if k < n_c:  # a penetration crossed zero
+def switch_mode(system: System, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Apply switch s: change the mode that it guards."""
+    switch, modes = system.switches[s], branch.modes
+    e, k = switch.element, switch.contact
+    if switch.role == TOUCH:  # a penetration crossed zero
         if modes[k] == OPEN:
-            latch_speed(system, k, contacts[k, RATE], latch)
+            latch_speed(system, k, loads.contacts[k, RATE], branch)
             modes[k] = LOADED
-            if k >= n_s:
-                modes[2 * n_m + k] = 0
-                if modes[n_s + ((k - n_s) ^ 1)] == OPEN:
-                    settle_segment(system, (k - n_s) // 2, t, y, modes)
+            table.settle_touch(system, e, k, t, y, branch)
         else:
             modes[k] = OPEN
-        settle_printed_flanks(system, modes, contacts)
-    elif k < 2 * n_c:  # the formula's force crossed zero while touching
-        if modes[k - n_c] != OPEN:
-            modes[k - n_c] = SEPARATING if modes[k - n_c] == LOADED else LOADED
-    elif k < 2 * n_c + 2 * n_m:
-        slot = n_s + 2 * n_m + (k - 2 * n_c)
-        modes[slot] = 1 - modes[slot]
-    elif k < 2 * n_c + 3 * n_m:
-        mesh = k - 2 * n_c - 2 * n_m
-        slot = n_s + 4 * n_m + mesh
-        m = system.meshes[mesh]
-        psi, _ = mesh_phase(m, system, t, y)
-        modes[slot] += (
-            1 if psi > 0.5 * (square_edge(m, modes[slot]) + square_edge(m, modes[slot] + 1)) else -1
-        )
+        settle_partners(system, e, branch, loads)
+    elif switch.role == PULL:  # the formula's force crossed zero while touching
+        if modes[k] != OPEN:
+            modes[k] = SEPARATING if modes[k] == LOADED else LOADED
     else:
-        rotor = k - 2 * n_c - 3 * n_m
-        slot = n_s + 5 * n_m + rotor
-        if modes[slot] == 0:
-            torque = servo_torque(system, rotor, t, y, modes[n_s + 5 * n_m + n_r + rotor])
-            modes[slot] = int(math.copysign(1.0, torque))
-        else:
-            modes[slot] = 0
+        table.switch_own(system, e, switch.local, t, y, branch)

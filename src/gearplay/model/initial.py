@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh import mesh_geometry
+from gearplay.kernels.mesh_geometry import B_T, P_D, mesh_geometry
+from gearplay.kernels.switches import make_branch
 from gearplay.model import geometry
 from gearplay.model.pack import Packed
 from gearplay.vocabulary.errors import Fault, InputError
@@ -46,10 +48,10 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
 
 def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
     """Return (p_d, b_t) [m] of mesh j at state y and t = 0; NaN where it cannot mesh."""
-    out = np.zeros(OUT_SIZE)
-    if mesh_geometry(packed.system, j, 0.0, y, out) != 0:
+    out, e = np.zeros(OUT_SIZE), int(np.flatnonzero(packed.system.elements["kind"] == MESH)[j])
+    if mesh_geometry(packed.system, e, 0.0, y, make_branch(packed.system).memory, out) != 0:
         return math.nan, math.nan
-    return float(out[0]), float(out[10])
+    return float(out[P_D]), float(out[B_T])
 
 
 def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) -> bool:
@@ -63,7 +65,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) ->
             if not prescribed and rotor.initial.theta is None:
                 turned = name
                 break
-        m = packed.system.meshes[j]
+        m = packed.system.records[MESH][j]
         for _ in range(3):  # an eccentric toothing moves a little as it turns
             p_d, b_t = _mesh_at(packed, j, y)
             if not math.isfinite(p_d) or b_t < 0.0:

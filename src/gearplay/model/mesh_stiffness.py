@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
+from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.model.geometry import mesh_contact_ratio, ring_of, teeth_of
 
 if TYPE_CHECKING:

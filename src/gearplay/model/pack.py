@@ -1,17 +1,20 @@
 """The one translation: a validated case in full words -> packed records in kernel symbols."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import layout
+from gearplay.kernels import bed, flank, layout, mesh_geometry, tooth_stiffness
+from gearplay.kernels.elements import mesh as mesh_element
+from gearplay.kernels.elements import servo, sleeve
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
-from gearplay.kernels.layout import MESH, ROTOR, SLEEVE, System
+from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry
+from gearplay.model.assembly import LENGTH_SCALE, Assembly, Contact, records
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LENGTH_SCALE, SPEED_SCALE = 1e-4, 0.1  # m, m/s: natural sizes behind the error tolerances
+SPEED_SCALE = 0.1  # m/s, natural size of a speed behind the error tolerances
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,16 @@ class Packed:
     """A case ready for the kernels, with what the solver needs beside the equations."""
 
     system: System
-    rotor_names: tuple[str, ...]
-    sleeve_names: tuple[str, ...]
-    mesh_names: tuple[str, ...]
+    labels: Mapping[str, tuple[str, ...]]  # of rotors and elements, by dimension of a result
+    contact_labels: tuple[str, ...]  # sleeves by name, flanks as ``mesh:drive``, ``mesh:back``
     natural: Floats  # natural size per state: m, rad, m/s, rad/s
     restart_step: float  # s, first step after a switch
     stops: Floats  # s, times where the right-hand side jumps
+
+    @property
+    def rotor_names(self) -> tuple[str, ...]:
+        """Names of the rotors."""
+        return self.labels["rotor"]
 
     @property
     def state_size(self) -> int:
@@ -41,14 +48,9 @@ class Packed:
         return int(self.natural.size)
 
 
-def _records(dtype: np.dtype[Any], count: int) -> Any:
-    return np.zeros(count, dtype=dtype).view(np.recarray)
-
-
 def _pack_rotors(case: "Case") -> Any:
     speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
-    rotors = _records(ROTOR, len(case.rotors))
-    slot = 6 * len(case.rotors)
+    rotors = records(ROTOR, len(case.rotors))
     for i, (name, given) in enumerate(case.rotors.items()):
         r, drive = rotors[i], given.drive
         prescribed = drive is not None and drive.kind == "speed"
@@ -72,28 +74,33 @@ def _pack_rotors(case: "Case") -> Any:
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
         r.radial_damping = given.radial_damping
         r.eccentricity, r.eccentricity_phase = given.runout.amplitude, given.runout.phase
-        r.drive, r.servo_slot = layout.DRIVE_NONE, -1
+        r.drive = layout.DRIVE_NONE
         if drive is None:
             continue
         if drive.kind == "torque":
             r.torque += drive.torque
             continue
         r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
-        r.drive_speed, r.ramp_time = drive.speed, drive.ramp
-        r.ramp_start = drive.start_speed
+        r.ramp_time, r.ramp_start = drive.ramp, drive.start_speed
         r.ramp_acceleration = (drive.speed - drive.start_speed) / drive.ramp if drive.ramp > 0.0 else 0.0
-        if drive.kind == "servo":
-            r.servo_gain, r.servo_integral_gain = drive.proportional_gain, drive.integral_gain
-            r.servo_limit, r.servo_slot = drive.torque_limit, slot
-            slot += 1
     return rotors
 
 
-def _pack_sleeves(case: "Case", centres: dict[str, tuple[float, float]]) -> Any:
+def _pack_servos(case: "Case", assembly: Assembly) -> None:
+    for i, (name, given) in enumerate(case.rotors.items()):
+        drive = given.drive
+        if drive is None or drive.kind != "servo":
+            continue
+        s = records(servo.RECORD, 1)[0]
+        s.rotor, s.speed = i, drive.speed
+        s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
+        assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
+
+
+def _pack_sleeves(case: "Case", assembly: Assembly, centres: dict[str, tuple[float, float]]) -> None:
     names = list(case.rotors)
-    sleeves = _records(SLEEVE, len(case.sleeves))
-    for k, (name, given) in enumerate(case.sleeves.items()):
-        s = sleeves[k]
+    for name, given in case.sleeves.items():
+        s = records(sleeve.RECORD, 1)[0]
         s.clearance, s.exponent = given.radial_clearance, given.exponent
         s.shaft_radius = given.shaft_radius or 0.0
         s.stiffness = sleeve_stiffness(case, name)
@@ -102,19 +109,18 @@ def _pack_sleeves(case: "Case", centres: dict[str, tuple[float, float]]) -> Any:
             if given.restitution_reading == "delivered"
             else contact_laws.literal_dissipation(given.law, given.restitution)
         )
-        s.minimum_speed = given.minimum_impact_speed
         s.friction, s.friction_speed = given.friction_coefficient, given.friction_speed
         s.journal = names.index(name)
         s.bush = -1 if given.on is None else names.index(given.on)
         if given.on is not None:
             s.offset_x = centres[name][0] - centres[given.on][0]
             s.offset_y = centres[name][1] - centres[given.on][1]
-        s.bed = layout.BED_NONE
+        s.bed = bed.BED_NONE
         if given.law == "conformal":
             if case.formulation == "as_published":
-                s.bed, s.bed_exponent = layout.BED_AS_PRINTED, given.exponent
+                s.bed, s.bed_exponent = bed.BED_AS_PRINTED, given.exponent
             else:
-                s.bed, s.bed_exponent = layout.BED_MATCHED, given.bed_exponent
+                s.bed, s.bed_exponent = bed.BED_MATCHED, given.bed_exponent
                 s.bed_stiffness = contact_laws.bed_stiffness(
                     s.stiffness,
                     s.exponent,
@@ -123,7 +129,9 @@ def _pack_sleeves(case: "Case", centres: dict[str, tuple[float, float]]) -> Any:
                     s.bed_exponent,
                     given.bed_reference_penetration,
                 )
-    return sleeves
+        # Without clearance it touches from the start, even at its centre.
+        contact = Contact(floor=given.minimum_impact_speed, closed=given.radial_clearance == 0.0)
+        assembly.add(sleeve.KIND, name, s, [s.journal, s.bush], [contact])
 
 
 def sleeve_stiffness(case: "Case", name: str) -> float:
@@ -151,8 +159,8 @@ def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
 def _mesh_kind(case: "Case") -> int:
     coupled = case.backlash_model == "coupled"
     if case.formulation == "geometric":
-        return layout.MESH_COUPLED if coupled else layout.MESH_UNCOUPLED
-    return layout.MESH_PRINTED_COUPLED if coupled else layout.MESH_PRINTED_UNCOUPLED
+        return mesh_geometry.MESH_COUPLED if coupled else mesh_geometry.MESH_UNCOUPLED
+    return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
 def _pack_mesh(
@@ -163,7 +171,7 @@ def _pack_mesh(
     frame = geometry.mesh_frame(case, j)
     carried = frame is not None and speeds[names.index(frame)] != 0.0
     m.kind = _mesh_kind(case)
-    if carried and m.kind != layout.MESH_COUPLED:
+    if carried and m.kind != mesh_geometry.MESH_COUPLED:
         raise InputError(
             [
                 Fault(
@@ -201,12 +209,11 @@ def _pack_mesh(
     m.cos_alpha0 = m.c0 / m.A0
     m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
     m.inv_alpha0 = involute(mesh.pressure_angle)
-    m.turned_cos = 1.0
     m.A_nominal_squared = nominal * nominal
     m.inv_A_nominal_squared = 1.0 / m.A_nominal_squared
     at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
     m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
-    radius = 1.0 if m.kind in (layout.MESH_PRINTED_COUPLED, layout.MESH_PRINTED_UNCOUPLED) else cosine
+    radius = 1.0 if m.kind in (mesh_geometry.MESH_PRINTED_COUPLED, mesh_geometry.MESH_PRINTED_UNCOUPLED) else cosine
     m.rho_a, m.rho_b = r_a * radius, r_b * radius
     m.a, m.b, m.driver = names.index(a), names.index(b), names.index(mesh.driver)
     m.frame = names.index(frame) if frame is not None else -1
@@ -227,20 +234,21 @@ def _harmonics(rows: Iterable[Sequence[float]]) -> list[list[float]]:
     ]
 
 
-def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple[Any, Floats, Floats, Floats]:
-    meshes = _records(MESH, len(case.meshes))
+def _pack_meshes(
+    case: "Case", assembly: Assembly, centres: dict[str, tuple[float, float]]
+) -> tuple[Floats, Floats, Floats]:
     speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
     for j, mesh in enumerate(case.meshes):
-        m = meshes[j]
+        m = records(mesh_element.RECORD, 1)[0]
         _pack_mesh(case, j, m, centres, speeds, senses)
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(mesh.pressure_angle)
         involutes.append(series)
-        if k.kind == layout.STIFFNESS_SPLINE:
+        if k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())
         else:
@@ -253,9 +261,13 @@ def _pack_meshes(case: "Case", centres: dict[str, tuple[float, float]]) -> tuple
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
         m.inv_depth = 1.0 / m.depth
-        m.ramp = layout.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else layout.RAMP_SMOOTH
+        m.ramp = flank.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else flank.RAMP_SMOOTH
+        # As printed there is one force, (19): the drive branch goes first.
+        flanks = [Contact("drive"), Contact("back", yields_to=0 if case.formulation == "as_published" else None)]
+        edges = 1 if k.kind == tooth_stiffness.STIFFNESS_SQUARE else 0
+        assembly.add(mesh_element.KIND, mesh.label, m, [m.a, m.b, m.frame], flanks, switches=edges)
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
-    return meshes, np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
+    return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
 
 
 def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
@@ -274,27 +286,26 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
 
 def _arm(system: System, i: int) -> float:
     """Return the radius [m] that turns rotor i's rotation into a length: its largest toothing, or 0.1 m."""
-    arms = [abs(m.rho_a) for m in system.meshes if m.a == i] + [
-        abs(m.rho_b) for m in system.meshes if m.b == i
-    ]
+    meshes = system.records[mesh_element.KIND]
+    arms = [abs(m.rho_a) for m in meshes if m.a == i] + [abs(m.rho_b) for m in meshes if m.b == i]
     return max(arms, default=0.1)
 
 
-def _natural_sizes(system: System, servos: int) -> Floats:
+def _natural_sizes(system: System, states: int) -> Floats:
     arms = [_arm(system, i) for i in range(system.rotors.size)]
     positions = [x for r in arms for x in (LENGTH_SCALE, LENGTH_SCALE, LENGTH_SCALE / r)]
     speeds = [x for r in arms for x in (SPEED_SCALE, SPEED_SCALE, SPEED_SCALE / r)]
-    return np.array(positions + speeds + [LENGTH_SCALE / 0.1] * servos)
+    return np.array(positions + speeds + [LENGTH_SCALE / 0.1] * states)
 
 
 def _fastest_rate(case: "Case", system: System) -> float:
     """Return an estimate of the fastest contact's angular frequency [rad/s], or a ripple's where that is faster."""
     fastest = max(1.0, float(np.max(system.rotors["ripple_rate"])))
     depth = 1e-6  # m, a typical penetration
-    for s in system.sleeves:
+    for s in system.records[sleeve.KIND]:
         stiffness = s.stiffness * s.exponent * depth ** (s.exponent - 1.0)
         fastest = max(fastest, math.sqrt(stiffness * max(system.rotors[s.journal].inv_mass, 1e-3)))
-    for j, m in enumerate(system.meshes):
+    for j, m in enumerate(system.records[mesh_element.KIND]):
         mobility = sum(
             r * r * system.rotors[i].inv_inertia + system.rotors[i].inv_mass
             for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
@@ -310,26 +321,19 @@ def pack(case: "Case") -> Packed:
     """
     centres = geometry.centres(case)
     rotors = _pack_rotors(case)
-    meshes, terms, spline, involutes = _pack_meshes(case, centres)
+    assembly = Assembly(len(rotors))
+    _pack_servos(case, assembly)
+    _pack_sleeves(case, assembly, centres)
+    terms, spline, involutes = _pack_meshes(case, assembly, centres)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
-    system = System(
-        rotors=rotors,
-        sleeves=_pack_sleeves(case, centres),
-        meshes=meshes,
-        terms=terms,
-        involutes=involutes,
-        spline=spline,
-        gravity=np.array(case.gravity, dtype=np.float64),
-        known_angles=np.full((len(case.meshes), 9), np.nan),
-    )
-    servos = int(np.sum(rotors.drive == layout.DRIVE_SERVO))
+    gravity = np.array(case.gravity, dtype=np.float64)
+    system = assembly.system(rotors, terms=terms, involutes=involutes, spline=spline, gravity=gravity)
     ramps = sorted({float(r.ramp_time) for r in rotors if r.ramp_time > 0.0})
     return Packed(
         system=system,
-        rotor_names=tuple(case.rotors),
-        sleeve_names=tuple(case.sleeves),
-        mesh_names=tuple(mesh.label for mesh in case.meshes),
-        natural=_natural_sizes(system, servos),
+        labels={"rotor": tuple(case.rotors)} | {name: tuple(found) for name, found in assembly.labels.items()},
+        contact_labels=tuple(assembly.contact_labels),
+        natural=_natural_sizes(system, assembly.states),
         restart_step=0.1 / _fastest_rate(case, system),
         stops=np.array(ramps, dtype=np.float64),
     )

@@ -10,13 +10,14 @@ import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.solver.trajectory import Trajectory, contact_labels
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
+from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.solver.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
 
 METHOD = "Dormand-Prince 5(4), located events"
+FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
 
 _STATISTICS = {
     "share_of_time": ("1", "share of time in contact"),
@@ -48,7 +49,7 @@ def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "numba_version": _version("numba"),
-        "method": METHOD,
+        "method": METHOD if case.run.fixed_step is None else FIXED_METHOD,
         "tolerance": case.run.tolerance,
         "seed": case.run.seed,
         "status": worst.status.name,
@@ -62,7 +63,6 @@ def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
     """Return the data variables; members that stopped early are filled up with NaN."""
-    labels = {"rotor": packed.rotor_names, "sleeve": packed.sleeve_names, "mesh": packed.mesh_names}
     length = max(run.values.shape[0] for run in runs)
     places: dict[tuple[str, str], list[int]] = {}
     for at, column in enumerate(runs[0].columns):
@@ -70,7 +70,7 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
     variables: dict[str, Any] = {}
     for (signal, dimension), columns in places.items():
         quantity = RESULT_VARIABLES[signal]
-        names = labels[dimension]
+        names = packed.labels[dimension]
         block = np.full((len(runs), length, len(names)), np.nan)
         for at in columns:
             element = names.index(runs[0].columns[at].label)
@@ -101,11 +101,10 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     time = ("time", longest.time, {"units": "s", "long_name": "time", "axis": "T"})
     coordinates: dict[str, Any] = {
         "time": time,
-        "rotor": list(packed.rotor_names),
-        "sleeve": np.array(packed.sleeve_names, dtype=object if packed.sleeve_names else "U1"),
-        "mesh": np.array(packed.mesh_names, dtype=object if packed.mesh_names else "U1"),
-        "contact": np.array(contact_labels(packed), dtype=object if contact_labels(packed) else "U1"),
     }
+    labels = {"sleeve": (), "mesh": (), **packed.labels, "contact": packed.contact_labels}  # always two, even if empty
+    for dimension, names in labels.items():
+        coordinates[dimension] = np.array(names, dtype=object if names else "U1")
     if ensemble:
         coordinates["member"] = [run.member for run in runs]
         coordinates["member_status"] = ("member", [run.status.name for run in runs])

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

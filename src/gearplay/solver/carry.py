@@ -6,32 +6,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import DRIVE_SPEED, System
+from gearplay.kernels.layout import DRIVE_SPEED
 from gearplay.model.pack import Packed
+from gearplay.solver.course import Course
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class End:
-    """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; how far the reference of each
-    mesh's line of centres has followed an orbiting gear [rad], shape [mesh]; the impact speed that each sleeve has latched
-    [m/s], shape [sleeve].
+    """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; what each element remembers,
+    as how far a line of centres has followed an orbiting gear, shape [element, memory]; the latched impact speeds [m/s], shape
+    [latch].
     """
 
     state: Floats
-    turned: Floats
+    memory: Floats
     latch: Floats
 
 
-def end_of(system: System, y: Floats, latch: Floats, t: float) -> End:
-    """Return the end of a run at t [s]: theta = Omega t + theta_relative, omega = Omega + omega_relative."""
-    rotors: Any = system.rotors
-    meshes: Any = system.meshes
-    n, state = rotors.size, y.copy()
-    state[2 : 3 * n : 3] += rotors.nominal_speed * t
+def end_of(course: Course) -> End:
+    """Return the end of a run: theta = Omega t + theta_relative, omega = Omega + omega_relative."""
+    rotors: Any = course.system.rotors
+    n, state = rotors.size, course.state.copy()
+    state[2 : 3 * n : 3] += rotors.nominal_speed * course.time
     state[3 * n + 2 : 6 * n : 3] += rotors.nominal_speed
-    return End(state, meshes.turned.copy(), latch[: system.sleeves.size].copy())
+    return End(state, course.run.branch.memory.copy(), course.latch.copy())
 
 
 def start_from(end: End, packed: Packed) -> Floats:
@@ -47,11 +47,7 @@ def start_from(end: End, packed: Packed) -> Floats:
     return y
 
 
-def follow(system: System, latch: Floats, end: End) -> None:
-    """Set the references of a run's own meshes, and the latched speeds, to where they were."""
-    latch[: system.sleeves.size] = np.nextafter(
-        end.latch, np.inf
-    )  # above the floor that means: not latched yet
-    meshes: Any = system.meshes
-    meshes.turned = end.turned
-    meshes.turned_cos, meshes.turned_sin = np.cos(end.turned), np.sin(end.turned)
+def go_on_from(course: Course, end: End) -> None:
+    """Let a run that has not begun remember what the one before it did."""
+    course.run.branch.memory[:] = end.memory
+    course.latch_as(end.latch)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from gearplay.kernels.elements.table import MESH
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.vocabulary.errors import ResourceError
@@ -41,7 +42,7 @@ def estimate(
     transient: float,
 ) -> Estimate:
     """Estimate the cost of simulating ``members`` members."""
-    meshes = max(1, packed.system.meshes.size)
+    meshes = max(1, packed.system.records[MESH].size)
     rate = STEPS_PER_SECOND * meshes if case.run.fixed_step is None else 1.0 / case.run.fixed_step
     steps = rate * (duration + transient) * members
     samples = sampling * duration * members

@@ -1,28 +1,21 @@
 """Signals of a result at one instant, from the state alone: for sections and maps, where nothing is sampled."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import OUT_SIZE, System
-from gearplay.kernels.mesh import mesh_gaps
-from gearplay.kernels.sleeve import sleeve_geometry
+from gearplay.kernels.elements import table
+from gearplay.kernels.layout import Branch
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.run import signal_count
+from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import Packed
 from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
 ROTOR = ("x", "y", "theta", "vx", "vy", "omega")
-MESH = {
-    "drive_penetration": 0,
-    "back_penetration": 1,
-    "center_distance": 8,
-    "backlash": 10,
-    "transmission_error_dynamic": 11,
-}
-SLEEVE = {"sleeve_penetration": 0}
 
 
 def state_names(packed: Packed) -> tuple[str, ...]:
@@ -42,46 +35,48 @@ class Observables:
     """
 
     def __init__(self, packed: Packed, names: Sequence[str]) -> None:
-        self.columns, _ = choose_columns(packed, list(names))
-        places = {name: at for at, name in enumerate(state_names(packed))}
-        known = {"rotor": dict.fromkeys(ROTOR, 0), "mesh": MESH, "sleeve": SLEEVE}
+        self.columns, columns = choose_columns(packed, list(names))
+        known = {"rotor": ROTOR} | {
+            kind.name: tuple(signal.name for signal in kind.file.SIGNALS if signal.of_state)
+            for kind in table.KINDS
+        }
         for column in self.columns:
             if column.signal not in known[column.dimension]:
                 rule = "must follow from the state alone"
                 every = ", ".join(name for names_ in known.values() for name in names_)
                 raise InputError(Fault("signals", column.signal, rule, f"Choose from: {every}"))
-        elements = {"rotor": packed.rotor_names, "mesh": packed.mesh_names, "sleeve": packed.sleeve_names}
-        self.places = [
-            (
-                c.dimension,
-                elements[c.dimension].index(c.label),
-                places[_name(c)] if c.dimension == "rotor" else known[c.dimension][c.signal],
-            )
-            for c in self.columns
-        ]
-        self.out = np.zeros(OUT_SIZE)
+        self.packed, self.row = packed, np.zeros(signal_count(packed.system))
+        states = {name: at for at, name in enumerate(state_names(packed))}
+        of_state = [c.dimension == "rotor" for c in self.columns]
+        self.states = [(at, states[_name(c)]) for at, c in enumerate(self.columns) if of_state[at]]
+        self.others = [(at, int(columns[at])) for at in range(len(columns)) if not of_state[at]]
+        elements = packed.system.elements
+        starts = {int(first): e for e, first in enumerate(elements["signal"]) if _shows(elements[e]["kind"])}
+        self.elements = sorted({starts[max(s for s in starts if s <= place)] for _, place in self.others})
+        self.loads, self.branch = make_loads(packed.system), make_branch(packed.system)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the signals, ``element.signal``."""
         return tuple(_name(column) for column in self.columns)
 
-    def __call__(self, system: System, t: float, y: Floats) -> Floats:
-        """Return the signals at time t [s] and state y, shape [signal]; NaN for a mesh whose gears cannot mesh there."""
-        found = np.empty(len(self.places))
-        for at, (dimension, element, slot) in enumerate(self.places):
-            if dimension == "rotor":
-                found[at] = y[slot]
-                continue
-            if dimension == "mesh":
-                if mesh_gaps(system, element, t, y, self.out) != 0:
-                    found[at] = np.nan
-                    continue
-            else:
-                sleeves: Any = system.sleeves
-                sleeve_geometry(sleeves[element], system, t, y, self.out)
-            found[at] = self.out[slot]
+    def __call__(self, t: float, y: Floats, branch: Branch | None = None) -> Floats:
+        """Return the signals at time t [s] and state y, shape [signal]; NaN for a mesh whose gears cannot mesh there.
+
+        ``branch`` is that of the run that has come to this state, where one has.
+        """
+        found = np.empty(len(self.columns))
+        for at, place in self.states:
+            found[at] = y[place]
+        for e in self.elements:
+            table.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
+        for at, place in self.others:
+            found[at] = self.row[place]
         return found
+
+
+def _shows(kind: int) -> bool:
+    return bool(table.KINDS[kind].file.SIGNALS)
 
 
 def _name(column: Column) -> str:

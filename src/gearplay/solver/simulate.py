@@ -5,17 +5,19 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import run_state, stepper
+from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
-from gearplay.solver.carry import End, end_of, follow, start_from
+from gearplay.solver.carry import End, end_of, go_on_from, start_from
+from gearplay.solver.course import Course
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, Counters, Trajectory, choose_columns, statistics_of
@@ -23,119 +25,68 @@ from gearplay.solver.trajectory import Column, Counters, Trajectory, choose_colu
 Floats = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # simulated seconds done, of how many
 
-CHUNK_STEPS = 20_000  # between two looks at the clock: some 20 ms
-LOG_CAPACITY = 16_384
 
+@dataclass
+class _Job:
+    """One member to simulate."""
 
-class _Run:
-    """One member in progress: feeds the kernel, empties its buffers, watches the limits."""
+    place: int
+    case: Case
+    packed: Packed
+    member: int
+    kept: tuple[tuple[Column, ...], NDArray[np.int64]]
+    sampling: float
+    duration: float
+    transient: float
+    origin: End | None = None
+    start: Floats | None = None
 
-    def __init__(
-        self,
-        place: int,
-        case: Case,
-        packed: Packed,
-        member: int,
-        kept: tuple[tuple[Column, ...], NDArray[np.int64]],
-        sampling: float,
-        duration: float,
-        transient: float,
-        origin: End | None = None,
-    ) -> None:
-        self.place, self.case, self.packed, self.member = place, case, packed, member
-        self.columns, self.places = kept
-        self.duration, self.transient, self.sampling = duration, transient, sampling
-        self.samples = max(1, int(duration * sampling + 0.5))
+    def __post_init__(self) -> None:
         # Only member 0 can be refused; the others are drawn when their turn comes.
-        self.origin = origin
-        self.start = initial_state(case, packed, member=0) if member == 0 and origin is None else None
-        self.log: list[Floats] = []
+        if self.member == 0 and self.origin is None:
+            self.start = initial_state(self.case, self.packed, member=0)
 
-    def _begin(self) -> None:
-        """Allocate what only a run in progress needs."""
-        packed = self.packed
-        # Its own copy of what the kernels change: directions of reference as gears orbit, angles known.
-        meshes, known = packed.system.meshes.copy(), packed.system.known_angles.copy()
-        self.system = packed.system._replace(meshes=meshes, known_angles=known)
+    def _begin(self) -> Course:
         start = self.start
         if self.origin is not None:
-            start = start_from(self.origin, packed)
+            start = start_from(self.origin, self.packed)
         elif start is None:
-            start = initial_state(self.case, packed, member=self.member)
-        self.motion = run_state.make_motion(
-            self.system,
-            start,
-            packed.natural,
-            packed.restart_step,
-            packed.stops,
-            self.places,
-            np.empty((len(self.columns), self.samples)),
-            LOG_CAPACITY,
-            self.case.run.tolerance,
-            self.case.run.fixed_step,
-        )
+            start = initial_state(self.case, self.packed, member=self.member)
+        samples = max(1, int(self.duration * self.sampling + 0.5))
+        course = Course(self.case, self.packed, start, places=self.kept[1], samples=samples)
         if self.origin is not None:
-            follow(self.system, self.motion.latch, self.origin)
-
-    def _empty_log(self, keep: bool) -> None:
-        logged = int(self.motion.counts[run_state.LOGGED])
-        if keep and logged:
-            self.log.append(self.motion.log[:logged].copy())
-        self.motion.counts[run_state.LOGGED] = 0
-
-    def advance_to(self, t_end: float, keep_log: bool, watch: "_Watch") -> Status:
-        """Advance to t_end [s], or to the first reason to stop."""
-        self.motion.clock[run_state.T_END] = t_end
-        while True:
-            taken = int(self.motion.counts[run_state.STEPS])
-            limit = self.case.run.max_steps
-            chunk = CHUNK_STEPS if limit is None else max(0, min(CHUNK_STEPS, limit - taken))
-            status = Status(stepper.advance(self.system, self.motion, chunk))
-            self._empty_log(keep_log)
-            watch.report(self.place, float(self.motion.clock[run_state.T]))
-            if status != Status.PAUSED:
-                return status
-            reason = watch.reason_to_stop(self.case, int(self.motion.counts[run_state.STEPS]))
-            if reason is not None:
-                return reason
+            go_on_from(course, self.origin)
+        return course
 
     def run(self, watch: "_Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
-        self._begin()
-        motion, clock = self.motion, self.motion.clock
+        course = self._begin()
+        asked = partial(watch.reason_to_stop, self.place)
         status = Status.DONE
         if self.transient > 0.0:
-            status = self.advance_to(self.transient, False, watch)
+            status = course.follow(self.transient, keep_log=False, reason_to_stop=asked)
         if status == Status.DONE:
-            motion.tallies[:] = 0.0
-            clock[run_state.SAMPLE_START] = self.transient
-            clock[run_state.SAMPLE_INTERVAL] = 1.0 / self.sampling
-            motion.counts[run_state.LAST_SAMPLE] = self.samples - 1
-            status = self.advance_to(self.transient + self.duration, True, watch)
-        reached = float(clock[run_state.T])
-        counts = motion.counts
-        filled = int(counts[run_state.ROWS])
-        del self.motion  # its buffers; the trajectory keeps what it needs
+            course.sample_from(self.transient, self.sampling)
+            status = course.follow(self.transient + self.duration, reason_to_stop=asked)
+        watch.report(self.place, course.time)
+        run, counts, reached = course.run, course.run.counts, course.time
         return Trajectory(
             member=self.member,
             first_sample=self.transient,
             sampling=self.sampling,
-            values=motion.rows[:, :filled].T,
-            columns=self.columns,
-            statistics=statistics_of(self.packed, motion.tallies, reached - self.transient),
-            log=np.concatenate(self.log) if self.log else np.zeros((0, 4)),
+            values=run.rows[:, : int(counts[kernel.ROWS])].T,
+            columns=self.kept[0],
+            statistics=statistics_of(self.packed, run.tallies, reached - self.transient),
+            log=course.whole_log,
             status=status,
             counters=Counters(
-                *(
-                    int(counts[i])
-                    for i in (run_state.STEPS, run_state.REJECTED, run_state.EVENTS, run_state.CALLS)
-                )
+                *(int(counts[i]) for i in (kernel.STEPS, kernel.REJECTED, kernel.EVENTS, kernel.CALLS))
             ),
             reached=reached,
             wall_time=time.perf_counter() - started,
-            final_state=motion.y.copy(),
-            end=end_of(self.system, motion.y, motion.latch, reached),
+            final_state=run.y.copy(),
+            end=end_of(course),
         )
 
 
@@ -158,12 +109,13 @@ class _Watch:
             self.done[run] = t
             self.progress(self.sum, self.total)
 
-    def reason_to_stop(self, limits: Case, steps: int) -> Status | None:
-        """Return why a run must stop now, or None."""
-        run = limits.run
+    def reason_to_stop(self, place: int, course: Course) -> Status | None:
+        """Note how far a run has come; return why it must stop now, or None."""
+        self.report(place, course.time)
+        run = course.case.run
         if self.stop.is_set():
             return Status.INTERRUPTED
-        if run.max_steps is not None and steps >= run.max_steps:
+        if run.max_steps is not None and course.steps >= run.max_steps:
             return Status.TOO_MANY_STEPS
         if run.max_wall_time is not None and time.monotonic() > self.started + run.max_wall_time:
             return Status.OUT_OF_TIME
@@ -176,24 +128,11 @@ def prepare(case: Case) -> None:
     `run_members` does it too; calling it before keeps the compilation out of a run's wall time and lets a front door say
     what is going on. Any case will do: all share one compiled signature.
     """
-    _compile(pack(case))
+    _compile(case, pack(case))
 
 
-def _compile(packed: Packed) -> None:
-    columns = np.arange(1, dtype=np.int64)
-    state = np.zeros(packed.state_size)
-    motion = run_state.make_motion(
-        packed.system,
-        state,
-        packed.natural,
-        packed.restart_step,
-        packed.stops,
-        columns,
-        np.empty((1, 1)),
-        LOG_CAPACITY,
-        1e-6,
-    )
-    stepper.advance(packed.system, motion, 0)
+def _compile(case: Case, packed: Packed) -> None:
+    Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
 
 def worker_count() -> int:
@@ -262,7 +201,7 @@ def run_one(
             transient=run.transient,
         )
     )
-    one = _Run(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
+    one = _Job(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
     return one.run(_Watch(run.duration + run.transient, None, stop or threading.Event()))
 
 
@@ -281,7 +220,7 @@ def run_batch(
 
     The result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
     """
-    runs: list[_Run] = []
+    runs: list[_Job] = []
     bytes_, steps, total = 0.0, 0.0, 0.0
     for case, members in jobs:
         packed, run = pack(case), case.run
@@ -302,9 +241,9 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
-        runs += [_Run(len(runs) + k, case, packed, m, kept, rate, span, lead) for k, m in enumerate(members)]
+        runs += [_Job(len(runs) + k, case, packed, m, kept, rate, span, lead) for k, m in enumerate(members)]
     if runs:
-        _compile(runs[0].packed)
+        _compile(runs[0].case, runs[0].packed)
     watch = _Watch(total, progress, stop or threading.Event())
     # Even one member runs off the main thread, so that Ctrl-C reaches Python while the kernel works.
     with ThreadPoolExecutor(max(1, min(threads or worker_count(), len(runs)))) as pool:

@@ -2,19 +2,19 @@
 
 from enum import IntEnum
 
-from gearplay.kernels import run_state
+from gearplay.kernels import run as kernel
 
 
 class Status(IntEnum):
     """How a run ended; everything but DONE leaves what was computed so far."""
 
-    DONE = run_state.DONE
-    PAUSED = run_state.PAUSED
-    NOT_FINITE = run_state.NOT_FINITE
-    STEP_TOO_SMALL = run_state.STEP_TOO_SMALL
-    CHATTER = run_state.CHATTER
-    CANNOT_MESH = run_state.CANNOT_MESH
-    BLOW_UP = run_state.BLOW_UP
+    DONE = kernel.DONE
+    PAUSED = kernel.PAUSED
+    NOT_FINITE = kernel.NOT_FINITE
+    STEP_TOO_SMALL = kernel.STEP_TOO_SMALL
+    CHATTER = kernel.CHATTER
+    CANNOT_MESH = kernel.CANNOT_MESH
+    BLOW_UP = kernel.BLOW_UP
     TOO_MANY_STEPS = 20
     OUT_OF_TIME = 21
     INTERRUPTED = 22

@@ -5,15 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import MESH_SIGNALS, ROTOR_SIGNALS, SLEEVE_SIGNALS
-from gearplay.kernels.run_state import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
+from gearplay.kernels.run import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
 from gearplay.model.pack import Packed
+from gearplay.model.variables import VARIABLES
 from gearplay.solver.carry import End
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
-DIMENSIONS = {"rotor": ROTOR_SIGNALS, "sleeve": SLEEVE_SIGNALS, "mesh": MESH_SIGNALS}
 
 
 @dataclass(frozen=True)
@@ -21,18 +20,17 @@ class Column:
     """One sampled signal of one element."""
 
     signal: str
-    dimension: str  # rotor, sleeve or mesh
+    dimension: str  # rotor or a kind of element: sleeve, mesh
     label: str
 
 
 def all_columns(packed: Packed) -> tuple[Column, ...]:
     """Return every signal in the order of the kernel's rows."""
-    labels = {"rotor": packed.rotor_names, "sleeve": packed.sleeve_names, "mesh": packed.mesh_names}
     return tuple(
-        Column(signal, dimension, label)
-        for dimension, signals in DIMENSIONS.items()
-        for label in labels[dimension]
-        for signal in signals
+        Column(quantity.name, dimension, label)
+        for dimension, labels in packed.labels.items()
+        for label in labels
+        for quantity in VARIABLES[dimension]
     )
 
 
@@ -76,18 +74,12 @@ class ContactStatistics:
     max_penetration: Floats
 
 
-def contact_labels(packed: Packed) -> tuple[str, ...]:
-    """Return the contacts' labels in kernel order."""
-    flanks = tuple(f"{mesh}:{flank}" for mesh in packed.mesh_names for flank in ("drive", "back"))
-    return packed.sleeve_names + flanks
-
-
 def statistics_of(packed: Packed, tallies: Floats, span: float) -> ContactStatistics:
     """Turn the kernel's tallies over ``span`` seconds into statistics."""
     onsets = np.maximum(tallies[:, ONSETS], 1.0)
     span = span if span > 0.0 else np.nan
     return ContactStatistics(
-        labels=contact_labels(packed),
+        labels=packed.contact_labels,
         share_of_time=tallies[:, TIME] / span,
         impacts_per_second=tallies[:, ONSETS] / span,
         mean_impact_speed=tallies[:, SPEED_SUM] / onsets,

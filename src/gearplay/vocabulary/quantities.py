@@ -122,36 +122,4 @@ ROTOR_VARIABLES: Final = _table(
     Quantity("ax", "ax", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along x"),
     Quantity("ay", "ay", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along y"),
 )
-"""Result variables with one value per rotor."""
-
-MESH_VARIABLES: Final = _table(
-    Quantity("drive_penetration", "p_d", "m", "um", 1e6, "penetration of the drive flanks"),
-    Quantity("back_penetration", "p_b", "m", "um", 1e6, "penetration of the back flanks"),
-    Quantity("drive_force", "F_d", "N", "N", 1.0, "normal force of the drive flanks"),
-    Quantity("back_force", "F_b", "N", "N", 1.0, "normal force of the back flanks"),
-    Quantity("backlash", "b_t", "m", "um", 1e6, "total normal backlash"),
-    Quantity("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
-    Quantity("center_distance", "A", "m", "mm", 1e3, "centre distance"),
-    Quantity(
-        "transmission_error_dynamic",
-        "DTE",
-        "m",
-        "um",
-        1e6,
-        "dynamic transmission error along the line of action",
-    ),
-    Quantity("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
-)
-"""Result variables with one value per mesh."""
-
-SLEEVE_VARIABLES: Final = _table(
-    Quantity("sleeve_penetration", "delta", "m", "um", 1e6, "penetration of journal into bush"),
-    Quantity("sleeve_force_x", "Fx", "N", "N", 1.0, "force of the bush on the journal along x"),
-    Quantity("sleeve_force_y", "Fy", "N", "N", 1.0, "force of the bush on the journal along y"),
-)
-"""Result variables with one value per sleeve."""
-
-RESULT_VARIABLES: Final[Mapping[str, Quantity]] = MappingProxyType(
-    {**ROTOR_VARIABLES, **MESH_VARIABLES, **SLEEVE_VARIABLES}
-)
-"""Every result variable, by name."""
+"""Result variables with one value per rotor; those of elements are in the file of each kind (`kernels.elements`)."""

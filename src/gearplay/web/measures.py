@@ -4,7 +4,6 @@ from typing import Any
 
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
-from gearplay.solver.trajectory import contact_labels
 from gearplay.vocabulary.errors import Fault, InputError
 
 KEPT = "value"
@@ -27,7 +26,7 @@ def measures(case: Case) -> list[dict[str, str]]:
     """
     rotors = {name: words for name, words in OF_ROTOR.items() if name != "line" or case.meshes}
     of = [(rotors, rotor) for rotor in case.rotors]
-    of += [(OF_CONTACT, contact) for contact in contact_labels(pack(case))]
+    of += [(OF_CONTACT, contact) for contact in pack(case).contact_labels]
     return [
         {"measure": name, "words": words, "of": element}
         for known, element in of

@@ -9,12 +9,12 @@ import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.output.files import netcdf_bytes
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
 from gearplay.web.frames import pack_frame
 from gearplay.web.measures import KEPT, reduction_of, words_of
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of

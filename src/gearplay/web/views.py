@@ -39,7 +39,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
     """
     run = runs[0]
-    time = run.time
+    since = run.time - run.first_sample
     return {
         "status": run.message,
         "finished": all(each.success for each in runs),
@@ -49,11 +49,11 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "events": sum(each.counters.events for each in runs),
         "wall_time": sum(each.wall_time for each in runs),
         "orbits": _orbits(case, run),
-        "histories": _histories(run, time - run.first_sample),
+        "histories": _histories(run, since),
         "strip": _strip(run),
         "spectra": _spectra(case, runs),
         "statistics": _statistics(runs),
-        "frames": _frames(case, run, time),
+        "frames": _frames(case, run, since),
     }
 
 
@@ -248,7 +248,7 @@ def _frames(case: Case, run: Trajectory, time: Floats) -> dict[str, Any]:
         for mesh in case.meshes
     ]
     return {
-        "t": time[at] - run.first_sample,
+        "t": time[at],
         "turns": np.mod(turns, 2.0 * math.pi),
         "rotors": np.concatenate([np.array(places), (angles - turns)[:, None]], axis=1),
         "sleeves": np.array(sleeves).reshape(len(case.sleeves), 2, at.size),

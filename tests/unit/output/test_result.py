@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
+from gearplay.model.variables import RESULT_VARIABLES
 
 
 @pytest.fixture(scope="module")

@@ -135,5 +135,5 @@ def signals_of(period_map: StrobeMap, branch: Branch, signals: Sequence[str]) ->
         observe = Observables(flow.packed, signals)
         full = np.zeros((branch.order, flow.size))
         full[:, flow.free] = orbit.states[:, : len(flow.free)]
-        rows.append([observe(flow.packed.system, 0.0, state) for state in full])
+        rows.append([observe(0.0, state) for state in full])
     return np.array(rows)

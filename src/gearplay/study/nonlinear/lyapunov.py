@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.solver.flow import Course, Flow
+from gearplay.solver.course import Course
+from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -80,7 +81,7 @@ def _exponents(
     whole: bool,
     progress: Callable[[float, float], None] | None,
 ) -> Exponents:
-    changes = np.zeros((number, flow.size + flow.sleeves))
+    changes = np.zeros((number, flow.size + flow.latches))
     random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
     changes[:, flow.free] = random.T * flow.natural[flow.free]
     course = flow.begin(flow.start(member), changes=changes, divergence=whole)
@@ -127,9 +128,9 @@ def half_width(blocks: Floats) -> float:
 
 def _orthonormalise(flow: Flow, course: Course) -> Floats:
     """Make the changes orthonormal in natural sizes; return the logarithms of how far each has grown."""
-    sleeves, changes = flow.sleeves, course.changes
+    changes = course.changes
     # Only what can change: rounding in a prescribed direction would stay while all others shrink.
-    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[:sleeves])])
+    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.latched])])
     sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
     changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.elements.table import MESH, SLEEVE
 from gearplay.kernels.layout import DRIVE_SPEED
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -66,7 +67,7 @@ class StrobeMap:
         self.family = family
         self._kept: dict[float, _Member] = {}
         first = self.member(parameter).flow
-        self.free = first.free
+        self.free, self.latched = first.free, first.latched
         self._scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
 
     @property
@@ -86,7 +87,7 @@ class StrobeMap:
     def start(self, parameter: float) -> Floats:
         """Return the case's own initial state as a state of the map."""
         flow = self.member(parameter).flow
-        return np.concatenate([flow.start()[self.free], np.zeros(flow.sleeves)])
+        return np.concatenate([flow.start()[self.free], np.zeros(flow.latches)])
 
     def settle(self, state: Floats, parameter: float, periods: int) -> Floats:
         """Return the state after some periods."""
@@ -100,23 +101,23 @@ class StrobeMap:
         free = len(self.free)
         full = np.zeros(flow.size)
         full[self.free] = state[:free]
-        return flow.go(full, period, latch=state[free:] if flow.sleeves else None, changes=changes)
+        return flow.go(full, period, latch=state[free:] if flow.latches else None, changes=changes)
 
     def _pack(self, found: Passage) -> Floats:
-        sleeves = found.latch.size
-        return np.concatenate([found.state[self.free], np.where(found.closed[:sleeves], found.latch, 0.0)])
+        held = found.closed[self.latched]
+        return np.concatenate([found.state[self.free], np.where(held, found.latch, 0.0)])
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state after one period, with the exact derivative."""
         flow, free = self.member(parameter).flow, len(self.free)
-        changes = np.zeros((state.size, flow.size + flow.sleeves))
+        changes = np.zeros((state.size, flow.size + flow.latches))
         changes[np.arange(free), self.free] = 1.0
         held = state[free:] > 0.0
-        changes[free + np.arange(flow.sleeves)[held], flow.size + np.arange(flow.sleeves)[held]] = 1.0
+        changes[free + np.arange(flow.latches)[held], flow.size + np.arange(flow.latches)[held]] = 1.0
         found = self.passage(state, parameter, changes)
-        rows = np.concatenate([self.free, flow.size + np.arange(flow.sleeves)])
+        rows = np.concatenate([self.free, flow.size + np.arange(flow.latches)])
         matrix = found.changes[:, rows].T.copy()
-        matrix[free:][~found.closed[: flow.sleeves]] = 0.0
+        matrix[free:][~found.closed[flow.latched]] = 0.0
         return Image(self._pack(found), matrix, found.log[:, 1:3].astype(np.int64))
 
 
@@ -143,7 +144,7 @@ def section_period(packed: Packed, which: str | float = "common") -> float:
     if which not in ("mesh", "shaft"):
         raise InputError(Fault("period", which, "must be common, mesh, shaft or a time in s", "Choose one"))
     _check_prescribed(packed)
-    mesh, speeds = packed.system.meshes[0], packed.system.rotors["nominal_speed"]
+    mesh, speeds = packed.system.records[MESH][0], packed.system.rotors["nominal_speed"]
     rate = abs(float(speeds[mesh["driver"]]))
     if which == "mesh":
         frame = float(speeds[mesh["frame"]]) if mesh["frame"] >= 0 else 0.0
@@ -157,7 +158,7 @@ def _check_prescribed(packed: Packed) -> None:
     """Raise `InputError` where no speed is prescribed without a ramp, or there is no mesh."""
     rotors: Any = packed.system.rotors
     prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
-    if prescribed and all(rotors[i].ramp_time == 0.0 for i in prescribed) and packed.system.meshes.size:
+    if prescribed and all(rotors[i].ramp_time == 0.0 for i in prescribed) and packed.system.records[MESH].size:
         return
     rule = (
         "must be a prescribed speed without a ramp, in a case with a mesh, for a motion that can be periodic"
@@ -179,7 +180,8 @@ def common_period(packed: Packed) -> float:
     Raises `InputError` where there is none.
     """
     rotors: Any = packed.system.rotors
-    meshes: Any = packed.system.meshes
+    meshes: Any = packed.system.records[MESH]
+    sleeves: Any = packed.system.records[SLEEVE]
     _check_prescribed(packed)
     speeds = rotors.nominal_speed
     rates = []  # [rad/s], of all that repeats
@@ -189,8 +191,7 @@ def common_period(packed: Packed) -> float:
     for i in range(rotors.size):
         if rotors[i].eccentricity > 0.0 or rotors[i].ripple_count > 0:
             rates.append(abs(speeds[i]))
-    for k in range(packed.system.sleeves.size):
-        sleeve: Any = packed.system.sleeves[k]
+    for sleeve in sleeves:
         if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
             rates.append(abs(speeds[sleeve.bush]))
     base = rates[0]

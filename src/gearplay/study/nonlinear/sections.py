@@ -11,7 +11,7 @@ from gearplay.model.case import Case
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import Observables
 from gearplay.solver.simulate import prepare
-from gearplay.solver.trajectory import all_columns, contact_labels
+from gearplay.solver.trajectory import all_columns
 from gearplay.study.nonlinear.crew import share_out
 from gearplay.study.nonlinear.period_map import Family, common_period, section_period
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
@@ -58,7 +58,7 @@ def stroboscopic_section(
     values = []
     for at in range(count):
         course.advance((skip + at) * step)
-        values.append(observe(course.system, course.time, course.state))
+        values.append(observe(course.time, course.state, course.run.branch))
     return Section(
         step * np.arange(skip, skip + count, dtype=np.float64),
         np.array(values).reshape(count, -1),
@@ -83,7 +83,7 @@ def contact_section(
     Raises `InputError` for a contact, change or signals that the case does not have.
     """
     flow = Flow(case)
-    labels = contact_labels(flow.packed)
+    labels = flow.packed.contact_labels
     if contact not in labels:
         rule = "must be a contact of this case"
         raise InputError(Fault("contact", contact, rule, f"Choose from: {', '.join(labels)}"))
@@ -100,7 +100,7 @@ def contact_section(
         for t, which, began, rate in course.advance_to_change(end):
             if int(which) == labels.index(contact) and began == CHANGES[change]:
                 times.append(t)
-                values.append(np.append(observe(course.system, course.time, course.state), rate))
+                values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
     names = (*observe.names, f"{contact}.rate")
     return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names)
 
@@ -118,7 +118,7 @@ def _deepest(flow: Flow, state: Floats) -> float:
     """Return the largest penetration [m] of a state at t = 0, NaN where its gears cannot mesh."""
     wanted = ("sleeve_penetration", "drive_penetration", "back_penetration")
     names = [f"{c.label}.{c.signal}" for c in all_columns(flow.packed) if c.signal in wanted]
-    return float(np.max(Observables(flow.packed, names)(flow.packed.system, 0.0, state), initial=-np.inf))
+    return float(np.max(Observables(flow.packed, names)(0.0, state), initial=-np.inf))
 
 
 def _positive(name: str, value: float) -> float:
@@ -198,9 +198,9 @@ def bifurcation_diagram(
                 for n in range(settle + keep):
                     course.advance((n + 1) * step)
                     if n >= settle:
-                        table[way, at, n - settle] = observe(course.system, course.time, course.state)
+                        table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
                 course.advance(_whole(flow, (settle + keep) * step))
-                state, latch = course.state.copy(), course.passage().latch
+                state, latch = course.state.copy(), course.latch.copy()
             except GearplayError as error:
                 reasons[way][at] = str(error).splitlines()[0]
                 state, latch = None, None

@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from gearplay.kernels.layout import STIFFNESS_FOURIER
+from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.contact_laws import delivered_restitution
@@ -33,7 +34,7 @@ def assumptions(case: Case, packed: Packed) -> list[Assumption]:
         case.meshes[0],
         case.sleeves["ring"],
     )
-    packed_mesh, packed_sleeve = packed.system.meshes[0], packed.system.sleeves[0]
+    packed_mesh, packed_sleeve = packed.system.records[MESH][0], packed.system.records[SLEEVE][0]
     gyration = [math.sqrt(r.inertia / r.mass) for r in (pinion, ring)]
     swing = (
         math.hypot(*packed.system.terms[packed_mesh.stiffness_start, 1:])

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns, contact_labels
+from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
 from gearplay.study.signals.levels import band_level, band_levels
 from gearplay.study.signals.lines import find_hump, find_line
 from gearplay.study.signals.record import Channel
@@ -28,7 +29,6 @@ from gearplay.study.sweeps.plan_kept import (
     StatisticReduction,
 )
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import RESULT_VARIABLES
 
 Floats = NDArray[np.float64]
 OfSignal = (
@@ -149,14 +149,14 @@ def _check_band(reduction: Any, duration: float, sampling: float) -> None:
 def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
     """Return the solver's signals for one reduction, ``element.signal``."""
     if isinstance(reduction, ContactReduction):
-        known = contact_labels(packed)
+        known = packed.contact_labels
         if reduction.contact not in known:
             raise _unknown(reduction, "contact", reduction.contact, known)
         return []
     if isinstance(reduction, JamReduction):
         names = [f"{reduction.mesh}:drive", f"{reduction.mesh}:back"]
-        if names[0] not in contact_labels(packed):
-            raise _unknown(reduction, "mesh", reduction.mesh, packed.mesh_names)
+        if names[0] not in packed.contact_labels:
+            raise _unknown(reduction, "mesh", reduction.mesh, packed.labels.get("mesh", ()))
         return [f"{reduction.mesh}.contact_state"]
     wanted = f"{reduction.at}.{INCREMENTS.get(reduction.signal, reduction.signal)}"
     try:

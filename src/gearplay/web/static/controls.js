@@ -1,5 +1,7 @@
 // Sliders and fields from the server's description of a case; a change calls back with path and SI value.
 
+import { micro } from "./plotting.js";
+
 const digits = (value) => (value === 0 ? "0" : String(Number(value.toPrecision(6))));
 const STEPS = 1000;
 
@@ -28,7 +30,7 @@ export function outOfBounds(control, value) {
 
 /** Return a field's bounds in words, "" where it has none. */
 function boundsOf({ least, most, unit }) {
-  const shown = unit.replace("um", "µm");
+  const shown = micro(unit);
   if (least !== null && most !== null) return `from ${digits(least)} to ${digits(most)} ${shown}`.trim();
   if (least !== null) return `at least ${digits(least)} ${shown}`.trim();
   return most === null ? "" : `at most ${digits(most)} ${shown}`.trim();
@@ -161,7 +163,7 @@ export class Controls {
       };
       const unit = document.createElement("span");
       unit.className = "unit";
-      unit.textContent = control.unit.replace("um", "µm");
+      unit.textContent = micro(control.unit);
       row.append(slider, field, unit);
     }
     this.rows.set(control.path, entry);

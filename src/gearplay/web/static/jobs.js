@@ -11,8 +11,8 @@ const pathsOf = (result) => result.paths ?? [result.path];
 /** Ask for a diagram or a map from its form. */
 export function submit(kind, form) {
   const fault = faultOf(form, state.controls);
-  if (fault) { tell(fault); return null; }
-  return longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
+  if (fault) { tell(fault); return; }
+  longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
 }
 
 /** Do a long job; one that goes with the server is asked for again when that is back. */

@@ -40,10 +40,15 @@ state.panel = new Controls($("controls"), (path, value) => {
   if (value === state.panel.startOf(path)) state.changes.delete(path);
   state.moved = performance.now();
   tell("");
+  changed();
+}, tell);
+
+/** Show that the case has changed, and run it. */
+function changed() {
   showTitle();
   markDiagrams();
   run();
-}, tell);
+}
 
 /** Set fields, in the units that the page shows, and run what they give. */
 state.goTo = (values) => {
@@ -52,15 +57,15 @@ state.goTo = (values) => {
 };
 
 $("find").oninput = () => { $("none").hidden = state.panel.find($("find").value); };
-$("reset").onclick = () => { state.panel.reset(); state.changes.clear(); showTitle(); markDiagrams(); run(); };
+$("reset").onclick = () => { state.panel.reset(); state.changes.clear(); changed(); };
 $("compare").onchange = run;
 
 // Cases and results ---------------------------------------------------------------------------------------------------------
 
 $("case").onchange = () => attempt(() => choose($("case").value));
-$("upload").onchange = () => attempt(async () => { try { await upload($("upload").files[0]); } finally { $("upload").value = ""; } });
-$("save").onchange = () => attempt(async () => { try { await save($("save").value); } finally { $("save").value = ""; } });
-$("history").onchange = () => attempt(async () => { try { await recall($("history").value); } finally { $("history").value = ""; } });
+for (const [name, act] of [["upload", ({ files }) => upload(files[0])], ["save", ({ value }) => save(value)], ["history", ({ value }) => recall(value)]]) {
+  $(name).onchange = () => attempt(async () => { try { await act($(name)); } finally { $(name).value = ""; } });
+}
 $("history").onblur = listResults;
 let listing = 0;
 /** Bring the list of results up to date, soon; not while its user is in it. */
@@ -118,6 +123,6 @@ setTimeout(() => plotly().catch((error) => tell(error.message)), 1500); // while
 await attempt(async () => {
   for (const name of (await askJson("/api/about")).cases) $("case").append(new Option(name, name));
 });
-let fault = "";
-try { if (await fromLink()) fault = null; } catch (error) { fault = error.message; }
-if (fault !== null) await attempt(async () => { await choose("han2021"); if (fault) tell(fault); });
+let [opened, fault] = [false, ""];
+try { opened = await fromLink(); } catch (error) { fault = error.message; }
+if (!opened) await attempt(async () => { await choose("han2021"); if (fault) tell(fault); });

@@ -78,7 +78,6 @@ export class Stage {
     this.speed = 0.05;
     this.magnify = 1;
     this.look = {}; // names of the sleeve and the mesh in the close-ups
-    this.frames = 0;
     this.last = performance.now();
     new ResizeObserver(() => this.draw()).observe(place);
     const tick = (now) => { this.step(now); requestAnimationFrame(tick); };
@@ -103,6 +102,7 @@ export class Stage {
         return { model, canvas, context: canvas.getContext("2d") };
       });
     }
+    this.colors = Object.fromEntries([...models, "ink", "soft", "line", "paper", "gear1", "gear2", "alert"].map((name) => [name, style(name)]));
     this.phases = phases(result.mechanism);
     this.paths = new Map();
     const [xs, ys] = [[], []];
@@ -130,7 +130,6 @@ export class Stage {
     const passed = Math.min(0.1, (now - this.last) / 1000);
     this.last = now;
     if (!this.result || !this.playing || document.hidden) return;
-    this.frames += 1;
     const length = this.span[1] - this.span[0];
     this.at = (this.at + (passed * this.speed) / Math.max(length, 1e-9)) % 1;
     this.draw();
@@ -152,8 +151,7 @@ export class Stage {
     if (!canvas.clientWidth) return; // on a tab that is not shown
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
-    const colors = Object.fromEntries(["ink", "soft", "line", "paper", "gear1", "gear2", "alert"].map((name) => [name, style(name)]));
-    const view = { ...this.result.models[model].frames, i: frameAt(t, this.time), color: style(model), ...colors };
+    const view = { ...this.result.models[model].frames, ...this.colors, i: frameAt(t, this.time), color: this.colors[model] };
     const close = [this.sleeveWindow(), this.meshWindow()].filter((each) => each);
     const column = close.length ? Math.round(Math.min(0.38 * width, 0.55 * height)) : 0;
     c.setTransform(1, 0, 0, 1, 0, 0);

@@ -1,5 +1,7 @@
 // What the parts of the page share: the case as it stands, what is shown, and words to the user.
 
+import { micro } from "./plotting.js";
+
 export const $ = (name) => document.getElementById(name);
 
 export const state = {
@@ -34,7 +36,7 @@ export function current() {
 export function note() {
   const words = [...state.changes].map(([path, value]) => {
     const { owner, label, unit, factor, kind } = state.controls.find((each) => each.path === path);
-    const shown = kind === "number" ? `${Number((value * factor).toPrecision(6))} ${unit.replace("um", "µm")}`.trim() : value;
+    const shown = kind === "number" ? `${Number((value * factor).toPrecision(6))} ${micro(unit)}`.trim() : value;
     return `${owner} ${label} ${shown}`.trim();
   });
   const rest = words.length > 4 ? `, and ${words.length - 4} more` : "";
@@ -43,7 +45,8 @@ export function note() {
 
 export function showTitle() {
   $("title").textContent = state.base.title || "untitled";
-  $("changes").textContent = note() ? `changed: ${note()}` : "";
+  const words = note();
+  $("changes").textContent = words && `changed: ${words}`;
 }
 
 /** Fetch from the server; errors are sentences for the user. */

@@ -7,7 +7,8 @@ export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRe
 
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
 export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-export const shownUnit = (unit) => (unit || "1").replace("um", "µm");
+export const micro = (unit) => unit.replace("um", "µm");
+export const shownUnit = (unit) => micro(unit || "1");
 export const scaled = (array, factor) => Float64Array.from(array, (value) => value * factor);
 
 // SI as results are, to what is read easily: unit and factor.
@@ -34,11 +35,11 @@ export async function plotly() {
 export const axis = (words, more = {}) => ({ gridcolor: style("grid"), zerolinecolor: style("line"), linecolor: style("line"), exponentformat: "power",
   title: { text: words }, ...more });
 
-/** Return a layout in the colours of the page. */
+/** Return a layout in the colours of the page; `uirevision` in it says what of zoom and legend is kept from drawing to drawing. */
 export function layout(more) {
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: style("ink"), size: 12 },
     margin: { l: 74, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true,
-    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant" }, hovermode: "closest", uirevision: "keep", ...more,
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant" }, hovermode: "closest", ...more,
   };
 }

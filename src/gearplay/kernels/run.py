@@ -5,19 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import (
-    CONTACT_COLUMNS,
-    MESH_SIGNALS,
-    OUT_SIZE,
-    ROTOR_SIGNALS,
-    SLEEVE_SIGNALS,
-    System,
-    contact_count,
-    mode_count,
-    switch_count,
-)
+from gearplay.kernels.elements.table import KINDS
+from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System, members
+from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
+from gearplay.kernels.switches import make_branch
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,21 +19,21 @@ Ints = NDArray[np.int64]
 DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
-# Slots of Motion.clock [s] and Motion.counts.
+# Slots of Run.clock [s] and Run.counts.
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED = range(8)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
-PER_ROTOR, PER_SLEEVE, PER_MESH = len(ROTOR_SIGNALS), len(SLEEVE_SIGNALS), len(MESH_SIGNALS)
-ROTOR_STATES = 6  # of a rotor's signals: the accelerations need the forces
+# Columns of Run.tallies, one row per contact, and of Run.log.
+TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX = range(7)
+TALLIES = 7
+LOG_COLUMNS = 4
 
-# Columns of Motion.tallies, one row per contact.
-TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX = 0, 1, 2, 3, 4, 5, 6
 
-
-class Motion(NamedTuple):
-    """A run in progress, as plain arrays; made by `make_motion`."""
+class Run(NamedTuple):
+    """A run in progress, as plain arrays; made by `make_run`."""
 
     roster: Roster
+    branch: Branch
     clock: Floats  # [s], slots above
     counts: Ints
     y: Floats
@@ -48,24 +41,20 @@ class Motion(NamedTuple):
     y_try: Floats
     stages: Floats  # [7, state]
     dy_try: Floats
-    modes: Ints
-    latch: Floats  # [m/s], per sleeve
-    contacts: Floats  # at the end of the last step tried
-    contacts_0: Floats  # at its start
-    contacts_try: Floats
-    force: Floats
-    out: Floats
-    g_0: Floats
+    loads: Loads  # at the end of the last step tried
+    loads_0: Loads  # at its start
+    loads_try: Loads
+    g_0: Floats  # switch functions at the same three states
     g_1: Floats
     g_try: Floats
     scale: Floats  # allowed local error per state
+    depths: Floats  # how far beyond zero a step may end, per contact [m or rad]
     natural: Floats  # natural size per state
     stops: Floats  # [s], sorted times where the right-hand side jumps
     tallies: Floats
     columns: Ints  # which signals to keep
     wanted_rotors: Ints  # lists (first entry: length) of what those signals are computed from
-    wanted_sleeves: Ints
-    wanted_meshes: Ints
+    wanted_elements: Ints
     row: Floats
     times: Floats  # [s] of a block of samples
     rows: Floats  # [columns, sample] sampled signals
@@ -73,33 +62,33 @@ class Motion(NamedTuple):
 
 
 def signal_count(system: System) -> int:
-    """Return the length of a full row: 8 signals a rotor, 3 a sleeve, 9 a mesh (names in `layout`)."""
+    """Return the length of a full row: the signals of every rotor, then of every element (names in their tables)."""
     return int(
-        PER_ROTOR * system.rotors.size + PER_SLEEVE * system.sleeves.size + PER_MESH * system.meshes.size
+        PER_ROTOR * system.rotors.size + sum(len(KINDS[e["kind"]].file.SIGNALS) for e in system.elements)
     )
 
 
-def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, Ints, bool]:
-    """Return what the kept columns are computed from: rotors, sleeves, meshes, and whether forces are needed."""
-    n, n_s = system.rotors.size, system.sleeves.size
-    first_sleeve, first_mesh = PER_ROTOR * n, PER_ROTOR * n + PER_SLEEVE * n_s
-    of_rotors = columns[columns < first_sleeve]
-    rotors = set(of_rotors // PER_ROTOR)
-    sleeves = set((columns[(columns >= first_sleeve) & (columns < first_mesh)] - first_sleeve) // PER_SLEEVE)
-    meshes = set((columns[columns >= first_mesh] - first_mesh) // PER_MESH)
-    for k in sleeves:
-        rotors |= {system.sleeves[k]["journal"], system.sleeves[k]["bush"]}
-    for j in meshes:
-        rotors |= {system.meshes[j][key] for key in ("a", "b", "frame")}
-
-    def listed(items: set[int]) -> Ints:
-        return np.array([len(items), *sorted(items)], dtype=np.int64)
-
-    forces = bool(sleeves or meshes or np.any(of_rotors % PER_ROTOR >= ROTOR_STATES))
-    return listed(rotors - {-1}), listed(sleeves), listed(meshes), forces
+def _listed(items: set[int]) -> Ints:
+    return np.array([len(items), *sorted(items)], dtype=np.int64)
 
 
-def make_motion(
+def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, bool]:
+    """Return what the kept columns are computed from: rotors, elements, and whether forces are needed."""
+    first = PER_ROTOR * system.rotors.size
+    of_rotors = columns[columns < first]
+    rotors = {int(i) for i in of_rotors // PER_ROTOR}
+    elements = {
+        e
+        for e, element in enumerate(system.elements)
+        if any(0 <= c - element["signal"] < len(KINDS[element["kind"]].file.SIGNALS) for c in columns)
+    }
+    for e in elements:
+        rotors |= {int(i) for i in members(system, e)}
+    forces = bool(elements or np.any(of_rotors % PER_ROTOR >= AX))  # accelerations need the forces
+    return _listed(rotors - {-1}), _listed(elements), forces
+
+
+def make_run(
     system: System,
     y_0: Floats,
     natural: Floats,
@@ -110,20 +99,15 @@ def make_motion(
     log_capacity: int,
     tolerance: float,
     fixed_step: float | None = None,
-) -> Motion:
+) -> Run:
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
     ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
     that length (`fixed_steps`).
     """
     columns = np.array(columns, dtype=np.int64)
-    rotors, sleeves, meshes, forces = _wanted(system, columns)
-    n, n_c, n_g = y_0.size, contact_count(system), switch_count(system)
-    n_r = system.rotors.size
-
-    def table() -> Floats:
-        return np.zeros((n_c, CONTACT_COLUMNS))
-
+    rotors, elements, forces = _wanted(system, columns)
+    n, n_g = y_0.size, system.switches.size
     clock = np.zeros(8)
     clock[H_RESTART] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
@@ -134,8 +118,11 @@ def make_motion(
     if fixed_step is not None:
         clock[FIXED] = fixed_step
         roster.grounded[0] = 1
-    return Motion(
+    loads = make_loads(system)
+    contacts = np.zeros((2, *loads.contacts.shape))
+    return Run(
         roster=roster,
+        branch=make_branch(system),
         clock=clock,
         counts=counts,
         y=np.array(y_0, dtype=np.float64),
@@ -143,26 +130,22 @@ def make_motion(
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         dy_try=np.zeros(n),
-        modes=np.zeros(mode_count(system), dtype=np.int64),
-        latch=np.zeros(system.sleeves.size),
-        contacts=table(),
-        contacts_0=table(),
-        contacts_try=table(),
-        force=np.zeros((n_r, 3)),
-        out=np.zeros(OUT_SIZE),
+        loads=loads,
+        loads_0=loads._replace(contacts=contacts[0]),
+        loads_try=loads._replace(contacts=contacts[1]),
         g_0=np.zeros(n_g),
         g_1=np.zeros(n_g),
         g_try=np.zeros(n_g),
         scale=tolerance * natural,
+        depths=0.1 * (tolerance * np.array(system.contacts["size"])),
         natural=np.array(natural, dtype=np.float64),
         stops=np.array(stops, dtype=np.float64),
-        tallies=np.zeros((n_c, 7)),
+        tallies=np.zeros((system.contacts.size, TALLIES)),
         columns=columns,
         wanted_rotors=rotors,
-        wanted_sleeves=sleeves,
-        wanted_meshes=meshes,
+        wanted_elements=elements,
         row=np.zeros(signal_count(system)),
         times=np.zeros(256),
         rows=rows,
-        log=np.zeros((log_capacity, 4)),
+        log=np.zeros((log_capacity, LOG_COLUMNS)),
     )

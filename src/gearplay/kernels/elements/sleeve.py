@@ -1,0 +1,399 @@
+"""A sleeve: a journal in a bush with radial clearance, on the ground or on another rotor (docs/theory, section 3).
+
+One contact. Where the bush is carried, ``damping`` acts between journal and bush, touching or not.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.advancement import (
+    PASSES,
+    RESOLUTION,
+    STAYS_OPEN,
+    TOUCHES,
+    open_span,
+    rotor_bounds,
+)
+from gearplay.kernels.bed import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.layout import (
+    FORCE,
+    FORCE_X,
+    FORCE_Y,
+    LOADED,
+    MARGIN,
+    PENETRATION,
+    RATE,
+    Branch,
+    Loads,
+    Signal,
+    System,
+    latch_of,
+    omega_of,
+    spin_of,
+    theta_of,
+    turn_of,
+    vx_of,
+    vy_of,
+    x_of,
+    y_of,
+)
+from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
+
+Floats = NDArray[np.float64]
+
+KIND = 1
+RECORD = np.dtype(
+    [
+        ("clearance", "f8"),  # m, radius difference
+        ("stiffness", "f8"),  # N/m^n
+        ("exponent", "f8"),  # n
+        ("dissipation", "f8"),  # a of F = K delta^n (1 + a ddelta/v_in)
+        ("friction", "f8"),  # Coulomb coefficient
+        ("friction_speed", "f8"),  # m/s
+        ("shaft_radius", "f8"),  # m
+        ("bed_stiffness", "f8"),  # N/m^k/rad
+        ("bed_exponent", "f8"),  # k
+        ("damping", "f8"),  # N s/m, of the journal against a carried bush
+        ("offset_x", "f8"),  # m, bush on its carrier at zero rotation
+        ("offset_y", "f8"),
+        ("journal", "i8"),  # rotor
+        ("bush", "i8"),  # rotor, -1 for the ground
+        ("bed", "i8"),
+    ],
+    align=True,
+)
+SIGNALS = (
+    Signal("sleeve_penetration", "delta", "m", "um", 1e6, "penetration of journal into bush", True),
+    Signal("sleeve_force_x", "Fx", "N", "N", 1.0, "force of the bush on the journal along x"),
+    Signal("sleeve_force_y", "Fy", "N", "N", 1.0, "force of the bush on the journal along y"),
+)
+MEMORY: tuple[float, ...] = ()
+MODES = 0
+PER_CONTACT = 2  # switches: touch, pull
+
+# Slots of the scratch: penetration [m], its rate [m/s], direction u, sliding speed [m/s], the bush's arm on its carrier [m],
+# velocity [m/s] of the journal's centre against the bush, its part across u.
+DELTA, DELTA_RATE, U_X, U_Y, SLIDING, ARM_X, ARM_Y, V_X, V_Y, ACROSS = range(10)
+
+
+@compiled_inline
+def signed_power(x: float, n: float) -> float:
+    """Return sign(x) |x|^n: a smooth continuation of x^n for stages that look behind a release."""
+    if n == 1.5:
+        return x * math.sqrt(abs(x))
+    if n == 1.0:
+        return x
+    return math.copysign(abs(x) ** n, x)
+
+
+@compiled_inline
+def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float]:
+    """Return the normal force [N] and its margin (positive while pressing) at penetration delta [m].
+
+    F = K delta^n (1 + a ddelta/v_in), equations (7)-(11) with the damping of (10) written as the factor ``a``;
+    the conformal bed (12)-(14) replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the latched impact speed.
+    As printed, the bed's damping C = a K delta_m^n / v_in is the same at every angle.
+    """
+    margin = 1.0 + sleeve.dissipation * rate / v_in
+    if sleeve.bed == BED_NONE:
+        return sleeve.stiffness * signed_power(delta, sleeve.exponent) * margin, margin
+    if delta <= 0.0:
+        return 0.0, margin
+    elastic, opening = bed_integrals(delta, sleeve.clearance, sleeve.shaft_radius, sleeve.bed_exponent)
+    if sleeve.bed == BED_AS_PRINTED:
+        damping = sleeve.dissipation * sleeve.stiffness * delta**sleeve.exponent / v_in
+        force = sleeve.stiffness * elastic + damping * rate * opening
+        return force, force
+    return sleeve.bed_stiffness * elastic * margin, margin
+
+
+@compiled
+def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float, float]:
+    """Return the derivatives of `sleeve_force` by delta [N/m], rate and v_in [N s/m]."""
+    margin, by_rate = 1.0 + sleeve.dissipation * rate / v_in, sleeve.dissipation / v_in
+    by_latch = -by_rate * rate / v_in
+    if sleeve.bed == BED_NONE:
+        force = sleeve.stiffness * signed_power(delta, sleeve.exponent)
+        steepness = sleeve.exponent * (
+            math.sqrt(abs(delta)) if sleeve.exponent == 1.5 else abs(delta) ** (sleeve.exponent - 1.0)
+        )
+        return sleeve.stiffness * steepness * margin, force * by_rate, force * by_latch
+    if delta <= 0.0:
+        return 0.0, 0.0, 0.0
+    c, R, k = sleeve.clearance, sleeve.shaft_radius, sleeve.bed_exponent
+    elastic, opening = bed_integrals(delta, c, R, k)
+    stiffer, wider = bed_slopes(delta, c, R, k)
+    if sleeve.bed == BED_AS_PRINTED:
+        damping = by_rate * sleeve.stiffness * delta**sleeve.exponent
+        grown = sleeve.exponent * damping / delta
+        return (
+            sleeve.stiffness * stiffer + (grown * opening + damping * wider) * rate,
+            damping * opening,
+            -damping * rate * opening / v_in,
+        )
+    pressed = sleeve.bed_stiffness * elastic
+    return sleeve.bed_stiffness * stiffer * margin, pressed * by_rate, pressed * by_latch
+
+
+@compiled_inline
+def sleeve_geometry(system: System, e: int, t: float, y: Floats, out: Floats) -> None:
+    """Fill ``out`` with the kinematics of sleeve e at state y.
+
+    Equations (1), (2): e is the journal's displacement in the bush, delta = |e| - c. A bush on a carrier turns with it.
+    """
+    sleeve = system.records[KIND][system.elements[e].index]
+    j = sleeve.journal
+    e_x, e_y, v_x, v_y = y[x_of(j)], y[y_of(j)], y[vx_of(system, j)], y[vy_of(system, j)]
+    arm_x, arm_y, bush_spin = 0.0, 0.0, 0.0
+    if sleeve.bush >= 0:
+        i = sleeve.bush
+        turn = turn_of(system, i, t, y)
+        bush_spin = spin_of(system, i, y)
+        # cos(turn) - 1 by the half angle: the journal's orbit must not cancel against 1
+        cosine, sine = math.cos(0.5 * turn), math.sin(0.5 * turn)
+        c_1, sn = -2.0 * sine * sine, 2.0 * sine * cosine
+        shift_x = c_1 * sleeve.offset_x - sn * sleeve.offset_y
+        shift_y = sn * sleeve.offset_x + c_1 * sleeve.offset_y
+        arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
+        e_x -= y[x_of(i)] + shift_x
+        e_y -= y[y_of(i)] + shift_y
+        v_x -= y[vx_of(system, i)] - bush_spin * arm_y
+        v_y -= y[vy_of(system, i)] + bush_spin * arm_x
+    length = math.sqrt(e_x * e_x + e_y * e_y)
+    u_x, u_y = (e_x / length, e_y / length) if length > 0.0 else (1.0, 0.0)
+    out[DELTA] = length - sleeve.clearance
+    out[DELTA_RATE] = v_x * u_x + v_y * u_y
+    out[U_X], out[U_Y] = u_x, u_y
+    spin = spin_of(system, j, y)
+    out[SLIDING] = (
+        -v_x * u_y
+        + v_y * u_x
+        + spin * sleeve.shaft_radius
+        - bush_spin * (sleeve.shaft_radius + sleeve.clearance)
+    )
+    out[ARM_X], out[ARM_Y] = arm_x, arm_y
+    out[V_X], out[V_Y] = v_x, v_y
+    out[ACROSS] = -v_x * u_y + v_y * u_x
+
+
+@compiled_inline
+def _press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Do what `press` does; return the tangential force [N] on the journal."""
+    element, contacts, out = system.elements[e], loads.contacts, loads.out
+    sleeve, k = system.records[KIND][element.index], element.contact
+    sleeve_geometry(system, e, t, y, out)
+    delta, rate = out[DELTA], out[DELTA_RATE]
+    normal, margin = sleeve_force(sleeve, delta, rate, branch.latch[system.contacts[k].latch])
+    contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
+    f_x, f_y, tangential = 0.0, 0.0, 0.0
+    if branch.modes[k] == LOADED:
+        if sleeve.friction > 0.0:
+            tangential = -sleeve.friction * normal * smooth_sign(out[SLIDING] / sleeve.friction_speed)
+        f_x = -normal * out[U_X] - tangential * out[U_Y]
+        f_y = -normal * out[U_Y] + tangential * out[U_X]
+    else:
+        normal = 0.0
+    if sleeve.damping > 0.0:
+        f_x -= sleeve.damping * out[V_X]
+        f_y -= sleeve.damping * out[V_Y]
+    contacts[k, FORCE], contacts[k, FORCE_X], contacts[k, FORCE_Y] = normal, f_x, f_y
+    return tangential
+
+
+@compiled_inline
+def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill sleeve e's row of the contact table at (t, y); return 0."""
+    _press(system, e, t, y, branch, loads)
+    return 0
+
+
+@compiled_inline
+def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Add sleeve e's forces to the sums on its rotors, its row of the contact table filled; return 0."""
+    tangential = _press(system, e, t, y, branch, loads)
+    element, out, force = system.elements[e], loads.out, loads.rotors
+    sleeve, k = system.records[KIND][element.index], element.contact
+    if branch.modes[k] != LOADED and sleeve.damping == 0.0:
+        return 0
+    f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+    j = sleeve.journal
+    force[j, 0] += f_x
+    force[j, 1] += f_y
+    force[j, 2] += sleeve.shaft_radius * tangential
+    if sleeve.bush >= 0:
+        b = sleeve.bush
+        force[b, 0] -= f_x
+        force[b, 1] -= f_y
+        force[b, 2] -= out[ARM_X] * f_y - out[ARM_Y] * f_x
+        force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
+    return 0
+
+
+@compiled_inline
+def stay_open(
+    system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+) -> tuple[int, float]:
+    """Return what sleeve e's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
+
+    Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
+    """
+    element = system.elements[e]
+    sleeve = system.records[KIND][element.index]
+    sleeve_geometry(system, e, t, y, out)
+    delta, rate = out[DELTA], out[DELTA_RATE]
+    c = sleeve.clearance
+    if delta >= 0.0 and rate > 0.0:
+        return TOUCHES, 0.0
+    a, _, _ = rotor_bounds(system, sleeve.journal, y)
+    arm, b_a, b_alpha, b_spin = 0.0, 0.0, 0.0, 0.0
+    if sleeve.bush >= 0:
+        b_a, b_alpha, b_spin = rotor_bounds(system, sleeve.bush, y)
+        arm = math.sqrt(sleeve.offset_x * sleeve.offset_x + sleeve.offset_y * sleeve.offset_y)
+    speed = math.sqrt(rate * rate + out[ACROSS] * out[ACROSS])
+    q, q_rate = min(delta, 0.0) * (delta + 2.0 * c), 2.0 * (delta + c) * rate
+    slack = RESOLUTION * system.contacts[element.contact].size
+    over, best = longest, 0.0
+    for _ in range(PASSES):
+        spin = b_spin + b_alpha * over
+        pull = a + b_a + arm * (spin * spin + b_alpha)
+        fastest = speed + pull * over
+        bend = 2.0 * (fastest * fastest + c * pull)
+        span = open_span(q - 2.0 * slack * c, q_rate, bend)
+        if span >= over:
+            return STAYS_OPEN, over
+        best = max(best, span)
+        over = max(math.sqrt(over * span), span)
+    return STAYS_OPEN, best
+
+
+# Columns of a sleeve's row of slopes: geometry, force and its derivatives by penetration, rate and latched speed; friction.
+S_U_X, S_U_Y, INV_L, V_U, V_N, S_ARM_X, S_ARM_Y, SPIN = range(8)
+N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(8, 17)
+SLOPES = 17
+
+
+@compiled
+def linearise(
+    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
+) -> int:
+    """Fill sleeve e's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
+    _press(system, e, t, y, branch, loads)
+    element, out = system.elements[e], loads.out
+    sleeve, k = system.records[KIND][element.index], element.contact
+    delta, rate, u_x, u_y = out[DELTA], out[DELTA_RATE], out[U_X], out[U_Y]
+    length = delta + sleeve.clearance
+    row[S_U_X], row[S_U_Y], row[V_U], row[V_N] = u_x, u_y, rate, out[ACROSS]
+    row[INV_L] = 1.0 / length if length > 0.0 else 0.0
+    row[S_ARM_X], row[S_ARM_Y], row[SPIN] = out[ARM_X], out[ARM_Y], 0.0
+    if sleeve.bush >= 0:
+        row[SPIN] = spin_of(system, sleeve.bush, y)
+    for c in range(N, SLOPES):
+        row[c] = 0.0
+    if branch.modes[k] == LOADED:
+        v_in = branch.latch[system.contacts[k].latch]
+        row[N], _ = sleeve_force(sleeve, delta, rate, v_in)
+        row[N_D], row[N_R], row[N_V] = sleeve_force_slopes(sleeve, delta, rate, v_in)
+        if sleeve.friction > 0.0:
+            u = out[SLIDING] / sleeve.friction_speed
+            row[DRAG_N] = -sleeve.friction * smooth_sign(u)
+            row[DRAG] = row[DRAG_N] * row[N]
+            row[DRAG_S] = -sleeve.friction * row[N] * smooth_sign_slope(u) / sleeve.friction_speed
+    row[F_X], row[F_Y] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+    return 0
+
+
+@compiled_inline
+def _motion_change(sleeve: Any, system: System, row: Floats, z: Floats) -> tuple[float, float, float, float]:
+    """Return what a change z of the state changes in the journal's displacement [m] and velocity [m/s] in the bush."""
+    j = sleeve.journal
+    e_x, e_y, v_x, v_y = z[x_of(j)], z[y_of(j)], z[vx_of(system, j)], z[vy_of(system, j)]
+    if sleeve.bush >= 0:
+        b = sleeve.bush
+        turn, spin = z[theta_of(b)], z[omega_of(system, b)]
+        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+        e_x -= z[x_of(b)] - arm_y * turn
+        e_y -= z[y_of(b)] + arm_x * turn
+        v_x -= z[vx_of(system, b)] - arm_y * spin - row[SPIN] * arm_x * turn
+        v_y -= z[vy_of(system, b)] + arm_x * spin - row[SPIN] * arm_y * turn
+    return e_x, e_y, v_x, v_y
+
+
+@compiled
+def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+    """Return what a change z changes in sleeve e's penetration [m] and its rate [m/s], and that rate."""
+    sleeve = system.records[KIND][system.elements[e].index]
+    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
+    u_x, u_y = row[S_U_X], row[S_U_Y]
+    swing = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
+    return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * swing, row[V_U]
+
+
+@compiled
+def add_change(
+    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+) -> None:
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and latched speeds changes in sleeve e's forces."""
+    element = system.elements[e]
+    sleeve, k = system.records[KIND][element.index], element.contact
+    loaded = branch.modes[k] == LOADED
+    if not loaded and sleeve.damping == 0.0:
+        return
+    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
+    j, b, R = sleeve.journal, sleeve.bush, sleeve.shaft_radius
+    f_x, f_y, pull = 0.0, 0.0, 0.0
+    if loaded:
+        u_x, u_y = row[S_U_X], row[S_U_Y]
+        swing = (-e_x * u_y + e_y * u_x) * row[INV_L]
+        delta = e_x * u_x + e_y * u_y
+        rate = v_x * u_x + v_y * u_y + row[V_N] * swing
+        latched = z[latch_of(z, branch.latch, system.contacts[k].latch)]
+        normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * latched
+        if sleeve.friction > 0.0:
+            sliding = -v_x * u_y + v_y * u_x - row[V_U] * swing + R * z[omega_of(system, j)]
+            if b >= 0:
+                sliding -= (R + sleeve.clearance) * z[omega_of(system, b)]
+            pull = row[DRAG_N] * normal + row[DRAG_S] * sliding
+        # f = -N u + T n with n across u; dn = -u dswing
+        f_x = -normal * u_x - pull * u_y + (row[N] * u_y - row[DRAG] * u_x) * swing
+        f_y = -normal * u_y + pull * u_x - (row[N] * u_x + row[DRAG] * u_y) * swing
+    if sleeve.damping > 0.0:
+        f_x -= sleeve.damping * v_x
+        f_y -= sleeve.damping * v_y
+    force[j, 0] += f_x
+    force[j, 1] += f_y
+    force[j, 2] += R * pull
+    if b >= 0:
+        turn = z[theta_of(b)]
+        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+        force[b, 0] -= f_x
+        force[b, 1] -= f_y
+        force[b, 2] -= arm_x * f_y - arm_y * f_x - turn * (arm_y * row[F_Y] + arm_x * row[F_X])
+        force[b, 2] -= (R + sleeve.clearance) * pull
+
+
+@compiled_inline
+def may_return(
+    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
+    g_0: Floats, g_1: Floats,
+) -> bool:  # fmt: skip
+    """Return whether switch s of sleeve e, not positive at both ends of a step of h [s], may be so in between."""
+    return False
+
+
+@compiled_inline
+def observe(
+    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+) -> None:
+    """Fill sleeve e's signals of a full ``row``; where it acts its row of the contact table is of (t, y)."""
+    element = system.elements[e]
+    at, k = element.signal, element.contact
+    if acting:
+        row[at] = loads.contacts[k, PENETRATION]
+        row[at + 1], row[at + 2] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+        return
+    sleeve_geometry(system, e, t, y, loads.out)
+    row[at], row[at + 1], row[at + 2] = loads.out[DELTA], 0.0, 0.0

@@ -1,0 +1,221 @@
+"""The kinds of elements, and the one place that tells them apart: each question to an element is passed on to its file.
+
+numba knows no virtual calls, so a question is a chain of ifs. Everything above speaks of elements and never of a kind.
+`KINDS` makes sure that no kind leaves a question open; `tests/elements` asks all of them.
+"""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import mesh, servo, sleeve
+from gearplay.kernels.layout import Branch, Loads, System
+from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SERVO, SLEEVE, MESH = servo.KIND, sleeve.KIND, mesh.KIND
+
+# What the file of every kind must say: its record and the sizes of its entries, and the questions that it must answer.
+FACTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
+QUESTIONS = (
+    "press",  # gaps, rates, margins and forces of its contacts
+    "act",  # forces on its rotors
+    "stay_open",  # a time for which no touch can come in flight
+    "may_return",  # what a switch function may hide between the ends of a step
+    "linearise",  # slopes of `act`
+    "add_change",  # what a change of the state changes in the forces
+    "crossing",  # and in a switch function
+    "observe",  # signals
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of element, by the name of its dimension in results, and the file that answers for it."""
+
+    name: str
+    file: ModuleType
+
+    def __post_init__(self) -> None:
+        lacking = [word for word in FACTS + QUESTIONS if not hasattr(self.file, word)]
+        if lacking:
+            raise TypeError(f"{self.file.__name__} says nothing of {', '.join(lacking)}")
+
+
+KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh))
+
+
+@compiled_inline
+def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill element e's rows of the contact table at (t, y); return 1 where its geometry fails."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.press(system, e, t, y, branch, loads)
+    if kind == MESH:
+        return mesh.press(system, e, t, y, branch, loads)
+    return servo.press(system, e, t, y, branch, loads)
+
+
+@compiled_inline
+def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Add element e's forces to the sums on its rotors and fill the rates of its own states; 1 where its geometry fails."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.act(system, e, t, y, branch, loads, dy)
+    if kind == MESH:
+        return mesh.act(system, e, t, y, branch, loads, dy)
+    return servo.act(system, e, t, y, branch, loads, dy)
+
+
+@compiled_inline
+def stay_open(
+    system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+) -> tuple[int, float]:
+    """Return what element e's gaps do at (t, y) between rotors that fly, and for how long [s] they surely stay open."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.stay_open(system, e, t, y, branch, longest, out)
+    if kind == MESH:
+        follow_orbit(system, e, y, branch.memory)
+        return mesh.stay_open(system, e, t, y, branch, longest, out)
+    return servo.stay_open(system, e, t, y, branch, longest, out)
+
+
+@compiled_inline
+def forcing_rate(system: System, e: int, t: float, y: Floats) -> float:
+    """Return the highest angular frequency [rad/s] with which element e forces its rotors."""
+    if system.elements[e].kind == MESH:
+        return mesh.forcing_rate(system, e, t, y)
+    return 0.0
+
+
+@compiled_inline
+def start_step(system: System, e: int, t: float, y: Floats, branch: Branch) -> None:
+    """Let element e note what the stages of a step from (t, y) need."""
+    if system.elements[e].kind == MESH:
+        know_angles(system, e, t, y, branch.memory)
+
+
+@compiled_inline
+def end_step(system: System, e: int, y: Floats, branch: Branch) -> None:
+    """Let element e follow the state that a step ended with."""
+    if system.elements[e].kind == MESH:
+        follow_orbit(system, e, y, branch.memory)
+
+
+@compiled_inline
+def own_switch(system: System, e: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return switch function s of element e that is neither touch nor pull, its rows of the contact table filled."""
+    if system.elements[e].kind == MESH:
+        return mesh.own_switch(system, e, s, t, y, branch, loads)
+    return servo.own_switch(system, e, s, t, y, branch, loads)
+
+
+@compiled
+def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Branch) -> None:
+    """Change the mode that switch s of element e guards."""
+    if system.elements[e].kind == MESH:
+        mesh.switch_own(system, e, s, t, y, branch)
+    else:
+        servo.switch_own(system, e, s, t, y, branch)
+
+
+@compiled_inline
+def may_return(
+    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
+    g_0: Floats, g_1: Floats,
+) -> bool:  # fmt: skip
+    """Return whether pull or own switch s of element e, not positive at both ends of a step of h [s], may be so in between.
+
+    ``loads_0`` and ``loads`` are those of its start and end, ``stages`` the derivatives of the state on the way.
+    """
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+    if kind == MESH:
+        return mesh.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+    return servo.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+
+
+@compiled
+def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set element e's own modes from the state alone, its rows of the contact table filled."""
+    kind = system.elements[e].kind
+    if kind == MESH:
+        mesh.settle(system, e, t, y, branch, loads)
+    elif kind == SERVO:
+        servo.settle(system, e, t, y, branch, loads)
+
+
+@compiled
+def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch) -> None:
+    """Set the own modes of element e with which a touch of its contact k begins."""
+    if system.elements[e].kind == MESH:
+        mesh.settle_touch(system, e, k, t, y, branch)
+
+
+@compiled
+def linearise(
+    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
+) -> int:
+    """Fill element e's row of slopes at (t, y); return 1 where its geometry fails."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.linearise(system, e, t, y, branch, loads, row)
+    if kind == MESH:
+        return mesh.linearise(system, e, t, y, branch, loads, row)
+    return servo.linearise(system, e, t, y, branch, loads, row)
+
+
+@compiled
+def add_change(
+    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+) -> None:
+    """Add to ``force`` [rotor, (N, N, N m)], and fill in ``dz``, what a change z changes in element e's answer to `act`."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        sleeve.add_change(system, e, row, z, branch, force, dz)
+    elif kind == MESH:
+        mesh.add_change(system, e, row, z, branch, force, dz)
+    else:
+        servo.add_change(system, e, row, z, branch, force, dz)
+
+
+@compiled
+def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+    """Return what a change z changes in switch function s of element e (its touches: the penetrations) and in its rate, and
+    that rate.
+    """
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        return sleeve.crossing(system, e, s, row, z)
+    if kind == MESH:
+        return mesh.crossing(system, e, s, row, z)
+    return servo.crossing(system, e, s, row, z)
+
+
+@compiled
+def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
+    """Return the switch at which element e's force has just jumped, by its modes before and now; -1 for none."""
+    if system.elements[e].kind == MESH:
+        return mesh.jump(system, e, before, modes)
+    return -1
+
+
+@compiled_inline
+def observe(
+    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+) -> None:
+    """Fill element e's signals of a full ``row``; where it acts its rows of the contact table are of (t, y)."""
+    kind = system.elements[e].kind
+    if kind == SLEEVE:
+        sleeve.observe(system, e, t, y, branch, loads, acting, row)
+    elif kind == MESH:
+        mesh.observe(system, e, t, y, branch, loads, acting, row)
+    else:
+        servo.observe(system, e, t, y, branch, loads, acting, row)

@@ -1,0 +1,122 @@
+"""What an event does to small changes of the state: the saltation of the derivatives' jump, and latched impact speeds.
+
+A change of the instant of an event, dt = -dh / h' of the function h that crosses zero, lets the other derivative hold for that
+long (docs/theory, T19).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import table
+from gearplay.kernels.flight import flight_rates
+from gearplay.kernels.layout import (
+    ACTIVE,
+    FLYING,
+    OPEN,
+    TOUCH,
+    Branch,
+    System,
+    is_acting,
+    latch_of,
+    members,
+    omega_of,
+    theta_of,
+    vx_of,
+    vy_of,
+    x_of,
+)
+from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.roster import Roster
+from gearplay.kernels.run import Run, T
+from gearplay.kernels.tangent_state import Tangent, read_state
+
+Floats = NDArray[np.float64]
+
+
+@compiled
+def carry_over(system: System, run: Run, tangent: Tangent) -> int:
+    """Carry the changes over the event at which the step ended, if there was one; return 1 where a pair cannot mesh."""
+    t, before, modes = run.clock[T], tangent.branch.modes, run.branch.modes
+    read_state(system, run, tangent.y)
+    for s in range(system.switches.size):
+        k = system.switches[s].contact
+        if system.switches[s].role == TOUCH and system.contacts[k].latch >= 0:
+            if before[k] == OPEN and modes[k] != OPEN:
+                latch_change(system, run, tangent, s, t)
+    for e in range(system.elements.size):
+        s = table.jump(system, e, before, modes)
+        if s >= 0 and carry_over_jump(system, run, tangent, e, s, t) != 0:
+            return 1
+    return 0
+
+
+@compiled
+def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, t: float) -> int:
+    """Carry the changes over a jump of element e's force at its switch s, at t [s]; return 1 where the pair cannot mesh."""
+    before, after, row = tangent.jump[0], tangent.jump[1], tangent.slopes.elements[e]
+    acts = is_acting(system, e, run.branch.modes)
+    roster = run.roster if acts else tangent.before  # one that holds this element's rotors
+    if (
+        rates_at_event(system, tangent, roster, tangent.branch, t, before) != 0
+        or rates_at_event(system, tangent, roster, run.branch, t, after) != 0
+        or table.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row) != 0
+    ):
+        return 1
+    for c in range(tangent.changes.shape[0]):
+        change = tangent.changes[c]
+        crossing, _, rate = table.crossing(system, e, s, row, change)
+        sooner = -crossing / rate
+        for place in range(1, roster.states[0] + 1):
+            i = roster.states[place]
+            change[i] += (before[i] - after[i]) * sooner
+    return 0
+
+
+@compiled
+def rates_at_event(
+    system: System, tangent: Tangent, roster: Roster, branch: Branch, t: float, rates: Floats
+) -> int:
+    """Fill ``rates`` with the derivative of the active states at an event, on a given branch; 1 where a pair cannot mesh."""
+    for s in range(rates.size):
+        rates[s] = 0.0
+    return right_hand_side(system, roster, t, tangent.y, branch, rates, tangent.loads)
+
+
+@compiled
+def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -> None:
+    """Set what the changes do to the impact speed that the contact of touch switch s has just latched at t [s].
+
+    With the touch at zero penetration the instant changes by dt = -dp / p', the rate by its own change plus p'' dt.
+    """
+    e, local = system.switches[s].element, system.switches[s].local
+    contact, row = system.contacts[system.switches[s].contact], tangent.slopes.elements[e]
+    slot = latch_of(tangent.stage, run.branch.latch, contact.latch)
+    table.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row)
+    along = tangent.stage  # the motion itself as a change, at its absolute speeds
+    rates_at_event(system, tangent, tangent.before, tangent.branch, t, tangent.jump[0])
+    for c in range(along.size):
+        along[c] = 0.0
+    for i in members(system, e):
+        if i >= 0:
+            move_along(system, tangent, i, along)
+    _, bend, rate = table.crossing(system, e, local, row, along)
+    for c in range(tangent.changes.shape[0]):
+        deeper, faster, _ = table.crossing(system, e, local, row, tangent.changes[c])
+        # where the floor was latched nothing changes
+        tangent.changes[c, slot] = faster - bend * deeper / rate if rate > contact.floor else 0.0
+
+
+@compiled_inline
+def move_along(system: System, tangent: Tangent, i: int, along: Floats) -> None:
+    """Fill rotor i's entries of ``along`` with its velocities and accelerations at the event."""
+    y, x, vx = tangent.y, x_of(i), vx_of(system, i)
+    for axis in range(3):
+        along[x + axis] = y[vx + axis]
+    along[theta_of(i)] += system.rotors[i].nominal_speed
+    if tangent.before.roles[i] == ACTIVE:
+        for axis in range(3):
+            along[vx + axis] = tangent.jump[0, vx + axis]
+    elif tangent.before.roles[i] == FLYING:
+        a_x, a_y, alpha = flight_rates(system, i, y[vx], y[vy_of(system, i)], y[omega_of(system, i)])
+        along[vx], along[vy_of(system, i)], along[omega_of(system, i)] = a_x, a_y, alpha

@@ -1,0 +1,109 @@
+"""The right-hand side to first order, and free flight to first order: how small changes of the state move on.
+
+The exact derivative of `right_hand_side` on fixed modes and of `flight.fly` (docs/theory, "Tangent of the motion"): every
+element brings its own slopes, here they are put together. A change z holds the states in their order, then the latched
+impact speeds.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements import table
+from gearplay.kernels.flight import decay
+from gearplay.kernels.layout import (
+    Branch,
+    Loads,
+    System,
+    omega_of,
+    spin_of,
+    theta_of,
+    vx_of,
+    vy_of,
+    x_of,
+)
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.roster import Roster
+from gearplay.kernels.smooth_sign import smooth_sign_slope
+
+Floats = NDArray[np.float64]
+
+
+class Slopes(NamedTuple):
+    """First-order data of all elements at one state, and scratch; made by `make_slopes`."""
+
+    elements: Floats  # [element, columns of the widest kind]
+    rotors: Floats  # [rotor], slope of dry friction by the speed [N m s]
+    force: Floats  # [rotor, 3]
+    loads: Loads
+
+
+def make_slopes(system: System) -> Slopes:
+    """Allocate the slopes of a system."""
+    n = system.rotors.size
+    return Slopes(
+        elements=np.zeros((system.elements.size, max(kind.file.SLOPES for kind in table.KINDS))),
+        rotors=np.zeros(n),
+        force=np.zeros((n, 3)),
+        loads=make_loads(system),
+    )
+
+
+@compiled
+def linearise(system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes) -> int:
+    """Fill ``slopes`` at (t, y) for what the roster says is active and acting; return 1 where a pair cannot mesh."""
+    for a in range(1, roster.active[0] + 1):
+        i = roster.active[a]
+        r = system.rotors[i]
+        slopes.rotors[i] = 0.0
+        if r.friction > 0.0:
+            u = spin_of(system, i, y) / r.friction_speed
+            slopes.rotors[i] = r.friction / r.friction_speed * smooth_sign_slope(u)
+    for c in range(1, roster.acting[0] + 1):
+        e = roster.acting[c]
+        if table.linearise(system, e, t, y, branch, slopes.loads, slopes.elements[e]) != 0:
+            return 1
+    return 0
+
+
+@compiled
+def rate_of_change(
+    system: System, roster: Roster, branch: Branch, slopes: Slopes, z: Floats, dz: Floats
+) -> None:
+    """Fill the active entries of ``dz`` with the rate at which a change ``z`` grows."""
+    force = slopes.force
+    for a in range(1, roster.active[0] + 1):
+        i = roster.active[a]
+        r = system.rotors[i]
+        force[i, 0] = -r.radial_damping * z[vx_of(system, i)]
+        force[i, 1] = -r.radial_damping * z[vy_of(system, i)]
+        force[i, 2] = -(r.drag + slopes.rotors[i]) * z[omega_of(system, i)]
+    for c in range(1, roster.acting[0] + 1):
+        e = roster.acting[c]
+        table.add_change(system, e, slopes.elements[e], z, branch, force, dz)
+    for a in range(1, roster.active[0] + 1):
+        i = roster.active[a]
+        r = system.rotors[i]
+        for axis in range(3):
+            dz[x_of(i) + axis] = z[vx_of(system, i) + axis]
+        dz[vx_of(system, i)] = r.inv_mass * force[i, 0]
+        dz[vy_of(system, i)] = r.inv_mass * force[i, 1]
+        dz[omega_of(system, i)] = r.inv_inertia * force[i, 2]
+
+
+@compiled_inline
+def fly_change(system: System, i: int, tau: float, z: Floats) -> None:
+    """Let rotor i's entries of a change ``z`` go on by a flight of tau [s]: v' = -gamma v in closed form."""
+    x, vx, omega = x_of(i), vx_of(system, i), omega_of(system, i)
+    r = system.rotors[i]
+    phi_1, _ = decay(r.radial_damping * r.inv_mass * tau)
+    shrink = math.exp(-r.radial_damping * r.inv_mass * tau)
+    for axis in range(2):
+        z[x + axis] += tau * phi_1 * z[vx + axis]
+        z[vx + axis] *= shrink
+    phi_1, _ = decay(r.drag * r.inv_inertia * tau)
+    z[theta_of(i)] += tau * phi_1 * z[omega]
+    z[omega] *= math.exp(-r.drag * r.inv_inertia * tau)

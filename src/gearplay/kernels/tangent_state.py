@@ -1,0 +1,92 @@
+"""Changes of a run's start on their way with it, as plain arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.layout import Branch, Loads, System
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.roster import Roster, make_roster, state_of
+from gearplay.kernels.run import Run, T
+from gearplay.kernels.runge_kutta import STAGES
+from gearplay.kernels.slopes import Slopes, make_slopes
+from gearplay.kernels.switches import make_branch
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Tangent(NamedTuple):
+    """Changes of a run's start moved on to its present, and what a step needs; made by `make_tangent`."""
+
+    changes: Floats  # [change, state, then latched impact speeds]
+    rates: Floats  # [change, stage, the same]
+    stage: Floats  # [the same], scratch
+    slopes: Slopes
+    before: Roster  # of the step's start
+    branch: Branch
+    y: Floats  # at its start
+    y_stage: Floats
+    stages: Floats  # [stage, state]
+    jump: Floats  # [2, state], rates of the state before and after an event
+    loads: Loads
+    traces: Floats  # [stage], of the slopes
+    totals: Floats  # [2]: integral of the divergence since the start; 1 where that is wanted
+
+
+def make_tangent(system: System, run: Run, changes: Floats, *, divergence: bool = False) -> Tangent:
+    """Allocate the tangent of a run for ``changes`` of its start, shape [change, state + latched speed]."""
+    n, n_z = run.y.size, run.y.size + run.branch.latch.size
+    rows = np.ascontiguousarray(changes, dtype=np.float64)
+    return Tangent(
+        changes=rows,
+        rates=np.zeros((len(rows), STAGES, n_z)),
+        stage=np.zeros(n_z),
+        slopes=make_slopes(system),
+        before=make_roster(system, n),
+        branch=make_branch(system),
+        y=np.zeros(n),
+        y_stage=np.zeros(n),
+        stages=np.zeros((STAGES, n)),
+        jump=np.zeros((2, n)),
+        loads=make_loads(system),
+        traces=np.zeros(STAGES),
+        totals=np.array([0.0, 1.0 if divergence else 0.0]),
+    )
+
+
+@compiled_inline
+def copy_list(source: Ints, target: Ints) -> None:
+    """Copy a list that starts with its length."""
+    for c in range(source[0] + 1):
+        target[c] = source[c]
+
+
+@compiled
+def read_state(system: System, run: Run, y: Floats) -> None:
+    """Fill ``y`` with the state now, of those that fly too."""
+    for s in range(y.size):
+        y[s] = run.y[s]
+    for i in range(system.rotors.size):
+        state_of(system, run.roster, i, run.clock[T], run.y, y)
+
+
+@compiled
+def remember(system: System, run: Run, tangent: Tangent) -> None:
+    """Note what a step starts from."""
+    now, before, branch = run.roster, tangent.before, tangent.branch
+    read_state(system, run, tangent.y)
+    for i in range(system.rotors.size):
+        before.roles[i] = now.roles[i]
+    copy_list(now.active, before.active)
+    copy_list(now.states, before.states)
+    copy_list(now.acting, before.acting)
+    for m in range(branch.modes.size):
+        branch.modes[m] = run.branch.modes[m]
+    for k in range(branch.latch.size):
+        branch.latch[k] = run.branch.latch[k]
+    for e in range(branch.memory.shape[0]):
+        for c in range(branch.memory.shape[1]):
+            branch.memory[e, c] = run.branch.memory[e, c]

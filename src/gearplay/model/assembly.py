@@ -1,0 +1,135 @@
+"""Putting the elements of a mechanism together: where the contacts, modes, switches, states and signals of each lie."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.elements.table import KINDS
+from gearplay.kernels.layout import CONTACT, ELEMENT, OWN, PER_ROTOR, PULL, SWITCH, TOUCH, System
+
+Floats = NDArray[np.float64]
+
+LENGTH_SCALE = 1e-4  # m, natural size of a displacement behind the error tolerances
+
+
+def records(dtype: np.dtype[Any], count: int) -> Any:
+    """Return ``count`` zeroed records whose fields are attributes."""
+    return np.zeros(count, dtype=dtype).view(np.recarray)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact of an element: natural size [m or rad] of its penetration, least latched impact speed [m/s] (None where
+    its law needs none), whether it touches from the start, the earlier contact of its element that it gives way to; its name
+    among those of its element.
+    """
+
+    name: str = ""
+    size: float = LENGTH_SCALE
+    floor: float | None = None
+    closed: bool = False
+    yields_to: int | None = None
+
+
+@dataclass
+class Assembly:
+    """Elements of a mechanism, added kind after kind, in the order of `KINDS`."""
+
+    rotors: int
+    entries: list[dict[str, int]] = field(default_factory=list)
+    contacts: list[dict[str, float]] = field(default_factory=list)
+    switches: list[dict[str, int]] = field(default_factory=list)
+    parts: dict[int, list[Any]] = field(default_factory=dict)
+    labels: dict[str, list[str]] = field(default_factory=dict)
+    contact_labels: list[str] = field(default_factory=list)
+    modes: int = 0
+    states: int = 0
+    signals: int = 0
+    latches: int = 0
+
+    def add(
+        self,
+        kind: int,
+        label: str,
+        record: Any,
+        rotors: Sequence[int],
+        contacts: Sequence[Contact] = (),
+        *,
+        always: bool = False,
+        switches: int = 0,
+        states: int = 0,
+    ) -> None:
+        """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
+        whatever they do, ``switches`` of the whole element, ``states`` of its own.
+        """
+        file, e, first = KINDS[kind].file, len(self.entries), len(self.contacts)
+        a, b, c = (*rotors, -1, -1, -1)[:3]
+        entry = dict(kind=kind, index=len(self.parts.setdefault(kind, [])), a=a, b=b, c=c, always=int(always))
+        entry |= dict(contact=first, contacts=len(contacts), mode=self.modes, switch=len(self.switches))
+        entry |= dict(state=6 * self.rotors + self.states, states=states)
+        entry |= dict(signal=PER_ROTOR * self.rotors + self.signals)
+        if file.SIGNALS:
+            self.labels.setdefault(KINDS[kind].name, []).append(label)
+        for at, contact in enumerate(contacts):
+            self._add_contact(e, contact, first)
+            self.contact_labels.append(f"{label}:{contact.name}" if contact.name else label)
+            for own in range(file.PER_CONTACT):
+                role = (TOUCH, PULL)[own] if own < 2 else OWN
+                local = at * file.PER_CONTACT + own
+                self.switches.append(dict(element=e, contact=first + at, role=role, local=local))
+        for own in range(switches):
+            local = len(contacts) * file.PER_CONTACT + own
+            self.switches.append(dict(element=e, contact=-1, role=OWN, local=local))
+        entry |= dict(switches=len(self.switches) - entry["switch"])
+        self.parts[kind].append(record)
+        self.entries.append(entry)
+        self.modes += file.MODES
+        self.states += states
+        self.signals += len(file.SIGNALS)
+
+    def _add_contact(self, e: int, contact: Contact, first: int) -> None:
+        row: dict[str, float] = dict(element=e, latch=-1, partner=-1, yields=0, closed=int(contact.closed))
+        row |= dict(size=contact.size, floor=0.0)
+        if contact.floor is not None:
+            row |= dict(floor=contact.floor, latch=self.latches)
+            self.latches += 1
+        if contact.yields_to is not None:
+            row |= dict(partner=first + contact.yields_to, yields=1)
+            self.contacts[first + contact.yields_to]["partner"] = len(self.contacts)
+        self.contacts.append(row)
+
+    def system(
+        self, rotors: Any, *, terms: Floats, involutes: Floats, spline: Floats, gravity: Floats
+    ) -> System:
+        """Return the packed system."""
+        elements = _filled(ELEMENT, self.entries)
+        elements["mode"] += len(self.contacts)  # modes of contacts come first
+        return System(
+            rotors=rotors,
+            elements=elements,
+            contacts=_filled(CONTACT, self.contacts),
+            switches=_filled(SWITCH, self.switches),
+            records=tuple(_stacked(kind.file.RECORD, self.parts.get(k, [])) for k, kind in enumerate(KINDS)),
+            terms=terms,
+            involutes=involutes,
+            spline=spline,
+            gravity=gravity,
+        )
+
+
+def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> Any:
+    found = records(dtype, len(rows))
+    for at, row in enumerate(rows):
+        for name, value in row.items():
+            found[at][name] = value
+    return found
+
+
+def _stacked(dtype: np.dtype[Any], parts: Sequence[Any]) -> Any:
+    found = records(dtype, len(parts))
+    for at, part in enumerate(parts):
+        found[at] = part
+    return found

@@ -1,0 +1,199 @@
+"""A motion in progress: one run of the kernels, fed piece by piece, its log emptied, its limits kept."""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper, tangent, tangent_state
+from gearplay.kernels.layout import OPEN
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.solver.status import WORDS, Status
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+CHUNK_STEPS = 20_000  # between two looks at the clock: some 20 ms
+LOG_CAPACITY = 16_384
+MOST_STEPS = 50_000_000
+"""Steps from which on a course without a watch counts as run away: some minutes; ``run.max_steps`` may be less."""
+
+
+class Course:
+    """A motion from ``state`` at t = 0, to be followed piece by piece.
+
+    Parameters
+    ----------
+    case, packed
+        What moves; ``packed`` is read only and may be shared.
+    state
+        Start, shape [state].
+    places, samples
+        Columns of a full row to keep, and how many samples of them (`sample_from`).
+    changes
+        Small changes of the start that are moved on to first order, shape [change, state + latched speed]; they may be
+        replaced in place between pieces.
+    divergence
+        Whether to sum up the divergence on the way.
+    stop
+        Once it is set the motion goes no further.
+
+    Raises `InputError` where a derivative is wanted of fixed steps.
+
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        packed: Packed,
+        state: Floats,
+        *,
+        places: Ints | None = None,
+        samples: int = 0,
+        changes: Floats | None = None,
+        divergence: bool = False,
+        stop: threading.Event | None = None,
+    ) -> None:
+        self.case, self.packed, self.stop = case, packed, stop
+        self.system, settings = packed.system, case.run
+        self.most_steps = min(settings.max_steps or MOST_STEPS, MOST_STEPS)
+        wanted = np.zeros(0, dtype=np.int64) if places is None else places
+        self.run = kernel.make_run(
+            packed.system,
+            state,
+            packed.natural,
+            packed.restart_step,
+            packed.stops,
+            wanted,
+            np.empty((len(wanted), samples)),
+            LOG_CAPACITY,
+            settings.tolerance,
+            settings.fixed_step,
+        )
+        self.plain = changes is None and not divergence
+        if not self.plain and settings.fixed_step is not None:
+            rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
+            raise InputError(Fault("run.fixed_step", settings.fixed_step, rule, "Remove it"))
+        latches = self.run.branch.latch.size
+        rows = np.zeros((0, len(state) + latches)) if changes is None else changes.copy()
+        self.tangent = tangent_state.make_tangent(self.system, self.run, rows, divergence=divergence)
+        self.log: list[Floats] = []
+
+    def sample_from(self, t: float, sampling: float) -> None:
+        """Keep samples from t [s] on, at ``sampling`` [Hz], as many as there is room for; tallies start anew."""
+        run = self.run
+        run.tallies[:] = 0.0
+        run.clock[kernel.SAMPLE_START] = t
+        run.clock[kernel.SAMPLE_INTERVAL] = 1.0 / sampling
+        run.counts[kernel.LAST_SAMPLE] = run.rows.shape[1] - 1
+
+    def take_chunk(self, t_end: float, steps: int, *, keep_log: bool = True) -> Status:
+        """Advance to t_end [s], by at most ``steps`` steps; return how it went."""
+        run = self.run
+        run.clock[kernel.T_END] = t_end
+        if self.plain:
+            status = Status(stepper.advance(self.system, run, steps))
+        else:
+            status = Status(tangent.advance_tangent(self.system, run, self.tangent, steps))
+        logged = int(run.counts[kernel.LOGGED])
+        if keep_log and logged:
+            self.log.append(run.log[:logged].copy())
+        run.counts[kernel.LOGGED] = 0
+        return status
+
+    def follow(
+        self,
+        t_end: float,
+        *,
+        keep_log: bool = True,
+        reason_to_stop: Callable[["Course"], Status | None] | None = None,
+    ) -> Status:
+        """Advance to t_end [s] or to the first reason to stop, which is asked for between chunks; return the status."""
+        asked = reason_to_stop or Course._own_reason
+        while True:
+            steps = max(0, min(CHUNK_STEPS, (self.case.run.max_steps or self.steps + CHUNK_STEPS) - self.steps))
+            status = self.take_chunk(t_end, steps, keep_log=keep_log)
+            if status != Status.PAUSED:
+                return status
+            reason = asked(self)
+            if reason is not None:
+                return reason
+
+    def _own_reason(self) -> Status | None:
+        if self.stop is not None and self.stop.is_set():
+            return Status.INTERRUPTED
+        return Status.TOO_MANY_STEPS if self.steps >= self.most_steps else None
+
+    def advance(self, t_end: float) -> None:
+        """Go on to t_end [s]; `SimulationError` where the motion cannot be followed so far."""
+        self._check(self.follow(t_end))
+
+    def advance_to_change(self, t_end: float) -> Floats:
+        """Go on to the end of the first step with a contact change, at most to t_end [s].
+
+        Returns the changes there as rows (t, contact, 1 onset / 0 release, rate), none at t_end. The motion is that of `advance`.
+        """
+        run = self.run
+        run.clock[kernel.T_END] = t_end
+        while True:
+            status = Status(stepper.advance(self.system, run, 1))
+            rows = run.log[: int(run.counts[kernel.LOGGED])].copy()
+            run.counts[kernel.LOGGED] = 0
+            if status not in (Status.DONE, Status.PAUSED):
+                self._check(status)
+            if len(rows) or status == Status.DONE:
+                stepper.synchronise(self.system, run)
+                return rows
+
+    def _check(self, status: Status) -> None:
+        if status != Status.DONE:
+            raise SimulationError(f"flow: {WORDS[status]} Stopped at t = {self.time:.9g} s.")
+
+    @property
+    def time(self) -> float:
+        """Where the motion is now [s]."""
+        return float(self.run.clock[kernel.T])
+
+    @property
+    def state(self) -> Floats:
+        """The state now, shape [state]: a view that changes with the motion."""
+        return self.run.y
+
+    @property
+    def latch(self) -> Floats:
+        """The latched impact speeds now [m/s], shape [latched speed]: a view that changes with the motion."""
+        return self.run.branch.latch
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return int(self.run.counts[kernel.STEPS])
+
+    @property
+    def changes(self) -> Floats:
+        """The changes as they have moved on."""
+        return self.tangent.changes
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """Which contacts are closed, shape [contact], in the order of `Packed.contact_labels`."""
+        return np.asarray(self.run.branch.modes[: self.system.contacts.size] != OPEN)
+
+    @property
+    def divergence(self) -> float:
+        """The divergence [1] summed up so far; NaN where it was not asked for."""
+        totals = self.tangent.totals
+        return float(totals[0]) if totals[1] == 1.0 else float("nan")
+
+    @property
+    def whole_log(self) -> Floats:
+        """All contact changes logged, rows (t, contact, 1 onset / 0 release, rate), shape [change, 4]."""
+        return np.concatenate(self.log) if self.log else np.zeros((0, kernel.LOG_COLUMNS))
+
+    def latch_as(self, speeds: Floats) -> None:
+        """Let contacts that are closed at the start have latched these impact speeds [m/s], shape [latched speed]."""
+        self.latch[:] = np.nextafter(speeds, np.inf)  # above the floor that means: not latched yet
