@@ -16,6 +16,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
+from gearplay.kernels.motion import right_hand_side
 from numba import njit
 
 import gearplay as gp
@@ -25,7 +26,6 @@ from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run_state, stepper
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.layout import LOADED
-from gearplay.kernels.motion import right_hand_side
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.solver.simulate import prepare, run_members

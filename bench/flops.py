@@ -68,10 +68,11 @@ def plain(array):
 
 def main():
     """Print the counts of one evaluation with sleeve and drive flank in contact."""
-    from bench.problem import LIVELY
-    from gearplay.kernels.layout import LOADED
     from gearplay.kernels.mesh import know_angles
     from gearplay.kernels.motion import right_hand_side
+
+    from bench.problem import LIVELY
+    from gearplay.kernels.layout import LOADED
 
     system, roster, modes, latch, contacts, force, out = LIVELY.arguments()
     y = LIVELY.start(1)

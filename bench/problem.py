@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from gearplay.kernels.mesh import mesh_geometry
+from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.sleeve import sleeve_geometry
 
 import gearplay as gp
 from gearplay.kernels import run_state, stepper
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import FORCE, LOADED, OPEN, OUT_SIZE, mode_count
-from gearplay.kernels.mesh import mesh_geometry
-from gearplay.kernels.motion import right_hand_side
 from gearplay.kernels.roster import make_roster
-from gearplay.kernels.sleeve import sleeve_geometry
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 

@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, System, mode_count
-from gearplay.kernels.mesh import mesh_geometry, mesh_stiffness
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
+from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
+from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, PENETRATION
+from gearplay.kernels.mesh_geometry import P_B, P_D, PSI, mesh_geometry
+from gearplay.kernels.right_hand_side import make_loads, right_hand_side
 from gearplay.kernels.roster import make_roster
-from gearplay.kernels.sleeve import sleeve_geometry
+from gearplay.kernels.switches import make_branch
+from gearplay.kernels.tooth_stiffness import mesh_stiffness
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -131,56 +135,70 @@ def free_pair_case(kind: str, model: str, seed: int) -> Document:
     return document
 
 
+def dynamic_backlash(A: float, A0: float, alpha0: float, b0: float, s: float) -> float:
+    """Return b_t = b0 - 2 s c0 (inv alpha_w - inv alpha0) [m] at centre distance A [m], theory T3; s = 1 internal, -1 else."""
+    c0 = A0 * math.cos(alpha0)
+    alpha_w = math.acos(c0 / A)
+    return b0 - 2.0 * s * c0 * ((math.tan(alpha_w) - alpha_w) - (math.tan(alpha0) - alpha0))
+
+
+def element_of(packed: Packed, kind: int, k: int) -> int:
+    """Return the number of the k-th element of a kind."""
+    return int(np.flatnonzero(packed.system.elements["kind"] == kind)[k])
+
+
+def mesh_at(packed: Packed, j: int, y: Floats, t: float = 0.0) -> Floats:
+    """Return the kinematics of mesh j (slots: `kernels.mesh_geometry`); fail the test where it cannot mesh."""
+    out, memory = np.zeros(OUT_SIZE), make_branch(packed.system).memory
+    assert mesh_geometry(packed.system, element_of(packed, MESH, j), t, y, memory, out) == 0
+    return out
+
+
+def sleeve_at(packed: Packed, k: int, y: Floats, t: float = 0.0) -> Floats:
+    """Return the kinematics of sleeve k (slots: `kernels.elements.sleeve`)."""
+    out = np.zeros(OUT_SIZE)
+    sleeve_geometry(packed.system, element_of(packed, SLEEVE, k), t, y, out)
+    return out
+
+
 class Instant:
     """Forces and energies of a packed system at one state, with every overlapping contact loaded."""
 
     def __init__(self, packed: Packed) -> None:
-        self.system: System = packed.system
-        n_c = packed.system.sleeves.size + 2 * packed.system.meshes.size
-        self.contacts, self.force, self.out = (
-            np.zeros((n_c, 6)),
-            np.zeros((packed.system.rotors.size, 3)),
-            np.zeros(OUT_SIZE),
-        )
-        self.modes = np.zeros(mode_count(packed.system), dtype=np.int64)
+        self.packed, self.system = packed, packed.system
+        self.loads, self.branch = make_loads(packed.system), make_branch(packed.system)
         self.roster = make_roster(packed.system, packed.state_size)  # everyone takes part
-        self.latch = np.ones(packed.system.sleeves.size)
+        self.branch.latch[:] = 1.0
         self.dy = np.zeros(packed.state_size)
+
+    @property
+    def contacts(self) -> Floats:
+        """The contact table, shape [contact, column]."""
+        return self.loads.contacts
 
     def generalised_forces(self, t: float, y: Floats) -> Floats:
         """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (
-            self.system,
-            self.roster,
-            t,
-            y,
-            self.modes,
-            self.latch,
-            self.dy,
-            self.contacts,
-            self.force,
-            self.out,
-        )
-        self.modes[: len(self.contacts)] = 0
+        args = (self.system, self.roster, t, y, self.branch, self.dy, self.loads)
+        touching = self.branch.modes[: len(self.contacts)]
+        touching[:] = 0
         assert right_hand_side(*args) == 0
-        self.modes[: len(self.contacts)] = np.where(self.contacts[:, 0] > 0.0, LOADED, 0)
+        touching[:] = np.where(self.contacts[:, PENETRATION] > 0.0, LOADED, 0)
         assert right_hand_side(*args) == 0
-        assert np.all(self.contacts[: self.system.sleeves.size, MARGIN] > 0.0)
-        return self.force.ravel().copy()
+        latching = self.system.contacts["latch"] >= 0
+        assert np.all(self.contacts[latching, MARGIN] > 0.0)
+        return self.loads.rotors.ravel().copy()
 
     def potential(self, t: float, y: Floats) -> float:
         """Return the elastic energy [J] of all point contacts, written apart from the forces."""
         total = 0.0
-        for sleeve in self.system.sleeves:
-            sleeve_geometry(sleeve, self.system, t, y, self.out)
-            total += (
-                sleeve.stiffness / (sleeve.exponent + 1.0) * max(self.out[0], 0.0) ** (sleeve.exponent + 1.0)
-            )
-        for j, mesh in enumerate(self.system.meshes):
-            assert mesh_geometry(self.system, j, t, y, self.out) == 0
-            psi = self.out[12]
+        for k, sleeve in enumerate(self.system.records[SLEEVE]):
+            depth = max(sleeve_at(self.packed, k, y, t)[DELTA], 0.0)
+            total += sleeve.stiffness / (sleeve.exponent + 1.0) * depth ** (sleeve.exponent + 1.0)
+        for j, mesh in enumerate(self.system.records[MESH]):
+            out = mesh_at(self.packed, j, y, t)
+            psi = out[PSI]
             k = mesh_stiffness(mesh, self.system, psi, np.cos(psi), np.sin(psi), 0)
-            total += 0.5 * k * sum(max(p, 0.0) ** 2 for p in self.out[:2])
+            total += 0.5 * k * sum(max(p, 0.0) ** 2 for p in (out[P_D], out[P_B]))
         return total
 
     def kinetic(self, y: Floats) -> float:
@@ -198,10 +216,10 @@ class Instant:
         return self.kinetic(y) + self.potential(t, y)
 
 
-def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> run_state.Motion:
+def run_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> kernel.Run:
     """Return a run at t = 0 that keeps no samples, ready for `stepper.advance`."""
     start = changes.pop("start", None)
-    motion = run_state.make_motion(
+    run = kernel.make_run(
         packed.system,
         initial_state(case, packed, member=member) if start is None else start,
         packed.natural,
@@ -213,21 +231,19 @@ def motion_of(case: Case, packed: Packed, member: int = 0, **changes: Any) -> ru
         changes.pop("tolerance", case.run.tolerance),
     )
     assert not changes
-    assert stepper.begin(packed.system, motion) == run_state.DONE
-    return motion
+    assert stepper.begin(packed.system, run) == kernel.DONE
+    return run
 
 
-def states_along(
-    document: Document, times: Floats, member: int = 0
-) -> tuple[Packed, Floats, run_state.Motion]:
+def states_along(document: Document, times: Floats, member: int = 0) -> tuple[Packed, Floats, kernel.Run]:
     """Return the states at given times, exactly at step ends, shape [time, state]."""
     case = case_of(document)
     packed = pack(case)
-    motion = motion_of(case, packed, member, log_capacity=100_000)
+    run = run_of(case, packed, member, log_capacity=100_000)
     states = []
     for t in times:
-        motion.clock[run_state.T_END] = t
-        status = stepper.advance(packed.system, motion, 10_000_000)
-        assert status == run_state.DONE, status
-        states.append(motion.y.copy())
-    return packed, np.array(states), motion
+        run.clock[kernel.T_END] = t
+        status = stepper.advance(packed.system, run, 10_000_000)
+        assert status == kernel.DONE, status
+        states.append(run.y.copy())
+    return packed, np.array(states), run

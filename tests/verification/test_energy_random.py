@@ -5,8 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from building import ALPHA, Document, Floats, Instant, Measured, case_of, motion_of
-from gearplay.kernels import run_state, stepper
+from building import ALPHA, Document, Floats, Instant, Measured, case_of, run_of
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 
@@ -90,21 +91,21 @@ def test_a_thousand_random_systems_keep_their_energy(measured: Measured) -> None
         document = conservative_system(len(residuals) + left_mesh)
         case = case_of(document)
         packed, start = pack(case), initial_state(case, pack(case))
-        motion, instant = motion_of(case, packed), Instant(packed)
+        motion, instant = run_of(case, packed), Instant(packed)
         energies, largest = [total_energy(packed, instant, 0.0, start)], instant.kinetic(start)
         for t in TIMES:
-            motion.clock[run_state.T_END] = t
+            motion.clock[kernel.T_END] = t
             status = stepper.advance(packed.system, motion, 10_000_000)
-            if status != run_state.DONE:
+            if status != kernel.DONE:
                 break
             energies.append(total_energy(packed, instant, t, motion.y))
             largest = max(largest, instant.kinetic(motion.y))
-        if status == run_state.CANNOT_MESH:
+        if status == kernel.CANNOT_MESH:
             left_mesh += 1
             continue
-        assert status == run_state.DONE
+        assert status == kernel.DONE
         residuals.append(float(np.ptp(energies)) / largest)
-        events += int(motion.counts[run_state.EVENTS])
+        events += int(motion.counts[kernel.EVENTS])
     measured(
         "largest energy residual of 1000 random systems over 20 ms, tolerance 1e-10", max(residuals), "1e-7"
     )

@@ -8,10 +8,11 @@ import pytest
 from scipy.optimize import brentq
 
 from building import Floats, Measured, case_of, single_rotor_document
-from gearplay.kernels.layout import LOADED, OPEN, OUT_SIZE, mode_count
-from gearplay.kernels.motion import right_hand_side
+from gearplay.kernels.layout import LOADED, OPEN
+from gearplay.kernels.right_hand_side import make_loads, right_hand_side
 from gearplay.kernels.roster import make_roster
 from gearplay.kernels.runge_kutta import NODES, WEIGHTS
+from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import pack
 
 CLEARANCE, STIFFNESS, MASS, SPEED, SPAN, START = 1e-4, 1e8, 0.5, 0.05, 0.9e-3, 8e-5
@@ -42,15 +43,15 @@ class FixedSteps:
 
     def __init__(self) -> None:
         system = PACKED.system
-        self.roster, self.modes = make_roster(system, 6), np.zeros(mode_count(system), dtype=np.int64)
-        self.latch, self.contacts = np.ones(1), np.zeros((1, 6))
-        self.force, self.out, self.dy = np.zeros((1, 3)), np.zeros(OUT_SIZE), np.zeros(6)
+        self.roster, self.branch = make_roster(system, 6), make_branch(system)
+        self.branch.latch[:] = 1.0
+        self.loads, self.dy = make_loads(system), np.zeros(6)
 
     def rate(self, y: Floats, mode: int | None) -> Floats:
         """Return dy/dt on a branch, or (mode None) on the branch that the state chooses."""
-        self.modes[0] = (LOADED if math.hypot(y[0], y[1]) > CLEARANCE else OPEN) if mode is None else mode
-        arguments = (self.modes, self.latch, self.dy, self.contacts, self.force, self.out)
-        assert right_hand_side(PACKED.system, self.roster, 0.0, y, *arguments) == 0
+        chosen = LOADED if math.hypot(y[0], y[1]) > CLEARANCE else OPEN
+        self.branch.modes[0] = chosen if mode is None else mode
+        assert right_hand_side(PACKED.system, self.roster, 0.0, y, self.branch, self.dy, self.loads) == 0
         return self.dy.copy()
 
     def step(self, y: Floats, h: float, mode: int | None) -> Floats:

@@ -9,14 +9,15 @@ import pytest
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from building import Document, Floats, Measured, case_of, merged, motion_of, pair_document
-from gearplay.kernels import run_state, stepper
+from building import Document, Floats, Measured, case_of, merged, pair_document, run_of
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
 from gearplay.kernels.advancement import open_span
+from gearplay.kernels.elements import table
 from gearplay.kernels.flight import NEVER, closed_form_span, decay, fly
-from gearplay.kernels.layout import FLYING, OUT_SIZE
-from gearplay.kernels.mesh import mesh_gaps
+from gearplay.kernels.layout import FLYING, PENETRATION, Loads
+from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import state_of
-from gearplay.kernels.sleeve import sleeve_geometry
 from gearplay.model.pack import pack
 
 FLIGHTS = 10_000
@@ -85,12 +86,12 @@ def test_the_closed_form_ends_where_dry_friction_leaves_its_band() -> None:
     assert closed_form_span(pack(case_of(driven)).system, 0, y) == NEVER
     # the run goes on numerically through the band and comes to rest
     case = case_of(merged(document, {"run": {"duration": 20.0}}))
-    motion = motion_of(case, packed)
-    motion.clock[run_state.T_END] = 0.99 * expected
-    assert stepper.advance(packed.system, motion, 100_000) == run_state.DONE
+    motion = run_of(case, packed)
+    motion.clock[kernel.T_END] = 0.99 * expected
+    assert stepper.advance(packed.system, motion, 100_000) == kernel.DONE
     assert motion.roster.roles[0] == FLYING
-    motion.clock[run_state.T_END] = 20.0
-    assert stepper.advance(packed.system, motion, 100_000) == run_state.DONE
+    motion.clock[kernel.T_END] = 20.0
+    assert stepper.advance(packed.system, motion, 100_000) == kernel.DONE
     assert abs(packed.system.rotors[0].nominal_speed + motion.y[5]) < 1e-6
 
 
@@ -141,7 +142,7 @@ def random_flyer(generator: np.random.Generator) -> Document:
 
 
 @njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, out: Floats) -> float:  # type: ignore[no-untyped-def]
+def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Loads) -> float:  # type: ignore[no-untyped-def]
     """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
     deepest = -1.0
     y = motion.y_try
@@ -151,12 +152,9 @@ def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, out: Floa
         t = t_0 + share * (t_1 - t_0)
         for i in range(system.rotors.size):
             state_of(system, motion.roster, i, t, motion.y, y)
-        for k in range(system.sleeves.size):
-            sleeve_geometry(system.sleeves[k], system, t, y, out)
-            deepest = max(deepest, out[0])
-        for j in range(system.meshes.size):
-            mesh_gaps(system, j, t, y, out)
-            deepest = max(deepest, out[0], out[1])
+        for e in range(system.elements.size):
+            table.press(system, e, t, y, motion.branch, loads)
+        deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
     return deepest
 
 
@@ -178,29 +176,28 @@ def rippling(document: Document, generator: np.random.Generator) -> Document:
 def oversights(documents: Iterator[Document], wanted: int) -> tuple[float, int]:
     """Return the deepest touch [m] that dense looks see in so many flights, and how many flights end within 1 nm of one."""
     flights, grazing = 0, 0
-    out = np.zeros(OUT_SIZE)
     worst = -1.0
     while flights < wanted:
         document = next(documents)
         case = case_of(document)
         packed = pack(case)
-        motion = motion_of(case, packed, member=1)
-        motion.clock[run_state.T_END] = 0.3
+        motion = run_of(case, packed, member=1)
+        motion.clock[kernel.T_END] = 0.3
         for _ in range(4000):
-            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[run_state.T])
+            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[kernel.T])
             roles = motion.roster.roles.copy()
             since, origin = motion.roster.since.copy(), motion.roster.origin.copy()
             status = stepper.advance(packed.system, motion, 1)
-            t_1 = float(motion.clock[run_state.T])
+            t_1 = float(motion.clock[kernel.T])
             if flying:
                 after = (motion.roster.roles.copy(), motion.roster.since.copy(), motion.roster.origin.copy())
                 motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = roles, since, origin
-                deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, out)
+                deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, make_loads(packed.system))
                 motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = after
                 worst = max(worst, deepest)
                 grazing += deepest > -1e-9
                 flights += 1
-            if status != run_state.PAUSED or flights >= wanted:
+            if status != kernel.PAUSED or flights >= wanted:
                 break
     return worst, grazing
 

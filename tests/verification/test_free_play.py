@@ -18,8 +18,7 @@ from building import (
     simulate_one,
     single_rotor_document,
 )
-from gearplay.kernels.layout import RAMP_AS_PRINTED, RAMP_SMOOTH
-from gearplay.kernels.mesh import damping_ramp, flank_damping
+from gearplay.kernels.flank import RAMP_AS_PRINTED, RAMP_SMOOTH, damping_ramp, flank_damping
 from gearplay.model.pack import pack
 from gearplay.solver.trajectory import Trajectory
 

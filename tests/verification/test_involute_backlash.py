@@ -8,10 +8,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from building import pair_case
-from gearplay.kernels.involute import dynamic_backlash
-from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh import mesh_geometry
+from building import dynamic_backlash, mesh_at, pair_case
+from gearplay.kernels.elements.table import MESH
+from gearplay.kernels.mesh_geometry import B_T
 from gearplay.model.pack import pack
 
 NANOMETRE = 1e-9
@@ -161,7 +160,7 @@ def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: floa
             },
         )
         packed = pack(case)
-        mesh = packed.system.meshes[0]
+        mesh = packed.system.records[MESH][0]
         i_a, i_b = packed.rotor_names.index("a"), packed.rotor_names.index("b")
         assert (mesh.a, mesh.b) == (i_a, i_b)
         d = rng.uniform(-0.02, 0.02, 2) * module
@@ -172,10 +171,10 @@ def test_penetrations_vanish_where_real_flanks_touch(internal: bool, speed: floa
         middle = -mesh.sigma * 0.5 * b0 / base
         flanks = (forward, backward) if mesh.sigma > 0.0 else (backward, forward)
         for which, touching in enumerate(flanks):
-            y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)
+            y = np.zeros(packed.state_size)
             y[3 * i_a + 2], y[3 * i_b + 2] = theta_a, touching + middle
             y[3 * i_b : 3 * i_b + 2] = d
-            assert mesh_geometry(packed.system, 0, 0.0, y, out) == 0
+            out = mesh_at(packed, 0, y)
             worst = max(worst, abs(out[which]))
-            assert out[1 - which] == pytest.approx(-out[10], abs=NANOMETRE)
+            assert out[1 - which] == pytest.approx(-out[B_T], abs=NANOMETRE)
     assert worst < 0.01 * NANOMETRE

@@ -16,14 +16,15 @@ from building import (
     floating_document,
     free_pair_case,
     merged,
-    motion_of,
+    mesh_at,
     pair_document,
+    run_of,
     simulate_one,
     single_rotor_document,
 )
-from gearplay.kernels import run_state, stepper
-from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh import mesh_geometry
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
+from gearplay.kernels.mesh_geometry import P_B, P_D
 from gearplay.model.pack import pack
 from gearplay.solver import simulate as simulate_module
 from gearplay.solver.simulate import run_batch, run_members
@@ -34,9 +35,8 @@ from gearplay.solver.status import WORDS, Status
 
 def penetrations(document: Document, y: np.ndarray) -> tuple[float, float]:
     """Return (p_d, p_b) [m] of a document's first mesh at a state."""
-    packed, out = pack(case_of(document)), np.zeros(OUT_SIZE)
-    assert mesh_geometry(packed.system, 0, 0.0, y, out) == 0
-    return float(out[0]), float(out[1])
+    out = mesh_at(pack(case_of(document)), 0, y)
+    return float(out[P_D]), float(out[P_B])
 
 
 @pytest.mark.parametrize("kind", ["internal", "external"])
@@ -130,12 +130,12 @@ def test_not_a_number() -> None:
     )
     packed = pack(case)
     for poison in (np.nan, np.inf):
-        motion = motion_of(case, packed)
-        motion.clock[run_state.T_END] = 1.0
+        motion = run_of(case, packed)
+        motion.clock[kernel.T_END] = 1.0
         motion.roster.origin[3] = poison
-        assert stepper.advance(packed.system, motion, 1000) == run_state.NOT_FINITE
+        assert stepper.advance(packed.system, motion, 1000) == kernel.NOT_FINITE
         motion.y[3] = poison
-        assert stepper.begin(packed.system, motion) == run_state.NOT_FINITE
+        assert stepper.begin(packed.system, motion) == kernel.NOT_FINITE
     assert "NaN" in WORDS[Status.NOT_FINITE]
 
 
@@ -250,11 +250,11 @@ def test_chunks_leave_no_trace(steps: int) -> None:
     packed = pack(case)
     ends = []
     for chunk in (10_000_000, steps):
-        motion = motion_of(case, packed)
-        motion.clock[run_state.T_END] = 0.02
-        while (status := stepper.advance(packed.system, motion, chunk)) == run_state.PAUSED:
+        motion = run_of(case, packed)
+        motion.clock[kernel.T_END] = 0.02
+        while (status := stepper.advance(packed.system, motion, chunk)) == kernel.PAUSED:
             pass
-        assert status == run_state.DONE
+        assert status == kernel.DONE
         ends.append((motion.y.copy(), motion.log.copy(), motion.counts.copy()))
     for a, b in zip(*ends, strict=True):
         np.testing.assert_array_equal(a, b)

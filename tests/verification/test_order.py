@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from building import Document, Floats, Measured, free_pair_case, merged, states_along
-from gearplay.kernels.run_state import CALLS, EVENTS
+from gearplay.kernels.run import CALLS, EVENTS
 from gearplay.kernels.runge_kutta import DENSE, ERROR, NODES, WEIGHTS
 
 TOLERANCES = 10.0 ** -np.arange(5.0, 13.0)

@@ -9,7 +9,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from building import Document, case_of, merged, pair_document, simulate_one, single_rotor_document
-from gearplay.kernels.sleeve import bed_half_angle, bed_integrals, bed_penetration, sleeve_force
+from gearplay.kernels.bed import bed_half_angle, bed_integrals, bed_penetration
+from gearplay.kernels.elements.sleeve import sleeve_force
+from gearplay.kernels.elements.table import SLEEVE
 from gearplay.model.contact_laws import bed_stiffness, literal_dissipation
 from gearplay.model.pack import pack
 from gearplay.solver.trajectory import Trajectory
@@ -189,7 +191,7 @@ def test_linear_bed_has_the_hertz_exponent_and_meets_the_point_law() -> None:
     document = impact(
         law="conformal", shaft_radius=R, radial_clearance=c, bed_reference_penetration=reference
     )
-    sleeve = pack(case_of(document)).system.sleeves[0]
+    sleeve = pack(case_of(document)).system.records[SLEEVE][0]
     assert sleeve_force(sleeve, reference, 0.0, 1.0)[0] == pytest.approx(
         STIFFNESS * reference**1.5, rel=1e-13
     )
@@ -200,7 +202,7 @@ def test_conformal_impact_conserves_energy() -> None:
     run = simulate_one(impact(law="conformal", shaft_radius=0.01), signals=["sleeve_penetration"])
     _, _, v_on, v_off = first_contact(run)
     assert -v_off / v_on == pytest.approx(1.0, abs=1e-8)
-    sleeve = pack(case_of(impact(law="conformal", shaft_radius=0.01))).system.sleeves[0]
+    sleeve = pack(case_of(impact(law="conformal", shaft_radius=0.01))).system.records[SLEEVE][0]
     deepest = float(np.max(run.values))
     stored = quad(lambda d: sleeve_force(sleeve, d, 0.0, 1.0)[0], 0.0, deepest, epsrel=1e-11)[0]
     assert stored == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-5)
@@ -211,7 +213,7 @@ def test_bed_as_printed_adds_the_same_damping_at_every_angle() -> None:
     document = merged(
         impact(law="conformal", shaft_radius=0.01, restitution=0.9), {"formulation": "as_published"}
     )
-    sleeve = pack(case_of(document)).system.sleeves[0]
+    sleeve = pack(case_of(document)).system.records[SLEEVE][0]
     depth, rate, v_in = 3e-6, 0.02, 0.05
     theta0 = bed_half_angle(depth, CLEARANCE, 0.01)
     C = 0.75 * (1.0 - 0.81) * STIFFNESS * depth**1.5 / v_in

@@ -21,7 +21,7 @@ def flow_of(seed: int, **changes: Any) -> Flow:
 
 def unit_changes(flow: Flow) -> Floats:
     """Return a change of each free state, shape [free, state + sleeve]."""
-    changes = np.zeros((len(flow.free), flow.size + flow.sleeves))
+    changes = np.zeros((len(flow.free), flow.size + flow.latches))
     changes[np.arange(len(flow.free)), flow.free] = 1.0
     return changes
 

@@ -47,6 +47,8 @@ def rotor_bounds(system: System, i: int, y: Floats) -> tuple[float, float, float
 
     In flight accelerations only decay, and a ripple is bounded by its largest: the first two also bound the future.
     """
-    a_x, a_y, alpha = flight_rates(system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)])
+    a_x, a_y, alpha = flight_rates(
+        system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
+    )
     spin = abs(spin_of(system, i, y))
     return math.sqrt(a_x * a_x + a_y * a_y), abs(alpha) + system.rotors[i].ripple_bend, spin

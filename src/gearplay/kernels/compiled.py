@@ -14,7 +14,9 @@ R = TypeVar("R")
 def kernel_digest(folder: Path) -> str:
     """Return a digest of all kernel sources in a folder and below."""
     files = sorted(folder.rglob("*.py"))
-    return hashlib.sha256(b"".join(str(f.relative_to(folder)).encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
+    return hashlib.sha256(
+        b"".join(str(f.relative_to(folder)).encode() + b"\0" + f.read_bytes() for f in files)
+    ).hexdigest()
 
 
 _DIGEST = kernel_digest(Path(__file__).parent)

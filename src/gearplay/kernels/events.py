@@ -174,18 +174,21 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
             if peak < place:
                 look(system, run, h, peak, s)
                 first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
+    searched = False
     for c in range(1, roster.switches[0] + 1):
         s = roster.switches[c]
-        switch = system.switches[s]
-        if switch.role == TOUCH or s == first or run.g_0[s] > 0.0:
-            continue
-        if table.may_return(
-            system, switch.element, switch.local, h, run.branch, run.loads_0, run.loads, run.stages, run.g_0, run.g_1
+        e, local = system.switches[s].element, system.switches[s].local
+        hidden = system.switches[s].role != TOUCH and run.g_0[s] <= 0.0 and run.g_1[s] <= 0.0
+        if hidden and table.may_return(
+            system, e, local, h, run.branch, run.loads_0, run.loads, run.stages, run.g_0, run.g_1
         ):
+            searched = True
             hump = locate_hump(system, run, h, s, place)
             if hump < place:
                 look(system, run, h, hump, s)
                 first, place = s, locate_root(system, run, h, s, hump, run.g_try[s])
+    if searched and first >= 0 and place < 1.0:
+        look(system, run, h, place, first)  # `retake` goes by what is seen there
     return first, place
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 
 Floats = NDArray[np.float64]
 
@@ -75,17 +75,3 @@ def involute_series(alpha0: float, terms: int = SERIES_TERMS) -> tuple[Floats, f
     for k in range(terms):
         slope[k] = root[k] - (slope[k - 1] if k else 0.0)
     return slope / (2.0 * math.cos(alpha0) * np.arange(1, terms + 1)), 0.1 * q
-
-
-@compiled
-def dynamic_backlash(A: float, A0: float, alpha0: float, b0: float, s: float) -> float:
-    """Return the total normal backlash b_t [m] at centre distance A [m]: b0 - 2 s c0 (inv alpha_w - inv alpha0).
-
-    s = +1 internal, -1 external; alpha0 [rad]; b0 [m] at A0. Equation (6), whose printed sign is the external
-    one whatever the pair: an internal pair loses backlash when its centres move apart.
-
-    >>> round(1e6 * dynamic_backlash(0.1601, 0.16, math.radians(20.0), 100e-6, -1.0), 3)
-    168.565
-    """
-    c0 = A0 * math.cos(alpha0)
-    return b0 - 2.0 * s * c0 * (involute_from_distance(A, c0) - involute(alpha0))

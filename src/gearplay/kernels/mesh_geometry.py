@@ -242,7 +242,9 @@ def mesh_geometry(system: System, e: int, t: float, y: Floats, memory: Floats, o
         out[N_B_Y] = s * (sin_w * e_y - sigma * cos_w * e_x)
         return 0
     g_rate = roll_rate + out[N_D_X] * dvx + out[N_D_Y] * dvy
-    if mesh.frame >= 0:  # the line of action turns with all of the carrier's turning, the roll counts from its nominal one
+    if (
+        mesh.frame >= 0
+    ):  # the line of action turns with all of the carrier's turning, the roll counts from its nominal one
         rolling = sigma * (mesh.rho_a + mesh.rho_b)
         nominal = system.rotors[mesh.frame].nominal_speed
         g_rate += out[BY_FRAME] * y[omega_of(system, mesh.frame)] + (out[BY_FRAME] + rolling) * nominal

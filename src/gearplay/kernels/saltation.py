@@ -41,9 +41,9 @@ def carry_over(system: System, run: Run, tangent: Tangent) -> int:
     read_state(system, run, tangent.y)
     for s in range(system.switches.size):
         k = system.switches[s].contact
-        if system.switches[s].role == TOUCH and system.contacts[k].latch >= 0:
-            if before[k] == OPEN and modes[k] != OPEN:
-                latch_change(system, run, tangent, s, t)
+        latches = system.switches[s].role == TOUCH and system.contacts[k].latch >= 0
+        if latches and before[k] == OPEN and modes[k] != OPEN:
+            latch_change(system, run, tangent, s, t)
     for e in range(system.elements.size):
         s = table.jump(system, e, before, modes)
         if s >= 0 and carry_over_jump(system, run, tangent, e, s, t) != 0:

@@ -69,5 +69,5 @@ def go_on(system: System, run: Run) -> None:
         s, k = roster.switches[c], system.switches[roster.switches[c]].contact
         run.g_0[s] = run.g_1[s]
         if k >= 0:
-            for column in (RATE, RATE):
+            for column in (PENETRATION, RATE, MARGIN):
                 run.loads_0.contacts[k, column] = run.loads.contacts[k, column]

@@ -148,8 +148,7 @@ def advance_tangent(system: System, run: Run, tangent: Tangent, steps: int) -> i
         remember(system, run, tangent)
         status = advance(system, run, 1)
         if status <= PAUSED and (
-            retrace(system, run, tangent, t, run.clock[T] - t) != 0
-            or carry_over(system, run, tangent) != 0
+            retrace(system, run, tangent, t, run.clock[T] - t) != 0 or carry_over(system, run, tangent) != 0
         ):
             worse = synchronise(system, run)
             return CANNOT_MESH if worse == DONE else worse

@@ -1,4 +1,4 @@
-"""Stiffness and errors of the teeth of a mesh over its phase psi: sums of harmonics, square wave, periodic spline; their slopes."""
+"""Stiffness and errors of the teeth over the mesh phase psi: sums of harmonics, square wave, periodic spline; their slopes."""
 
 import math
 from typing import Any

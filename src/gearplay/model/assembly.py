@@ -13,6 +13,7 @@ from gearplay.kernels.layout import CONTACT, ELEMENT, OWN, PER_ROTOR, PULL, SWIT
 Floats = NDArray[np.float64]
 
 LENGTH_SCALE = 1e-4  # m, natural size of a displacement behind the error tolerances
+ANGLE_SCALE = LENGTH_SCALE / 0.1  # rad, of a rotation without a radius of its own
 
 
 def records(dtype: np.dtype[Any], count: int) -> Any:
@@ -24,10 +25,11 @@ def records(dtype: np.dtype[Any], count: int) -> Any:
 class Contact:
     """One contact of an element: natural size [m or rad] of its penetration, least latched impact speed [m/s] (None where
     its law needs none), whether it touches from the start, the earlier contact of its element that it gives way to; its name
-    among those of its element.
+    among those of its element; whether it is one of angles and torques.
     """
 
     name: str = ""
+    angular: bool = False
     size: float = LENGTH_SCALE
     floor: float | None = None
     closed: bool = False
@@ -49,6 +51,8 @@ class Assembly:
     states: int = 0
     signals: int = 0
     latches: int = 0
+    angular: list[bool] = field(default_factory=list)
+    fastest: float = 0.0  # rad/s, estimate of the fastest contact's angular frequency
 
     def add(
         self,
@@ -61,43 +65,48 @@ class Assembly:
         always: bool = False,
         switches: int = 0,
         states: int = 0,
+        rate: float = 0.0,
     ) -> None:
         """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
-        whatever they do, ``switches`` of the whole element, ``states`` of its own.
+        whatever they do, ``switches`` of the whole element, ``states`` of its own, the angular frequency [rad/s] at which it
+        makes its rotors swing.
         """
+        self.fastest = max(self.fastest, rate)
         file, e, first = KINDS[kind].file, len(self.entries), len(self.contacts)
         a, b, c = (*rotors, -1, -1, -1)[:3]
-        entry = dict(kind=kind, index=len(self.parts.setdefault(kind, [])), a=a, b=b, c=c, always=int(always))
-        entry |= dict(contact=first, contacts=len(contacts), mode=self.modes, switch=len(self.switches))
-        entry |= dict(state=6 * self.rotors + self.states, states=states)
-        entry |= dict(signal=PER_ROTOR * self.rotors + self.signals)
+        entry = {"kind": kind, "index": len(self.parts.setdefault(kind, [])), "a": a, "b": b, "c": c}
+        entry |= {"always": int(always), "contact": first, "contacts": len(contacts), "mode": self.modes}
+        entry |= {"switch": len(self.switches), "state": 6 * self.rotors + self.states, "states": states}
+        entry |= {"signal": PER_ROTOR * self.rotors + self.signals}
         if file.SIGNALS:
             self.labels.setdefault(KINDS[kind].name, []).append(label)
         for at, contact in enumerate(contacts):
             self._add_contact(e, contact, first)
             self.contact_labels.append(f"{label}:{contact.name}" if contact.name else label)
+            self.angular.append(contact.angular)
             for own in range(file.PER_CONTACT):
-                role = (TOUCH, PULL)[own] if own < 2 else OWN
-                local = at * file.PER_CONTACT + own
-                self.switches.append(dict(element=e, contact=first + at, role=role, local=local))
-        for own in range(switches):
-            local = len(contacts) * file.PER_CONTACT + own
-            self.switches.append(dict(element=e, contact=-1, role=OWN, local=local))
-        entry |= dict(switches=len(self.switches) - entry["switch"])
+                self._add_switch(e, entry["switch"], first + at, (TOUCH, PULL)[own] if own < 2 else OWN)
+        for _ in range(switches):
+            self._add_switch(e, entry["switch"], -1, OWN)
+        entry |= {"switches": len(self.switches) - entry["switch"]}
         self.parts[kind].append(record)
         self.entries.append(entry)
         self.modes += file.MODES
         self.states += states
         self.signals += len(file.SIGNALS)
 
+    def _add_switch(self, e: int, first: int, contact: int, role: int) -> None:
+        local = len(self.switches) - first
+        self.switches.append({"element": e, "contact": contact, "role": role, "local": local})
+
     def _add_contact(self, e: int, contact: Contact, first: int) -> None:
-        row: dict[str, float] = dict(element=e, latch=-1, partner=-1, yields=0, closed=int(contact.closed))
-        row |= dict(size=contact.size, floor=0.0)
+        row: dict[str, float] = {"element": e, "latch": -1, "partner": -1, "yields": 0, "floor": 0.0}
+        row |= {"closed": int(contact.closed), "size": contact.size}
         if contact.floor is not None:
-            row |= dict(floor=contact.floor, latch=self.latches)
+            row |= {"floor": contact.floor, "latch": self.latches}
             self.latches += 1
         if contact.yields_to is not None:
-            row |= dict(partner=first + contact.yields_to, yields=1)
+            row |= {"partner": first + contact.yields_to, "yields": 1}
             self.contacts[first + contact.yields_to]["partner"] = len(self.contacts)
         self.contacts.append(row)
 

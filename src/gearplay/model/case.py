@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
 from gearplay.model.consistency import cross_faults
+from gearplay.model.coupling import Coupling
 from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part
+from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
+
+JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
+"""Lists of parts that connect rotors, by their name in a case; their elements follow in the order of the kernels' table."""
 
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
 
@@ -79,22 +86,30 @@ class Case(Part):
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable)
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
+    couplings: Annotated[tuple[Coupling, ...], Listed(0, 400, "shafts and couplings between rotors")] = ()
     run: Run
 
     @model_validator(mode="after")
     def _check(self) -> Case:
-        faults = cross_faults(self.rotors, self.sleeves, self.meshes)
+        joints = {name: getattr(self, name) for name in JOINTS}
+        faults = cross_faults(self.rotors, self.sleeves, self.meshes, joints)
         if faults:
             raise InputError(faults)
         return self
 
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """What connects rotors besides sleeves and meshes."""
+        return tuple(joint for name in JOINTS for joint in getattr(self, name))
+
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI.
 
-        `load_case` reads it back to an equal case.
+        `load_case` reads it back to an equal case. Lists of joints that a case does not use are left out, so that the digest of
+        a case does not change when a new kind comes.
         """
         document: dict[str, Any] = self.model_dump(mode="json")
-        return document
+        return {name: value for name, value in document.items() if value or name not in JOINTS}
 
     @cached_property
     def sha256(self) -> str:

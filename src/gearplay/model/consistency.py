@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
@@ -23,14 +24,17 @@ _SAME: Final = 1e-9
 
 
 def cross_faults(
-    rotors: Mapping[str, Rotor | Raw], sleeves: Mapping[str, Sleeve | Raw], meshes: Sequence[Mesh | Raw]
+    rotors: Mapping[str, Rotor | Raw],
+    sleeves: Mapping[str, Sleeve | Raw],
+    meshes: Sequence[Mesh | Raw],
+    joints: Mapping[str, Sequence[Joint | Raw]],
 ) -> list[Fault]:
     """Return every fault across the parts.
 
     Parameters
     ----------
-    rotors, sleeves, meshes
-        Valid parts, or raw tables where a part is at fault on its own.
+    rotors, sleeves, meshes, joints
+        Valid parts, or raw tables where a part is at fault on its own; joints by the name of their list.
 
     """
     names = set(rotors)
@@ -40,6 +44,7 @@ def cross_faults(
         *_mesh_faults(rotors, meshes, names),
         *_label_faults(meshes),
         *_gear_faults(meshes),
+        *_joint_faults(joints, names),
     ]
 
 
@@ -165,3 +170,20 @@ def _gear_faults(meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
                 if not math.isclose(mine, theirs, rel_tol=_SAME):
                     rule = f"must be that of meshes.{first[name]}, {theirs:.6g}, since {name} is in both"
                     yield Fault(f"meshes.{index}.{field}", mine, rule, "Give both meshes the same value")
+
+
+def _joint_faults(joints: Mapping[str, Sequence[Joint | Raw]], names: set[str]) -> Iterator[Fault]:
+    for kind, parts in joints.items():
+        seen: dict[str, int] = {}
+        for index, joint in enumerate(parts):
+            if not isinstance(joint, Joint):
+                continue
+            for field, name in joint.named_rotors().items():
+                if name not in names:
+                    yield _unknown(f"{kind}.{index}.{field}", name, names)
+            first = seen.setdefault(joint.label, index)
+            if first != index:
+                rule = f"joins the same two rotors as {kind}.{first}"
+                yield Fault(
+                    f"{kind}.{index}", joint.label, rule, "Remove one of the two, or add their stiffnesses"
+                )

@@ -154,12 +154,15 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     Raises `InputError` where two explicit positions cannot mesh at all.
     """
     found = {n: (r.position[0], r.position[1]) for n, r in case.rotors.items() if r.position is not None}
+    axes = [set(joint.shared_axis()) for joint in case.joints if joint.shared_axis()]
     left = list(range(len(case.meshes)))
+    _spread(found, axes)
     while left:
         j = next((j for j in left if {case.meshes[j].driver, case.meshes[j].driven} & found.keys()), None)
         if j is None:  # a new train: its ring or driver is the origin
             mesh = case.meshes[left[0]]
             found[ring_of(case, mesh) or mesh.driver] = (0.0, 0.0)
+            _spread(found, axes)
             continue
         left.remove(j)
         mesh = case.meshes[j]
@@ -168,10 +171,30 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
         if other not in found:
             step = -A0 if other == ring else A0
             found[other] = (found[known][0] + step, found[known][1])
+            _spread(found, axes)
     for name in case.rotors:
         on = carrier_of(case, name)
         found.setdefault(name, found.get(on, (0.0, 0.0)) if on else (0.0, 0.0))
+        _spread(found, axes)
+    for axis in axes:
+        first, *others = sorted(axis, key=list(case.rotors).index)
+        for other in others:
+            if math.dist(found[first], found[other]) > 1e-9:
+                rule = f"must be that of {first}, since a coupling of ratio 1 puts both on one axis"
+                cure = "Leave one position out, or correct it"
+                where = ", ".join(f"{1e3 * x:.6g} mm" for x in found[other])
+                raise InputError([Fault(f"rotors.{other}.position", f"[{where}]", rule, cure)])
     return found
+
+
+def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None:
+    """Give the centre that is known of one rotor on an axis to the others, as far as that leads."""
+    pending = [axis for axis in axes if axis & found.keys() and axis - found.keys()]
+    while pending:
+        for axis in pending:
+            centre = found[next(name for name in sorted(axis) if name in found)]
+            found.update(dict.fromkeys(axis - found.keys(), centre))
+        pending = [axis for axis in axes if axis & found.keys() and axis - found.keys()]
 
 
 def signed_radii(case: "Case", j: int) -> tuple[str, str, float, float]:
@@ -202,6 +225,14 @@ def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
             row[names.index(frame)] -= r_a + r_b
         rows.append(row / max(abs(r_a), abs(r_b)))
         right.append(0.0)
+    for joint in case.joints:
+        factors = joint.rolling()
+        if factors:
+            row = np.zeros(len(names))
+            for name, factor in factors.items():
+                row[names.index(name)] += factor / max(map(abs, factors.values()))
+            rows.append(row)
+            right.append(0.0)
     for name, speed in given.items():
         rows.append(np.eye(len(names))[names.index(name)])
         right.append(speed)

@@ -23,27 +23,69 @@ SPREAD_OF_SPEED = 1e-3  # m/s, standard deviation of a member's initial velocity
 SHARE_OF_CLEARANCE = 0.9  # members start anywhere within this share of the clearance circle
 
 
+def _is_turned_by_file(case: "Case", name: str) -> bool:
+    """Return whether the case itself says where a rotor is turned to at the start."""
+    drive = case.rotors[name].drive
+    return (drive is not None and drive.kind == "speed") or case.rotors[name].initial.theta is not None
+
+
+def _turn_together(case: "Case") -> dict[str, dict[str, float]]:
+    """Return for every rotor those that turn with it where no joint is strained, itself too, by their share of its rotation."""
+    shares = {name: {name: 1.0} for name in case.rotors}
+    for joint in case.joints:
+        factors = joint.rolling()
+        if len(factors) != 2:
+            continue
+        (one, c_1), (two, c_2) = factors.items()
+        joined = {**shares[one], **{name: -c_1 / c_2 * share for name, share in shares[two].items()}}
+        for name, share in joined.items():
+            shares[name] = {other: value / share for other, value in joined.items()}
+    return shares
+
+
+def _rotations(case: "Case") -> dict[str, float]:
+    """Return the rotations at the start [rad] that are given, the others unstrained against these."""
+    turns, shares = {}, _turn_together(case)
+    for name in case.rotors:
+        fixed = [other for other in shares[name] if _is_turned_by_file(case, other)]
+        lead = name if name in fixed or not fixed else fixed[0]
+        turns[name] = (case.rotors[lead].initial.theta or 0.0) / shares[name][lead]
+    return turns
+
+
+def _ride(
+    case: "Case", name: str, turns: dict[str, float], spins: dict[str, float]
+) -> tuple[float, float, float, float]:
+    """Return a rotor's displacement [m] and velocity [m/s] at the start: its own beside those of the pin that carries it."""
+    start, carrier = case.rotors[name].initial, geometry.carrier_of(case, name)
+    if carrier is None:
+        return start.x, start.y, start.vx, start.vy
+    x, y, v_x, v_y = _ride(case, carrier, turns, spins)
+    centres = geometry.centres(case)
+    arm_x, arm_y = (centres[name][k] - centres[carrier][k] for k in range(2))
+    sine, cosine_1 = math.sin(turns[carrier]), -2.0 * math.sin(0.5 * turns[carrier]) ** 2
+    shift_x, shift_y = cosine_1 * arm_x - sine * arm_y, sine * arm_x + cosine_1 * arm_y
+    v_x -= spins[carrier] * (arm_y + shift_y)
+    v_y += spins[carrier] * (arm_x + shift_x)
+    return x + shift_x + start.x, y + shift_y + start.y, v_x + start.vx, v_y + start.vy
+
+
 def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
     n, speeds = len(case.rotors), geometry.nominal_speeds(case)
-    centres, names = geometry.centres(case), list(case.rotors)
-    actual = geometry.starting_speeds(case)
-    y = np.zeros(packed.state_size)
+    spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case)), strict=True))
+    spins |= {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
+    turns = _rotations(case)
+    state = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):
-        start = rotor.initial
-        v_x, v_y = start.vx, start.vy
-        carrier = geometry.carrier_of(case, name)
-        if carrier is not None:
-            spin = actual[names.index(carrier)]
-            v_x -= spin * (centres[name][1] - centres[carrier][1])
-            v_y += spin * (centres[name][0] - centres[carrier][0])
-        y[3 * i : 3 * i + 3] = start.x, start.y, start.theta or 0.0
-        omega = start.omega if start.omega is not None else actual[i]
+        x, y, v_x, v_y = _ride(case, name, turns, spins)
+        omega = spins[name]
         if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
             swing = sum(term.amplitude * math.sin(term.phase) for term in rotor.drive.ripple)
             omega = speeds[i] * (1.0 + swing)
-        y[3 * (n + i) : 3 * (n + i) + 3] = v_x, v_y, omega - speeds[i]
-    return y
+        state[3 * i : 3 * i + 3] = x, y, turns[name]
+        state[3 * (n + i) : 3 * (n + i) + 3] = v_x, v_y, omega - speeds[i]
+    return state
 
 
 def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
@@ -55,16 +97,18 @@ def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
 
 
 def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) -> bool:
-    """Turn free rotors, mesh after mesh, so that the drive gap is ``shares`` of the backlash; False if wedged."""
-    names = list(case.rotors)
+    """Turn free rotors, mesh after mesh, so that the drive gap is ``shares`` of the backlash; False if wedged.
+
+    What is coupled to such a rotor turns with it.
+    """
+    names, together = list(case.rotors), _turn_together(case)
     for j, mesh in enumerate(case.meshes):
-        turned = None
-        for name in (mesh.driven, mesh.driver):
-            rotor = case.rotors[name]
-            prescribed = rotor.drive is not None and rotor.drive.kind == "speed"
-            if not prescribed and rotor.initial.theta is None:
-                turned = name
-                break
+        free = [
+            name
+            for name in (mesh.driven, mesh.driver)
+            if not any(_is_turned_by_file(case, other) for other in together[name])
+        ]
+        turned = free[0] if free else None
         m = packed.system.records[MESH][j]
         for _ in range(3):  # an eccentric toothing moves a little as it turns
             p_d, b_t = _mesh_at(packed, j, y)
@@ -74,7 +118,9 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) ->
                 break
             i = names.index(turned)
             rho = m.rho_a if m.a == i else m.rho_b
-            y[3 * i + 2] += (-shares[j] * b_t - p_d) / (m.sigma * rho)
+            turn = (-shares[j] * b_t - p_d) / (m.sigma * rho)
+            for name, share in together[turned].items():
+                y[3 * names.index(name) + 2] += share * turn
     return True
 
 

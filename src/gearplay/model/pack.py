@@ -14,7 +14,7 @@ from gearplay.kernels.elements import servo, sleeve
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry
-from gearplay.model.assembly import LENGTH_SCALE, Assembly, Contact, records
+from gearplay.model.assembly import ANGLE_SCALE, LENGTH_SCALE, Assembly, Contact, records
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -33,6 +33,7 @@ class Packed:
     system: System
     labels: Mapping[str, tuple[str, ...]]  # of rotors and elements, by dimension of a result
     contact_labels: tuple[str, ...]  # sleeves by name, flanks as ``mesh:drive``, ``mesh:back``
+    angular: NDArray[np.bool_]  # per contact: whether it is one of angles and torques
     natural: Floats  # natural size per state: m, rad, m/s, rad/s
     restart_step: float  # s, first step after a switch
     stops: Floats  # s, times where the right-hand side jumps
@@ -72,7 +73,8 @@ def _pack_rotors(case: "Case") -> Any:
             )
         r.torque = -senses[i] * given.load.torque
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
-        r.radial_damping = given.radial_damping
+        # Of a rotor that is carried it acts beside the pin: `_pack_sleeves`.
+        r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
         r.eccentricity, r.eccentricity_phase = given.runout.amplitude, given.runout.phase
         r.drive = layout.DRIVE_NONE
         if drive is None:
@@ -97,7 +99,12 @@ def _pack_servos(case: "Case", assembly: Assembly) -> None:
         assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
 
 
-def _pack_sleeves(case: "Case", assembly: Assembly, centres: dict[str, tuple[float, float]]) -> None:
+TYPICAL_DEPTH = 1e-6  # m, penetration at which a contact's angular frequency is estimated
+
+
+def _pack_sleeves(
+    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]]
+) -> None:
     names = list(case.rotors)
     for name, given in case.sleeves.items():
         s = records(sleeve.RECORD, 1)[0]
@@ -115,6 +122,7 @@ def _pack_sleeves(case: "Case", assembly: Assembly, centres: dict[str, tuple[flo
         if given.on is not None:
             s.offset_x = centres[name][0] - centres[given.on][0]
             s.offset_y = centres[name][1] - centres[given.on][1]
+            s.damping = case.rotors[name].radial_damping
         s.bed = bed.BED_NONE
         if given.law == "conformal":
             if case.formulation == "as_published":
@@ -131,7 +139,10 @@ def _pack_sleeves(case: "Case", assembly: Assembly, centres: dict[str, tuple[flo
                 )
         # Without clearance it touches from the start, even at its centre.
         contact = Contact(floor=given.minimum_impact_speed, closed=given.radial_clearance == 0.0)
-        assembly.add(sleeve.KIND, name, s, [s.journal, s.bush], [contact])
+        stiffness = s.stiffness * s.exponent * TYPICAL_DEPTH ** (s.exponent - 1.0)
+        rate = math.sqrt(stiffness * max(rotors[s.journal].inv_mass, 1e-3))
+        always = bool(s.damping > 0.0)
+        assembly.add(sleeve.KIND, name, s, [s.journal, s.bush], [contact], always=always, rate=rate)
 
 
 def sleeve_stiffness(case: "Case", name: str) -> float:
@@ -171,17 +182,6 @@ def _pack_mesh(
     frame = geometry.mesh_frame(case, j)
     carried = frame is not None and speeds[names.index(frame)] != 0.0
     m.kind = _mesh_kind(case)
-    if carried and m.kind != mesh_geometry.MESH_COUPLED:
-        raise InputError(
-            [
-                Fault(
-                    f"meshes.{j}",
-                    f"carried by {frame}",
-                    "a turning carrier needs the geometric, coupled model: the others have one fixed line of action",
-                    "Set formulation = 'geometric' and backlash_model = 'coupled'.",
-                )
-            ]
-        )
     cosine = math.cos(mesh.pressure_angle)
     m.c0 = abs(r_a + r_b) * cosine
     dx, dy = centres[b][0] - centres[a][0], centres[b][1] - centres[a][1]
@@ -213,7 +213,11 @@ def _pack_mesh(
     m.inv_A_nominal_squared = 1.0 / m.A_nominal_squared
     at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
     m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
-    radius = 1.0 if m.kind in (mesh_geometry.MESH_PRINTED_COUPLED, mesh_geometry.MESH_PRINTED_UNCOUPLED) else cosine
+    radius = (
+        1.0
+        if m.kind in (mesh_geometry.MESH_PRINTED_COUPLED, mesh_geometry.MESH_PRINTED_UNCOUPLED)
+        else cosine
+    )
     m.rho_a, m.rho_b = r_a * radius, r_b * radius
     m.a, m.b, m.driver = names.index(a), names.index(b), names.index(mesh.driver)
     m.frame = names.index(frame) if frame is not None else -1
@@ -235,7 +239,7 @@ def _harmonics(rows: Iterable[Sequence[float]]) -> list[list[float]]:
 
 
 def _pack_meshes(
-    case: "Case", assembly: Assembly, centres: dict[str, tuple[float, float]]
+    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]]
 ) -> tuple[Floats, Floats, Floats]:
     speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
     terms: list[list[float]] = []
@@ -263,9 +267,16 @@ def _pack_meshes(
         m.inv_depth = 1.0 / m.depth
         m.ramp = flank.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else flank.RAMP_SMOOTH
         # As printed there is one force, (19): the drive branch goes first.
-        flanks = [Contact("drive"), Contact("back", yields_to=0 if case.formulation == "as_published" else None)]
+        flanks = [
+            Contact("drive"),
+            Contact("back", yields_to=0 if case.formulation == "as_published" else None),
+        ]
         edges = 1 if k.kind == tooth_stiffness.STIFFNESS_SQUARE else 0
-        assembly.add(mesh_element.KIND, mesh.label, m, [m.a, m.b, m.frame], flanks, switches=edges)
+        mobility = sum(
+            r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
+        )
+        rate = math.sqrt(k.highest * mobility)
+        assembly.add(mesh_element.KIND, mesh.label, m, [m.a, m.b, m.frame], flanks, switches=edges, rate=rate)
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
 
@@ -295,23 +306,7 @@ def _natural_sizes(system: System, states: int) -> Floats:
     arms = [_arm(system, i) for i in range(system.rotors.size)]
     positions = [x for r in arms for x in (LENGTH_SCALE, LENGTH_SCALE, LENGTH_SCALE / r)]
     speeds = [x for r in arms for x in (SPEED_SCALE, SPEED_SCALE, SPEED_SCALE / r)]
-    return np.array(positions + speeds + [LENGTH_SCALE / 0.1] * states)
-
-
-def _fastest_rate(case: "Case", system: System) -> float:
-    """Return an estimate of the fastest contact's angular frequency [rad/s], or a ripple's where that is faster."""
-    fastest = max(1.0, float(np.max(system.rotors["ripple_rate"])))
-    depth = 1e-6  # m, a typical penetration
-    for s in system.records[sleeve.KIND]:
-        stiffness = s.stiffness * s.exponent * depth ** (s.exponent - 1.0)
-        fastest = max(fastest, math.sqrt(stiffness * max(system.rotors[s.journal].inv_mass, 1e-3)))
-    for j, m in enumerate(system.records[mesh_element.KIND]):
-        mobility = sum(
-            r * r * system.rotors[i].inv_inertia + system.rotors[i].inv_mass
-            for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
-        )
-        fastest = max(fastest, math.sqrt(pack_stiffness(case, j).highest * mobility))
-    return fastest
+    return np.array(positions + speeds + [ANGLE_SCALE] * states)
 
 
 def pack(case: "Case") -> Packed:
@@ -323,17 +318,23 @@ def pack(case: "Case") -> Packed:
     rotors = _pack_rotors(case)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly)
-    _pack_sleeves(case, assembly, centres)
-    terms, spline, involutes = _pack_meshes(case, assembly, centres)
+    _pack_sleeves(case, assembly, rotors, centres)
+    terms, spline, involutes = _pack_meshes(case, assembly, rotors, centres)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
+    places = {name: i for i, name in enumerate(case.rotors)}
+    inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
+    for joint in case.joints:
+        joint.pack(assembly, places, inertias)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(rotors, terms=terms, involutes=involutes, spline=spline, gravity=gravity)
     ramps = sorted({float(r.ramp_time) for r in rotors if r.ramp_time > 0.0})
     return Packed(
         system=system,
-        labels={"rotor": tuple(case.rotors)} | {name: tuple(found) for name, found in assembly.labels.items()},
+        labels={"rotor": tuple(case.rotors)}
+        | {name: tuple(found) for name, found in assembly.labels.items()},
         contact_labels=tuple(assembly.contact_labels),
+        angular=np.array(assembly.angular, dtype=bool),
         natural=_natural_sizes(system, assembly.states),
-        restart_step=0.1 / _fastest_rate(case, system),
+        restart_step=0.1 / max(1.0, float(np.max(rotors.ripple_rate)), assembly.fastest),
         stops=np.array(ramps, dtype=np.float64),
     )

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from gearplay.model.case import Case
+from gearplay.model.case import JOINTS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import Part
 from gearplay.model.mesh import Mesh
@@ -170,8 +170,14 @@ def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[
         {name: _part(Rotor, raw) for name, raw in rotors.items()},
         {name: _part(Sleeve, raw) for name, raw in sleeves.items()},
         [_part(Mesh, raw) for raw in meshes] if isinstance(meshes, list) else [],
+        {name: [_part(kind, raw) for raw in _listed(document, name)] for name, kind in JOINTS.items()},
     )
     return [fault for fault in faults if fault.path not in known]
+
+
+def _listed(document: Mapping[str, Any], name: str) -> list[Any]:
+    found = document.get(name)
+    return found if isinstance(found, list) else []
 
 
 def _part(kind: type[Part], raw: object) -> Any:

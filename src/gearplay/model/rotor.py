@@ -138,9 +138,10 @@ class Rotor(Part):
         | None
     ) = None
     initial: Initial = Initial()
-    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
-        0.0
-    )
+    radial_damping: Annotated[
+        float,
+        Measure(q.DAMPING, "viscous damping of the centre's motion, beside its pin if it is carried", ge=0.0),
+    ] = 0.0
     floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = (
         False
     )

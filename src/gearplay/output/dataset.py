@@ -84,6 +84,8 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
         variables[signal] = (dims, block if ensemble else block[0], attributes)
     for name, (unit, words) in _STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
+        if unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals
+            table = np.where(packed.angular, np.nan, table)
         along = ("member", "contact") if ensemble else ("contact",)
         variables[name] = (along, table if ensemble else table[0], {"units": unit, "long_name": words})
     return variables
@@ -102,7 +104,12 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     coordinates: dict[str, Any] = {
         "time": time,
     }
-    labels = {"sleeve": (), "mesh": (), **packed.labels, "contact": packed.contact_labels}  # always two, even if empty
+    labels = {
+        "sleeve": (),
+        "mesh": (),
+        **packed.labels,
+        "contact": packed.contact_labels,
+    }  # always two, even if empty
     for dimension, names in labels.items():
         coordinates[dimension] = np.array(names, dtype=object if names else "U1")
     if ensemble:

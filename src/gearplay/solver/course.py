@@ -115,7 +115,9 @@ class Course:
         """Advance to t_end [s] or to the first reason to stop, which is asked for between chunks; return the status."""
         asked = reason_to_stop or Course._own_reason
         while True:
-            steps = max(0, min(CHUNK_STEPS, (self.case.run.max_steps or self.steps + CHUNK_STEPS) - self.steps))
+            steps = max(
+                0, min(CHUNK_STEPS, (self.case.run.max_steps or self.steps + CHUNK_STEPS) - self.steps)
+            )
             status = self.take_chunk(t_end, steps, keep_log=keep_log)
             if status != Status.PAUSED:
                 return status

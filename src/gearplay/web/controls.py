@@ -199,7 +199,9 @@ def _group(path: str) -> str:
     head, parts = path.split(".")[0], path.split(".")
     if head == "rotors":
         return "Drive and load" if len(parts) > 3 and parts[2] in ("drive", "load") else "Gears"
-    return {"sleeves": "Sleeves", "meshes": "Mesh", "run": "Run"}.get(head, "Model")
+    return {"sleeves": "Sleeves", "meshes": "Mesh", "run": "Run"}.get(
+        head, head.capitalize() if len(parts) > 1 else "Model"
+    )
 
 
 def _label(path: str, name: str) -> str:

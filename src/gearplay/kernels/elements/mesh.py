@@ -139,7 +139,12 @@ SIGNALS = (
     Signal("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
     Signal("center_distance", "A", "m", "mm", 1e3, "centre distance", True),
     Signal(
-        "transmission_error_dynamic", "DTE", "m", "um", 1e6, "dynamic transmission error along the line of action",
+        "transmission_error_dynamic",
+        "DTE",
+        "m",
+        "um",
+        1e6,
+        "dynamic transmission error along the line of action",
         True,
     ),
     Signal("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
@@ -361,25 +366,41 @@ def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Br
 
 
 @compiled_inline
-def _may_let_go(mesh: Any, k: int, past: int, start: Floats, end: Floats) -> bool:
-    """Return whether flank contact k, pressing at both ends of a step, may have let go in between.
+def _ramp_weight(u: float) -> float:
+    """Return u (3 - 2 u) of the damping ramp's factor, 0 below its start; it is largest at u = 3/4."""
+    return max(u * (3.0 - 2.0 * u), 0.0)
+
+
+@compiled_inline
+def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -> bool:
+    """Return whether flank contact k, on one mode at both ends of a step, may have let go, or taken hold, in between.
 
     On the smooth ramp F / p = K - (C / d) u (3 - 2u) |dp/dt|, u = p / d, whose one minimum lies at u = 3/4.
     """
-    fastest = max(-start[k, RATE], -end[k, RATE])
-    damping = mesh.C_m * mesh.inv_depth * fastest
-    if damping <= 0.0 or mesh.ramp != RAMP_SMOOTH or past == 1:
-        return False
+    c = mesh.C_m * mesh.inv_depth
+    fastest, slowest = max(-start[k, RATE], -end[k, RATE]), min(-start[k, RATE], -end[k, RATE])
     u_0, u_1 = start[k, PENETRATION] * mesh.inv_depth, end[k, PENETRATION] * mesh.inv_depth
+    # Stiffnesses at both ends, with a half to spare for what changes between them.
+    k_0 = start[k, MARGIN] - c * _ramp_weight(u_0) * start[k, RATE]
+    k_1 = end[k, MARGIN] - c * _ramp_weight(u_1) * end[k, RATE]
+    if mode != LOADED:
+        return 1.5 * max(k_0, k_1) > c * slowest * min(_ramp_weight(u_0), _ramp_weight(u_1))
     deepest, slightest = min(max(u_0, u_1), 0.75), max(min(u_0, u_1), 0.0)
     if slightest > 0.75:
         deepest = slightest
-    # The least of both ends' stiffnesses, with a half to spare for what changes between them.
-    least = min(
-        start[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_0 * (3.0 - 2.0 * u_0), 0.0) * start[k, RATE],
-        end[k, MARGIN] - mesh.C_m * mesh.inv_depth * max(u_1 * (3.0 - 2.0 * u_1), 0.0) * end[k, RATE],
-    )
-    return bool(0.5 * least < damping * deepest * (3.0 - 2.0 * deepest))
+    return fastest > 0.0 and 0.5 * min(k_0, k_1) < c * fastest * _ramp_weight(deepest)
+
+
+@compiled_inline
+def _phase_bend(system: System, mesh: Any, stages: Floats) -> float:
+    """Return the largest |psi''| [rad/s^2] at the stages of a step."""
+    most = 0.0
+    for stage in range(stages.shape[0]):
+        alpha = stages[stage, omega_of(system, mesh.driver)]
+        if mesh.frame >= 0:
+            alpha -= stages[stage, omega_of(system, mesh.frame)]
+        most = max(most, abs(alpha))
+    return mesh.z_driver * most
 
 
 @compiled_inline
@@ -388,17 +409,23 @@ def may_return(
     g_0: Floats, g_1: Floats,
 ) -> bool:  # fmt: skip
     """Return whether switch s of mesh e, not positive at both ends of a step of h [s], may be so in between."""
-    element, modes = system.elements[e], branch.modes
-    mesh = system.records[KIND][element.index]
-    if s == EDGE:
-        return False
+    element, modes, start, end = system.elements[e], branch.modes, loads_0.contacts, loads.contacts
+    mesh, at = system.records[KIND][element.index], element.switch + s
+    if (
+        s == EDGE
+    ):  # a function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages
+        return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
     flank, role = s // PER_CONTACT, s % PER_CONTACT
     k = element.contact + flank
+    if mesh.C_m == 0.0 or modes[k] == OPEN or is_printed(mesh):
+        return False
+    past = modes[element.mode + flank]
     if role == PULL:
-        return modes[k] == LOADED and g_0[element.switch + s] < 0.0 and _may_let_go(
-            mesh, k, modes[element.mode + flank], loads_0.contacts, loads.contacts
-        )
-    return False
+        smooth = mesh.ramp == RAMP_SMOOTH and past == 0
+        return smooth and g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
+    sign = 1.0 if past == 0 else -1.0
+    rising, falling = sign * start[k, RATE], -sign * end[k, RATE]
+    return rising > 0.0 and falling > 0.0 and g_0[at] + rising * h > 0.0 and g_1[at] + falling * h > 0.0
 
 
 @compiled
@@ -431,9 +458,7 @@ SLOPES = FLANK + 2 * FLANK_SLOPES
 
 
 @compiled
-def linearise(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
-) -> int:
+def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill mesh e's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
 
     A flank's penetration p has the gradient D on the coordinates q of its rotors; its force F acts along -D. So

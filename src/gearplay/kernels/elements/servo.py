@@ -108,9 +108,7 @@ def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled
-def linearise(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
-) -> int:
+def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Return 0: a servo is linear on each of its modes."""
     return 0
 
@@ -140,8 +138,23 @@ def may_return(
     system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
     g_0: Floats, g_1: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether switch s of servo e, not positive at both ends of a step of h [s], may be so in between."""
-    return False
+    """Return whether switch s of servo e, not positive at both ends of a step of h [s], may be so in between.
+
+    Where the torque wanted rises and falls among the stages it may do so by half of its fastest change.
+    """
+    element = system.elements[e]
+    servo = system.records[KIND][element.index]
+    ramp = 0.0
+    if branch.modes[ramp_of(system, branch.modes, servo.rotor)] == 1:
+        ramp = system.rotors[servo.rotor].ramp_acceleration
+    least, most = math.inf, -math.inf
+    for stage in range(stages.shape[0]):
+        error_rate = ramp - stages[stage, omega_of(system, servo.rotor)]
+        rate = servo.gain * error_rate + servo.integral_gain * stages[stage, element.state]
+        least, most = min(least, rate), max(most, rate)
+    if least >= 0.0 or most <= 0.0:
+        return False
+    return max(g_0[element.switch], g_1[element.switch]) + 0.5 * h * max(most, -least) > 0.0
 
 
 @compiled_inline

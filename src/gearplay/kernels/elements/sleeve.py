@@ -25,6 +25,7 @@ from gearplay.kernels.layout import (
     FORCE_Y,
     LOADED,
     MARGIN,
+    OPEN,
     PENETRATION,
     RATE,
     Branch,
@@ -277,9 +278,7 @@ SLOPES = 17
 
 
 @compiled
-def linearise(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
-) -> int:
+def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill sleeve e's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
     _press(system, e, t, y, branch, loads)
     element, out = system.elements[e], loads.out
@@ -380,8 +379,26 @@ def may_return(
     system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
     g_0: Floats, g_1: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether switch s of sleeve e, not positive at both ends of a step of h [s], may be so in between."""
-    return False
+    """Return whether switch s of sleeve e, not positive at both ends of a step of h [s], may be so in between.
+
+    The margin 1 + a ddelta/v_in changes by a/v_in times the acceleration along u, at most that of both centres and of the
+    swing; as printed the margin is a force and is looked at at the ends alone.
+    """
+    element = system.elements[e]
+    sleeve, k = system.records[KIND][element.index], element.contact
+    if sleeve.dissipation == 0.0 or sleeve.bed == BED_AS_PRINTED or branch.modes[k] == OPEN:
+        return False
+    pull = 0.0
+    for stage in range(stages.shape[0]):
+        vx, vy = vx_of(system, sleeve.journal), vy_of(system, sleeve.journal)
+        here = abs(stages[stage, vx]) + abs(stages[stage, vy])
+        if sleeve.bush >= 0:
+            vx, vy = vx_of(system, sleeve.bush), vy_of(system, sleeve.bush)
+            here += abs(stages[stage, vx]) + abs(stages[stage, vy])
+        pull = max(pull, here)
+    rise = 0.5 * h * pull * sleeve.dissipation / branch.latch[system.contacts[k].latch]
+    at = element.switch + s
+    return 0.5 * (g_0[at] + g_1[at]) + rise > 0.0
 
 
 @compiled_inline

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.compiled import compiled, compiled_inline
-from gearplay.kernels.elements import mesh, servo, sleeve
+from gearplay.kernels.elements import coupling, mesh, servo, sleeve
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SERVO, SLEEVE, MESH = servo.KIND, sleeve.KIND, mesh.KIND
+SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
 
 # What the file of every kind must say: its record and the sizes of its entries, and the questions that it must answer.
 FACTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
@@ -47,7 +47,7 @@ class Kind:
             raise TypeError(f"{self.file.__name__} says nothing of {', '.join(lacking)}")
 
 
-KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh))
+KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh), Kind("coupling", coupling))
 
 
 @compiled_inline
@@ -58,6 +58,8 @@ def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Lo
         return sleeve.press(system, e, t, y, branch, loads)
     if kind == MESH:
         return mesh.press(system, e, t, y, branch, loads)
+    if kind == COUPLING:
+        return coupling.press(system, e, t, y, branch, loads)
     return servo.press(system, e, t, y, branch, loads)
 
 
@@ -69,6 +71,8 @@ def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Load
         return sleeve.act(system, e, t, y, branch, loads, dy)
     if kind == MESH:
         return mesh.act(system, e, t, y, branch, loads, dy)
+    if kind == COUPLING:
+        return coupling.act(system, e, t, y, branch, loads, dy)
     return servo.act(system, e, t, y, branch, loads, dy)
 
 
@@ -83,6 +87,8 @@ def stay_open(
     if kind == MESH:
         follow_orbit(system, e, y, branch.memory)
         return mesh.stay_open(system, e, t, y, branch, longest, out)
+    if kind == COUPLING:
+        return coupling.stay_open(system, e, t, y, branch, longest, out)
     return servo.stay_open(system, e, t, y, branch, longest, out)
 
 
@@ -139,6 +145,8 @@ def may_return(
         return sleeve.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
     if kind == MESH:
         return mesh.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+    if kind == COUPLING:
+        return coupling.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
     return servo.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
 
 
@@ -160,15 +168,15 @@ def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Br
 
 
 @compiled
-def linearise(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats
-) -> int:
+def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill element e's row of slopes at (t, y); return 1 where its geometry fails."""
     kind = system.elements[e].kind
     if kind == SLEEVE:
         return sleeve.linearise(system, e, t, y, branch, loads, row)
     if kind == MESH:
         return mesh.linearise(system, e, t, y, branch, loads, row)
+    if kind == COUPLING:
+        return coupling.linearise(system, e, t, y, branch, loads, row)
     return servo.linearise(system, e, t, y, branch, loads, row)
 
 
@@ -182,6 +190,8 @@ def add_change(
         sleeve.add_change(system, e, row, z, branch, force, dz)
     elif kind == MESH:
         mesh.add_change(system, e, row, z, branch, force, dz)
+    elif kind == COUPLING:
+        coupling.add_change(system, e, row, z, branch, force, dz)
     else:
         servo.add_change(system, e, row, z, branch, force, dz)
 
@@ -196,14 +206,19 @@ def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[fl
         return sleeve.crossing(system, e, s, row, z)
     if kind == MESH:
         return mesh.crossing(system, e, s, row, z)
+    if kind == COUPLING:
+        return coupling.crossing(system, e, s, row, z)
     return servo.crossing(system, e, s, row, z)
 
 
 @compiled
 def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which element e's force has just jumped, by its modes before and now; -1 for none."""
-    if system.elements[e].kind == MESH:
+    kind = system.elements[e].kind
+    if kind == MESH:
         return mesh.jump(system, e, before, modes)
+    if kind == COUPLING:
+        return coupling.jump(system, e, before, modes)
     return -1
 
 
@@ -217,5 +232,7 @@ def observe(
         sleeve.observe(system, e, t, y, branch, loads, acting, row)
     elif kind == MESH:
         mesh.observe(system, e, t, y, branch, loads, acting, row)
+    elif kind == COUPLING:
+        coupling.observe(system, e, t, y, branch, loads, acting, row)
     else:
         servo.observe(system, e, t, y, branch, loads, acting, row)

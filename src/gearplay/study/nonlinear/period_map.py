@@ -158,7 +158,11 @@ def _check_prescribed(packed: Packed) -> None:
     """Raise `InputError` where no speed is prescribed without a ramp, or there is no mesh."""
     rotors: Any = packed.system.rotors
     prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
-    if prescribed and all(rotors[i].ramp_time == 0.0 for i in prescribed) and packed.system.records[MESH].size:
+    if (
+        prescribed
+        and all(rotors[i].ramp_time == 0.0 for i in prescribed)
+        and packed.system.records[MESH].size
+    ):
         return
     rule = (
         "must be a prescribed speed without a ramp, in a case with a mesh, for a motion that can be periodic"

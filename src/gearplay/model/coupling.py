@@ -1,0 +1,76 @@
+"""Couplings: a shaft, a coupling, a spline or an ideal drive between two rotors, elastic in torsion, with or without play."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated
+
+from pydantic import model_validator
+
+from gearplay.kernels.elements import coupling
+from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, records
+from gearplay.model.fields import Listed, Measure, Name, Problem, refuse
+from gearplay.model.joint import Joint
+from gearplay.vocabulary import quantities as q
+
+
+class Coupling(Joint):
+    """A torsional spring and damper on the twist phi = theta_1 - ratio theta_2, in full angles, unstressed at phi = 0.
+
+    The torque on the first rotor is -T, on the second ratio T: T = k phi + c dphi/dt, or with play, for
+    p = abs(phi) - play / 2 > 0, T = max(0, k p + c dp/dt) in the sense of phi, and nothing within the play.
+    """
+
+    between: Annotated[tuple[Name, Name], Listed(2, 2, "the two rotors")]
+    torsional_stiffness: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "torsional stiffness", gt=0.0)]
+    torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "torsional damping", ge=0.0)] = 0.0
+    play: Annotated[float, Measure(q.ANGLE, "total torsional play", ge=0.0, le=math.pi)] = 0.0
+    ratio: Annotated[float, Measure(q.RATIO, "turns of the first per turn of the second rotor")] = 1.0
+
+    @model_validator(mode="after")
+    def _check(self) -> Coupling:
+        refuse(self._problems())
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        if self.between[0] == self.between[1]:
+            yield Problem(("between",), "must name two rotors", "Name the other one")
+        if self.ratio == 0.0:
+            yield Problem(("ratio",), "must not be 0", "Give the turns of the first per turn of the second")
+
+    @property
+    def label(self) -> str:
+        """Name of the coupling in results: ``first-second``."""
+        return "-".join(self.between)
+
+    def named_rotors(self) -> Mapping[str, str]:
+        """Return the rotors that it names, by field."""
+        return {f"between.{at}": name for at, name in enumerate(self.between)}
+
+    def rolling(self) -> Mapping[str, float]:
+        """Return the factors of both rotations in the twist, with play too."""
+        return {self.between[0]: 1.0, self.between[1]: -self.ratio}
+
+    def shared_axis(self) -> Sequence[str]:
+        """Return both rotors where they turn alike; with another ratio their axes may differ."""
+        return self.between if self.ratio == 1.0 else ()
+
+    def pack(self, assembly: Assembly, places: Mapping[str, int], inertias: Mapping[str, float]) -> None:
+        """Add the element to a mechanism: two contacts with play, none and always acting without."""
+        first, second = self.between
+        record = records(coupling.RECORD, 1)[0]
+        record.a, record.b, record.ratio = places[first], places[second], self.ratio
+        record.stiffness, record.damping = self.torsional_stiffness, self.torsional_damping
+        record.half_play = 0.5 * self.play
+        ends = [Contact(name, size=ANGLE_SCALE, angular=True) for name in ("forward", "backward")]
+        mobility = 1.0 / inertias[first] + self.ratio**2 / inertias[second]
+        assembly.add(
+            coupling.KIND,
+            self.label,
+            record,
+            [record.a, record.b],
+            ends if self.play > 0.0 else [],
+            always=self.play == 0.0,
+            rate=math.sqrt(self.torsional_stiffness * mobility),
+        )
