@@ -150,14 +150,14 @@ def element_of(packed: Packed, kind: int, k: int) -> int:
 def mesh_at(packed: Packed, j: int, y: Floats, t: float = 0.0) -> Floats:
     """Return the kinematics of mesh j (slots: `kernels.mesh_geometry`); fail the test where it cannot mesh."""
     out, memory = np.zeros(OUT_SIZE), make_branch(packed.system).memory
-    assert mesh_geometry(packed.system, element_of(packed, MESH, j), t, y, memory, out) == 0
+    assert mesh_geometry(packed.system, j, t, y, memory, out) == 0
     return out
 
 
 def sleeve_at(packed: Packed, k: int, y: Floats, t: float = 0.0) -> Floats:
     """Return the kinematics of sleeve k (slots: `kernels.elements.sleeve`)."""
     out = np.zeros(OUT_SIZE)
-    sleeve_geometry(packed.system, element_of(packed, SLEEVE, k), t, y, out)
+    sleeve_geometry(packed.system, k, t, y, out)
     return out
 
 

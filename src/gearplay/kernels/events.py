@@ -4,7 +4,7 @@ from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import OPEN, RATE, TOUCH, Loads, System
 from gearplay.kernels.roster import fly_listed
-from gearplay.kernels.run import CALLS, Floats, Run, T
+from gearplay.kernels.run import CALLS, TOLERANCE, Floats, Run, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate, step
 from gearplay.kernels.switches import switch_value, switch_values
 
@@ -49,7 +49,9 @@ def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
 def allowance(system: System, run: Run, s: int) -> float:
     """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error."""
     switch = system.switches[s]
-    return run.depths[switch.contact] if switch.role == TOUCH else 0.0
+    return (
+        0.1 * (run.clock[TOLERANCE] * system.contacts[switch.contact].size) if switch.role == TOUCH else 0.0
+    )
 
 
 @compiled
@@ -175,12 +177,12 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
                 look(system, run, h, peak, s)
                 first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
     searched = False
-    for c in range(1, roster.switches[0] + 1):
-        s = roster.switches[c]
+    for c in range(1, roster.hiding[0] + 1):
+        s = roster.hiding[c]
         e, local = system.switches[s].element, system.switches[s].local
-        hidden = system.switches[s].role != TOUCH and run.g_0[s] <= 0.0 and run.g_1[s] <= 0.0
+        hidden = run.g_0[s] <= 0.0 and run.g_1[s] <= 0.0
         if hidden and table.may_return(
-            system, e, local, h, run.branch, run.loads_0, run.loads, run.stages, run.g_0, run.g_1
+            system, e, local, h, run.branch, run.loads_0, run.loads, run.g_0, run.g_1, run.stages
         ):
             searched = True
             hump = locate_hump(system, run, h, s, place)

@@ -96,10 +96,10 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
 
 
 @compiled_inline
-def know_angles(system: System, e: int, t: float, y: Floats, memory: Floats) -> None:
-    """Note mesh e's angles at (t, y) with their cosines and sines, for `nearby_angle`."""
-    mesh = system.records[MESH][system.elements[e].index]
-    a, b = mesh.a, mesh.b
+def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
+    """Note mesh n's angles at (t, y) with their cosines and sines, for `nearby_angle`."""
+    mesh = system.records[MESH][n]
+    a, b, e = mesh.a, mesh.b, mesh.element
     psi, _ = mesh_phase(mesh, system, t, y)
     know_angle(toothing_angle(system.rotors[a], t, y[theta_of(a)]), memory, e, KNOWN_A)
     know_angle(toothing_angle(system.rotors[b], t, y[theta_of(b)]), memory, e, KNOWN_B)
@@ -107,14 +107,15 @@ def know_angles(system: System, e: int, t: float, y: Floats, memory: Floats) -> 
 
 
 @compiled_inline
-def follow_orbit(system: System, e: int, y: Floats, memory: Floats) -> None:
-    """Let mesh e's reference of phi follow a gear that travels round its partner, so that phi never jumps by a turn.
+def follow_orbit(system: System, n: int, y: Floats, memory: Floats) -> None:
+    """Let mesh n's reference of phi follow a gear that travels round its partner, so that phi never jumps by a turn.
 
     Called between steps; a step itself turns phi by far less than half a turn.
     """
-    mesh = system.records[MESH][system.elements[e].index]
+    mesh = system.records[MESH][n]
     if not is_coupled(mesh) or mesh.frame >= 0:
         return
+    e = mesh.element
     dx, dy = y[x_of(mesh.b)] - y[x_of(mesh.a)], y[y_of(mesh.b)] - y[y_of(mesh.a)]
     length = mesh.A0 + dx * mesh.u0_x + dy * mesh.u0_y
     across = -dx * mesh.u0_y + dy * mesh.u0_x
@@ -139,13 +140,13 @@ def small_angle(across: float, length: float) -> float:
 
 
 @compiled_inline
-def mesh_gaps(system: System, e: int, t: float, y: Floats, memory: Floats, out: Floats) -> int:
-    """Fill the positions of ``out`` for mesh e at state y; return 0, or 1 where it cannot mesh.
+def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: Floats) -> int:
+    """Fill the positions of ``out`` for mesh n at state y; return 0, or 1 where it cannot mesh.
 
     Equations (3)-(6), (18), (19); section "Mesh" of docs/theory.
     """
-    j = system.elements[e].index
-    mesh = system.records[MESH][j]
+    mesh = system.records[MESH][n]
+    e = mesh.element
     a, b = mesh.a, mesh.b
     lx_a, ly_a = toothing_arm(system.rotors[a], t, y[theta_of(a)], memory, e, KNOWN_A)
     lx_b, ly_b = toothing_arm(system.rotors[b], t, y[theta_of(b)], memory, e, KNOWN_B)
@@ -179,7 +180,7 @@ def mesh_gaps(system: System, e: int, t: float, y: Floats, memory: Floats, out: 
         return 1
     u = (A_squared - mesh.A_nominal_squared) * mesh.inv_A_nominal_squared
     opening = mesh.c0 * involute_difference(
-        A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, j
+        A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, n
     )
     inv_A = 1.0 / A
     out[INV_A] = inv_A
@@ -212,11 +213,11 @@ def mesh_gaps(system: System, e: int, t: float, y: Floats, memory: Floats, out: 
 
 
 @compiled_inline
-def mesh_geometry(system: System, e: int, t: float, y: Floats, memory: Floats, out: Floats) -> int:
-    """Fill ``out`` with mesh e's kinematics at state y, rates and gradients too; return 0, or 1 where the pair cannot mesh."""
-    if mesh_gaps(system, e, t, y, memory, out) != 0:
+def mesh_geometry(system: System, n: int, t: float, y: Floats, memory: Floats, out: Floats) -> int:
+    """Fill ``out`` with mesh n's kinematics at state y, rates and gradients too; return 0, or 1 where the pair cannot mesh."""
+    if mesh_gaps(system, n, t, y, memory, out) != 0:
         return 1
-    mesh = system.records[MESH][system.elements[e].index]
+    mesh = system.records[MESH][n]
     a, b = mesh.a, mesh.b
     omega_a, omega_b = y[omega_of(system, a)], y[omega_of(system, b)]
     spin_a, spin_b = spin_of(system, a, y), spin_of(system, b, y)

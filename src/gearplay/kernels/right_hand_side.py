@@ -57,9 +57,8 @@ def right_hand_side(
         force[i, 2] = r.torque - r.drag * omega
         if r.friction > 0.0:
             force[i, 2] -= r.friction * smooth_sign(omega / r.friction_speed)
-    for c in range(1, roster.acting[0] + 1):
-        if table.act(system, roster.acting[c], t, y, branch, loads, dy) != 0:
-            return 1
+    if table.act(system, roster.acting, t, y, branch, loads, dy) != 0:
+        return 1
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
 from gearplay.kernels.layout import (
     ACTING,
@@ -47,6 +47,7 @@ class Roster(NamedTuple):
     watched: Ints  # elements
     near: Ints  # flying rotors beside a watched element
     switches: Ints  # switch functions of acting and watched elements
+    hiding: Ints  # those of them that a step may hide
     grounded: Ints  # [1]: 1 where nobody flies, touched or not
 
 
@@ -69,6 +70,7 @@ def make_roster(system: System, states: int) -> Roster:
         watched=np.zeros(elements + 1, dtype=np.int64),
         near=np.zeros(n + 1, dtype=np.int64),
         switches=np.zeros(system.switches.size + 1, dtype=np.int64),
+        hiding=np.zeros(system.switches.size + 1, dtype=np.int64),
         grounded=np.zeros(1, dtype=np.int64),
     )
 
@@ -109,9 +111,12 @@ def state_of(system: System, roster: Roster, i: int, t: float, y: Floats, result
 @compiled_inline
 def states_of(system: System, roster: Roster, e: int, t: float, y: Floats, result: Floats) -> None:
     """Do what `state_of` does for every rotor of element e."""
-    for i in members(system, e):
-        if i >= 0:
-            state_of(system, roster, i, t, y, result)
+    a, b, c = members(system, e)
+    state_of(system, roster, a, t, y, result)
+    if b >= 0:
+        state_of(system, roster, b, t, y, result)
+    if c >= 0:
+        state_of(system, roster, c, t, y, result)
 
 
 @compiled_inline
@@ -127,14 +132,20 @@ def take_off(system: System, roster: Roster, i: int, t: float, y: Floats) -> Non
 def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
     """Decide at t [s] who is integrated; bring ``y`` up to date for rotors that stop flying."""
     n, elements = system.rotors.size, system.elements.size
-    touched = roster.near  # as scratch: 1 where a rotor is touched
+    # As scratch: 1 where a rotor is touched, an element acts.
+    touched, acts = roster.near, roster.watched
     for i in range(n):
         touched[i + 1] = 0
     for e in range(elements):
+        acts[e + 1] = 0
         if is_acting(system, e, modes):
-            for i in members(system, e):
-                if i >= 0:
-                    touched[i + 1] = 1
+            acts[e + 1] = 1
+            a, b, c = members(system, e)
+            touched[a + 1] = 1
+            if b >= 0:
+                touched[b + 1] = 1
+            if c >= 0:
+                touched[c + 1] = 1
     for i in range(n):
         if roster.roles[i] == FLYING:
             if touched[i + 1] == 0 and roster.due[elements + i] > t:
@@ -153,27 +164,25 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
 @compiled_inline
 def has_active(system: System, roster: Roster, e: int) -> bool:
     """Return whether a rotor of element e is integrated."""
-    found = False
-    for i in members(system, e):
-        found = found or (i >= 0 and roster.roles[i] == ACTIVE)
-    return found
+    a, b, c = members(system, e)
+    roles = roster.roles
+    return bool(roles[a] == ACTIVE or (b >= 0 and roles[b] == ACTIVE) or (c >= 0 and roles[c] == ACTIVE))
 
 
 @compiled_inline
 def has_just_taken_off(system: System, roster: Roster, e: int, t: float) -> bool:
     """Return whether a rotor of element e flies since t [s]."""
-    found = False
-    for i in members(system, e):
-        found = found or (i >= 0 and roster.since[i] == t)
-    return found
+    a, b, c = members(system, e)
+    since = roster.since
+    return bool(since[a] == t or (b >= 0 and since[b] == t) or (c >= 0 and since[c] == t))
 
 
-@compiled
+@compiled_inline
 def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
     """Assign roles at t [s] and fill the lists."""
     assign_roles(system, roster, t, y, modes)
     roster.active[0] = roster.states[0] = roster.near[0] = 0
-    roster.acting[0] = roster.watched[0] = roster.switches[0] = 0
+    roster.acting[0] = roster.watched[0] = roster.switches[0] = roster.hiding[0] = 0
     for i in range(system.rotors.size):
         if roster.roles[i] != ACTIVE:
             continue
@@ -185,21 +194,25 @@ def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> 
     for e in range(system.elements.size):
         element, before = system.elements[e], roster.doings[e]
         roster.doings[e] = DORMANT
-        if is_acting(system, e, modes):
+        if roster.watched[e + 1] == 1:  # acts: `assign_roles`; later entries are not yet written over
             roster.doings[e] = ACTING
             add(roster.acting, e)
             for slot in range(element.state, element.state + element.states):
                 add(roster.states, slot)
             for s in range(element.switch, element.switch + element.switches):
                 add(roster.switches, s)
+                if system.switches[s].hides == 1:
+                    add(roster.hiding, s)
         elif has_active(system, roster, e):
             roster.doings[e] = WATCHED
             add(roster.watched, e)
             for s in range(element.switch, element.switch + element.switches):
                 if system.switches[s].role == TOUCH:
                     add(roster.switches, s)
-            for i in members(system, e):
-                note_near(roster, i)
+            a, b, c = members(system, e)
+            note_near(roster, a)
+            note_near(roster, b)
+            note_near(roster, c)
         elif before != DORMANT or has_just_taken_off(system, roster, e, t):
             roster.due[e] = t
         if roster.doings[e] != DORMANT:

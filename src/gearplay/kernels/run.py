@@ -19,8 +19,8 @@ Ints = NDArray[np.int64]
 DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
-# Slots of Run.clock [s] and Run.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED = range(8)
+# Slots of Run.clock [s, 1] and Run.counts.
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE = range(9)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
@@ -41,14 +41,13 @@ class Run(NamedTuple):
     y_try: Floats
     stages: Floats  # [7, state]
     dy_try: Floats
-    loads: Loads  # at the end of the last step tried
-    loads_0: Loads  # at its start
-    loads_try: Loads
+    loads_0: Loads  # at the start of the step last tried
+    loads: Loads  # at its end
+    loads_try: Loads  # where it is looked at
     g_0: Floats  # switch functions at the same three states
     g_1: Floats
     g_try: Floats
     scale: Floats  # allowed local error per state
-    depths: Floats  # how far beyond zero a step may end, per contact [m or rad]
     natural: Floats  # natural size per state
     stops: Floats  # [s], sorted times where the right-hand side jumps
     tallies: Floats
@@ -107,10 +106,11 @@ def make_run(
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
-    n, n_g = y_0.size, system.switches.size
-    clock = np.zeros(8)
+    n = y_0.size
+    clock = np.zeros(9)
     clock[H_RESTART] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
+    clock[TOLERANCE] = tolerance
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
     counts[FORCES] = 1 if forces else 0
@@ -119,7 +119,6 @@ def make_run(
         clock[FIXED] = fixed_step
         roster.grounded[0] = 1
     loads = make_loads(system)
-    contacts = np.zeros((2, *loads.contacts.shape))
     return Run(
         roster=roster,
         branch=make_branch(system),
@@ -130,14 +129,13 @@ def make_run(
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         dy_try=np.zeros(n),
+        loads_0=loads._replace(contacts=loads.contacts.copy()),
         loads=loads,
-        loads_0=loads._replace(contacts=contacts[0]),
-        loads_try=loads._replace(contacts=contacts[1]),
-        g_0=np.zeros(n_g),
-        g_1=np.zeros(n_g),
-        g_try=np.zeros(n_g),
+        loads_try=loads._replace(contacts=loads.contacts.copy()),
+        g_0=np.zeros(system.switches.size),
+        g_1=np.zeros(system.switches.size),
+        g_try=np.zeros(system.switches.size),
         scale=tolerance * natural,
-        depths=0.1 * (tolerance * np.array(system.contacts["size"])),
         natural=np.array(natural, dtype=np.float64),
         stops=np.array(stops, dtype=np.float64),
         tallies=np.zeros((system.contacts.size, TALLIES)),

@@ -25,7 +25,6 @@ from gearplay.kernels.layout import (
     vy_of,
     x_of,
 )
-from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign_slope
 
@@ -38,7 +37,6 @@ class Slopes(NamedTuple):
     elements: Floats  # [element, columns of the widest kind]
     rotors: Floats  # [rotor], slope of dry friction by the speed [N m s]
     force: Floats  # [rotor, 3]
-    loads: Loads
 
 
 def make_slopes(system: System) -> Slopes:
@@ -48,13 +46,14 @@ def make_slopes(system: System) -> Slopes:
         elements=np.zeros((system.elements.size, max(kind.file.SLOPES for kind in table.KINDS))),
         rotors=np.zeros(n),
         force=np.zeros((n, 3)),
-        loads=make_loads(system),
     )
 
 
 @compiled
-def linearise(system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes) -> int:
-    """Fill ``slopes`` at (t, y) for what the roster says is active and acting; return 1 where a pair cannot mesh."""
+def linearise(
+    system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes, loads: Loads
+) -> int:
+    """Fill ``slopes``, and ``loads`` on the way, at (t, y) for what is active and acting; 1 where a pair cannot mesh."""
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]
@@ -64,7 +63,7 @@ def linearise(system: System, roster: Roster, t: float, y: Floats, branch: Branc
             slopes.rotors[i] = r.friction / r.friction_speed * smooth_sign_slope(u)
     for c in range(1, roster.acting[0] + 1):
         e = roster.acting[c]
-        if table.linearise(system, e, t, y, branch, slopes.loads, slopes.elements[e]) != 0:
+        if table.linearise(system, e, t, y, branch, loads, slopes.elements[e]) != 0:
             return 1
     return 0
 

@@ -2,7 +2,7 @@
 
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import MARGIN, OPEN, PENETRATION, RATE, Loads, System
+from gearplay.kernels.layout import MARGIN, OPEN, PENETRATION, RATE, TOUCH, Loads, System
 from gearplay.kernels.recording import record_samples, sample_is_due, tally_change, tally_step
 from gearplay.kernels.restart import check_state
 from gearplay.kernels.run import DONE, EVENTS, STEPS, Floats, Run, T
@@ -10,7 +10,7 @@ from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.switches import switch_mode
 
 
-@compiled
+@compiled_inline
 def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Loads) -> None:
     """Apply switch s at t [s]; log what it does to its contact, and to the partner that this excludes."""
     contact, modes = system.switches[s].contact, run.branch.modes
@@ -34,7 +34,7 @@ def change_modes(system: System, run: Run, t: float, first: int) -> None:
             change_mode(system, run, s, t, run.y_new, run.loads)
 
 
-@compiled
+@compiled_inline
 def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     """Make the state at the end t [s] of a step of h [s] the present one, with what switches there; return a status.
 
@@ -59,6 +59,14 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
 
 
 @compiled_inline
+def copy_contact(source: Floats, target: Floats, k: int) -> None:
+    """Copy what a step's search for switches reads of contact k."""
+    target[k, PENETRATION] = source[k, PENETRATION]
+    target[k, RATE] = source[k, RATE]
+    target[k, MARGIN] = source[k, MARGIN]
+
+
+@compiled_inline
 def go_on(system: System, run: Run) -> None:
     """Make the end of a step the start of the next, for what takes part in it."""
     roster = run.roster
@@ -66,8 +74,7 @@ def go_on(system: System, run: Run) -> None:
         i = roster.states[c]
         run.stages[0, i] = run.stages[STAGES - 1, i]
     for c in range(1, roster.switches[0] + 1):
-        s, k = roster.switches[c], system.switches[roster.switches[c]].contact
+        s = roster.switches[c]
         run.g_0[s] = run.g_1[s]
-        if k >= 0:
-            for column in (PENETRATION, RATE, MARGIN):
-                run.loads_0.contacts[k, column] = run.loads.contacts[k, column]
+        if system.switches[s].role == TOUCH:
+            copy_contact(run.loads.contacts, run.loads_0.contacts, system.switches[s].contact)

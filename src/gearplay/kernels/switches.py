@@ -77,7 +77,7 @@ def switch_values(
         g[s] = switch_value(system, s, t, y, branch, loads)
 
 
-@compiled
+@compiled_inline
 def latch_speed(system: System, k: int, rate: float, branch: Branch) -> None:
     """Latch the impact speed [m/s] of contact k at an onset, floored, where its law needs one."""
     contact = system.contacts[k]
@@ -85,7 +85,7 @@ def latch_speed(system: System, k: int, rate: float, branch: Branch) -> None:
         branch.latch[contact.latch] = max(rate, contact.floor)
 
 
-@compiled
+@compiled_inline
 def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> None:
     """Make two contacts of element e that exclude each other do so: eq. (19) is one force, its drive branch first."""
     element, modes = system.elements[e], branch.modes

@@ -62,7 +62,7 @@ def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
         at = t + NODES[stage] * h
         stage_state(roster, stage, h, y, stages, y_stage)
         failed = right_hand_side(system, roster, at, y_stage, branch, stages[stage], tangent.loads)
-        if failed != 0 or linearise(system, roster, at, y_stage, branch, tangent.slopes) != 0:
+        if failed != 0 or linearise(system, roster, at, y_stage, branch, tangent.slopes, tangent.loads) != 0:
             return 1
         for c in range(tangent.changes.shape[0]):
             advance_stage(tangent, c, stage, h)

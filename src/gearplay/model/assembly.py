@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.elements.table import KINDS
-from gearplay.kernels.layout import CONTACT, ELEMENT, OWN, PER_ROTOR, PULL, SWITCH, TOUCH, System
+from gearplay.kernels.layout import CONTACT, ELEMENT, OWN, PER_ROTOR, PLACES, PULL, SWITCH, TOUCH, System
 
 Floats = NDArray[np.float64]
 
@@ -66,18 +66,20 @@ class Assembly:
         switches: int = 0,
         states: int = 0,
         rate: float = 0.0,
+        hides: bool = True,
     ) -> None:
         """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
         whatever they do, ``switches`` of the whole element, ``states`` of its own, the angular frequency [rad/s] at which it
-        makes its rotors swing.
+        makes its rotors swing; ``hides`` is whether the switches of its contacts but touch may return within a step.
         """
         self.fastest = max(self.fastest, rate)
+        assert not self.entries or self.entries[-1]["kind"] <= kind, "kind after kind"
         file, e, first = KINDS[kind].file, len(self.entries), len(self.contacts)
         a, b, c = (*rotors, -1, -1, -1)[:3]
         entry = {"kind": kind, "index": len(self.parts.setdefault(kind, [])), "a": a, "b": b, "c": c}
         entry |= {"always": int(always), "contact": first, "contacts": len(contacts), "mode": self.modes}
         entry |= {"switch": len(self.switches), "state": 6 * self.rotors + self.states, "states": states}
-        entry |= {"signal": PER_ROTOR * self.rotors + self.signals}
+        entry |= {"signal": PER_ROTOR * self.rotors + self.signals, "element": e, "latch": self.latches}
         if file.SIGNALS:
             self.labels.setdefault(KINDS[kind].name, []).append(label)
         for at, contact in enumerate(contacts):
@@ -85,9 +87,10 @@ class Assembly:
             self.contact_labels.append(f"{label}:{contact.name}" if contact.name else label)
             self.angular.append(contact.angular)
             for own in range(file.PER_CONTACT):
-                self._add_switch(e, entry["switch"], first + at, (TOUCH, PULL)[own] if own < 2 else OWN)
+                role = (TOUCH, PULL)[own] if own < 2 else OWN
+                self._add_switch(e, entry["switch"], first + at, role, hides and role != TOUCH)
         for _ in range(switches):
-            self._add_switch(e, entry["switch"], -1, OWN)
+            self._add_switch(e, entry["switch"], -1, OWN, True)
         entry |= {"switches": len(self.switches) - entry["switch"]}
         self.parts[kind].append(record)
         self.entries.append(entry)
@@ -95,9 +98,10 @@ class Assembly:
         self.states += states
         self.signals += len(file.SIGNALS)
 
-    def _add_switch(self, e: int, first: int, contact: int, role: int) -> None:
+    def _add_switch(self, e: int, first: int, contact: int, role: int, hides: bool) -> None:
         local = len(self.switches) - first
-        self.switches.append({"element": e, "contact": contact, "role": role, "local": local})
+        row = {"element": e, "contact": contact, "role": role, "local": local, "hides": int(hides)}
+        self.switches.append(row)
 
     def _add_contact(self, e: int, contact: Contact, first: int) -> None:
         row: dict[str, float] = {"element": e, "latch": -1, "partner": -1, "yields": 0, "floor": 0.0}
@@ -121,12 +125,22 @@ class Assembly:
             elements=elements,
             contacts=_filled(CONTACT, self.contacts),
             switches=_filled(SWITCH, self.switches),
-            records=tuple(_stacked(kind.file.RECORD, self.parts.get(k, [])) for k, kind in enumerate(KINDS)),
+            records=tuple(self._stacked(kind, elements) for kind in range(len(KINDS))),
             terms=terms,
             involutes=involutes,
             spline=spline,
             gravity=gravity,
         )
+
+    def _stacked(self, kind: int, elements: Any) -> Any:
+        """Return the records of a kind, each with its element's places."""
+        parts = self.parts.get(kind, [])
+        found = records(KINDS[kind].file.RECORD, len(parts))
+        for at, part in enumerate(parts):
+            found[at] = part
+        for name, _ in PLACES:
+            found[name] = elements[elements["kind"] == kind][name]
+        return found
 
 
 def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> Any:
@@ -134,11 +148,4 @@ def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> Any:
     for at, row in enumerate(rows):
         for name, value in row.items():
             found[at][name] = value
-    return found
-
-
-def _stacked(dtype: np.dtype[Any], parts: Sequence[Any]) -> Any:
-    found = records(dtype, len(parts))
-    for at, part in enumerate(parts):
-        found[at] = part
     return found

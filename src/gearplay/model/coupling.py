@@ -73,4 +73,5 @@ class Coupling(Joint):
             ends if self.play > 0.0 else [],
             always=self.play == 0.0,
             rate=math.sqrt(self.torsional_stiffness * mobility),
+            hides=self.torsional_damping > 0.0,
         )

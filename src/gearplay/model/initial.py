@@ -90,8 +90,8 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
 
 def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
     """Return (p_d, b_t) [m] of mesh j at state y and t = 0; NaN where it cannot mesh."""
-    out, e = np.zeros(OUT_SIZE), int(np.flatnonzero(packed.system.elements["kind"] == MESH)[j])
-    if mesh_geometry(packed.system, e, 0.0, y, make_branch(packed.system).memory, out) != 0:
+    out = np.zeros(OUT_SIZE)
+    if mesh_geometry(packed.system, j, 0.0, y, make_branch(packed.system).memory, out) != 0:
         return math.nan, math.nan
     return float(out[P_D]), float(out[B_T])
 

@@ -141,8 +141,16 @@ def _pack_sleeves(
         contact = Contact(floor=given.minimum_impact_speed, closed=given.radial_clearance == 0.0)
         stiffness = s.stiffness * s.exponent * TYPICAL_DEPTH ** (s.exponent - 1.0)
         rate = math.sqrt(stiffness * max(rotors[s.journal].inv_mass, 1e-3))
-        always = bool(s.damping > 0.0)
-        assembly.add(sleeve.KIND, name, s, [s.journal, s.bush], [contact], always=always, rate=rate)
+        assembly.add(
+            sleeve.KIND,
+            name,
+            s,
+            [s.journal, s.bush],
+            [contact],
+            always=bool(s.damping > 0.0),
+            rate=rate,
+            hides=bool(s.dissipation > 0.0) and s.bed != bed.BED_AS_PRINTED,
+        )
 
 
 def sleeve_stiffness(case: "Case", name: str) -> float:
@@ -276,7 +284,16 @@ def _pack_meshes(
             r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )
         rate = math.sqrt(k.highest * mobility)
-        assembly.add(mesh_element.KIND, mesh.label, m, [m.a, m.b, m.frame], flanks, switches=edges, rate=rate)
+        assembly.add(
+            mesh_element.KIND,
+            mesh.label,
+            m,
+            [m.a, m.b, m.frame],
+            flanks,
+            switches=edges,
+            rate=rate,
+            hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
+        )
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
 

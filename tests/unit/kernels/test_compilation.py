@@ -103,7 +103,6 @@ from typing import Any
 import gearplay.kernels
 import numpy as np
 import gearplay as gp
-from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh_geometry import B_T, mesh_geometry
 from gearplay.kernels.switches import make_branch
@@ -111,8 +110,7 @@ from gearplay.model.pack import pack
 packed = pack(gp.load_case("han2021"))
 y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)
 y[3] = 50e-6
-e = list(packed.system.elements["kind"]).index(MESH)
-mesh_geometry(packed.system, e, 0.0, y, make_branch(packed.system).memory, out)
+mesh_geometry(packed.system, 0, 0.0, y, make_branch(packed.system).memory, out)
 sys.stdout.write(repr(float(out[B_T])))
 """
 

@@ -18,6 +18,7 @@ from gearplay.kernels.layout import (
     MARGIN,
     OPEN,
     PENETRATION,
+    PLACES,
     RATE,
     Branch,
     Loads,
@@ -35,6 +36,7 @@ Ints = NDArray[np.int64]
 KIND = 3
 RECORD = np.dtype(
     [
+        *PLACES,
         ("stiffness", "f8"),  # N m/rad
         ("damping", "f8"),  # N m s/rad
         ("half_play", "f8"),  # rad
@@ -54,32 +56,31 @@ PER_CONTACT = 2  # switches: touch, pull
 
 
 @compiled_inline
-def twist(system: System, e: int, t: float, y: Floats) -> tuple[float, float]:
+def twist(system: System, n: int, t: float, y: Floats) -> tuple[float, float]:
     """Return phi = theta_a - ratio theta_b [rad], in full angles, and its rate [rad/s]."""
-    coupling = system.records[KIND][system.elements[e].index]
+    coupling = system.records[KIND][n]
     a, b = coupling.a, coupling.b
     phi = turn_of(system, a, t, y) - coupling.ratio * turn_of(system, b, t, y)
     return phi, spin_of(system, a, y) - coupling.ratio * spin_of(system, b, y)
 
 
 @compiled_inline
-def _torque(system: System, e: int, phi: float, rate: float, loads: Loads) -> float:
+def _torque(system: System, n: int, phi: float, rate: float, loads: Loads) -> float:
     """Return the torque [N m] that turns phi back."""
-    element = system.elements[e]
-    if element.contacts == 0:
-        coupling = system.records[KIND][element.index]
+    coupling = system.records[KIND][n]
+    if coupling.contacts == 0:
         return coupling.stiffness * phi + coupling.damping * rate
-    return loads.contacts[element.contact, FORCE] - loads.contacts[element.contact + 1, FORCE]
+    return loads.contacts[coupling.contact, FORCE] - loads.contacts[coupling.contact + 1, FORCE]
 
 
 @compiled_inline
-def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Fill coupling e's rows of the contact table at (t, y), T = k p + c dp/dt beyond the play; return 0."""
-    element, contacts = system.elements[e], loads.contacts
-    coupling = system.records[KIND][element.index]
-    phi, rate = twist(system, e, t, y)
+def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill coupling n's rows of the contact table at (t, y), T = k p + c dp/dt beyond the play; return 0."""
+    contacts = loads.contacts
+    coupling = system.records[KIND][n]
+    phi, rate = twist(system, n, t, y)
     sign = 1.0
-    for k in range(element.contact, element.contact + element.contacts):
+    for k in range(coupling.contact, coupling.contact + coupling.contacts):
         p = sign * phi - coupling.half_play
         torque = coupling.stiffness * p + coupling.damping * sign * rate
         contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = p, sign * rate, torque
@@ -90,21 +91,21 @@ def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Lo
 
 
 @compiled_inline
-def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
-    """Add coupling e's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
-    press(system, e, t, y, branch, loads)
-    coupling = system.records[KIND][system.elements[e].index]
-    phi, rate = twist(system, e, t, y)
-    torque = _torque(system, e, phi, rate, loads)
+def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Add coupling n's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
+    press(system, n, t, y, branch, loads)
+    coupling = system.records[KIND][n]
+    phi, rate = twist(system, n, t, y)
+    torque = _torque(system, n, phi, rate, loads)
     loads.rotors[coupling.a, 2] -= torque
     loads.rotors[coupling.b, 2] += coupling.ratio * torque
     return 0
 
 
 @compiled_inline
-def _bend(system: System, e: int, y: Floats) -> float:
+def _bend(system: System, n: int, y: Floats) -> float:
     """Return the largest |phi''| [rad/s^2] in flight."""
-    coupling = system.records[KIND][system.elements[e].index]
+    coupling = system.records[KIND][n]
     _, alpha_a, _ = rotor_bounds(system, coupling.a, y)
     _, alpha_b, _ = rotor_bounds(system, coupling.b, y)
     return alpha_a + abs(coupling.ratio) * alpha_b
@@ -112,15 +113,15 @@ def _bend(system: System, e: int, y: Floats) -> float:
 
 @compiled_inline
 def stay_open(
-    system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what coupling e does at (t, y) within its play, and for how long [s] it surely stays there."""
-    element = system.elements[e]
-    half = system.records[KIND][element.index].half_play
-    phi, rate = twist(system, e, t, y)
+    """Return what coupling n does at (t, y) within its play, and for how long [s] it surely stays there."""
+    coupling = system.records[KIND][n]
+    half = coupling.half_play
+    phi, rate = twist(system, n, t, y)
     if (phi >= half and rate > 0.0) or (-phi >= half and rate < 0.0):
         return TOUCHES, 0.0
-    bend, slack = _bend(system, e, y), RESOLUTION * system.contacts[element.contact].size
+    bend, slack = _bend(system, n, y), RESOLUTION * system.contacts[coupling.contact].size
     ahead = open_span(min(phi - half, 0.0) - slack, rate, bend)
     behind = open_span(min(-phi - half, 0.0) - slack, -rate, bend)
     return STAYS_OPEN, min(longest, ahead, behind)
@@ -128,16 +129,16 @@ def stay_open(
 
 @compiled_inline
 def may_return(
-    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
-    g_0: Floats, g_1: Floats,
+    system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether pull switch s of coupling e, not positive at both ends of a step of h [s], may be so in between.
+    """Return whether pull switch s of coupling n, not positive at both ends of a step of h [s], may be so in between.
 
     The torque changes by k dp/dt + c d2p/dt2, of which the stages show the largest.
     """
-    element = system.elements[e]
-    coupling, k = system.records[KIND][element.index], element.contact + s // PER_CONTACT
-    if coupling.damping == 0.0 or branch.modes[k] == OPEN:
+    coupling = system.records[KIND][n]
+    k = coupling.contact + s // PER_CONTACT
+    if branch.modes[k] == OPEN:
         return False
     bend = 0.0
     for stage in range(stages.shape[0]):
@@ -147,17 +148,17 @@ def may_return(
         )
         bend = max(bend, abs(alpha_a - coupling.ratio * alpha_b))
     fastest = max(abs(loads_0.contacts[k, RATE]), abs(loads.contacts[k, RATE])) + 0.5 * h * bend
-    at = element.switch + s
+    at = coupling.switch + s
     return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * bend)) > 0.0
 
 
 @compiled
-def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
-    """Return the touch switch at which coupling e's torque has just jumped to c dp/dt; -1 for none."""
-    element = system.elements[e]
-    if system.records[KIND][element.index].damping > 0.0:
-        for at in range(element.contacts):
-            if before[element.contact + at] == OPEN and modes[element.contact + at] != OPEN:
+def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
+    """Return the touch switch at which coupling n's torque has just jumped to c dp/dt; -1 for none."""
+    coupling = system.records[KIND][n]
+    if coupling.damping > 0.0:
+        for at in range(coupling.contacts):
+            if before[coupling.contact + at] == OPEN and modes[coupling.contact + at] != OPEN:
                 return PER_CONTACT * at
     return -1
 
@@ -168,44 +169,43 @@ SLOPES = 3
 
 
 @compiled
-def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill coupling e's row of slopes at (t, y); return 0."""
-    press(system, e, t, y, branch, loads)
-    element = system.elements[e]
-    coupling = system.records[KIND][element.index]
-    acts = element.contacts == 0
-    for k in range(element.contact, element.contact + element.contacts):
+def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
+    """Fill coupling n's row of slopes at (t, y); return 0."""
+    press(system, n, t, y, branch, loads)
+    coupling = system.records[KIND][n]
+    acts = coupling.contacts == 0
+    for k in range(coupling.contact, coupling.contact + coupling.contacts):
         acts = acts or branch.modes[k] == LOADED
     row[BY_TWIST] = coupling.stiffness if acts else 0.0
     row[BY_RATE] = coupling.damping if acts else 0.0
-    _, row[TWIST_RATE] = twist(system, e, t, y)
+    _, row[TWIST_RATE] = twist(system, n, t, y)
     return 0
 
 
 @compiled_inline
-def _changes(system: System, e: int, z: Floats) -> tuple[float, float]:
+def _changes(system: System, n: int, z: Floats) -> tuple[float, float]:
     """Return what a change z of the state changes in the twist [rad] and in its rate [rad/s]."""
-    coupling = system.records[KIND][system.elements[e].index]
+    coupling = system.records[KIND][n]
     a, b, ratio = coupling.a, coupling.b, coupling.ratio
     spin = z[omega_of(system, a)] - ratio * z[omega_of(system, b)]
     return z[theta_of(a)] - ratio * z[theta_of(b)], spin
 
 
 @compiled
-def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in the penetration of switch s [rad] and in its rate [rad/s], and that rate."""
-    phi, rate = _changes(system, e, z)
+    phi, rate = _changes(system, n, z)
     sign = 1.0 if s < PER_CONTACT else -1.0
     return sign * phi, sign * rate, sign * row[TWIST_RATE]
 
 
 @compiled
 def add_change(
-    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in coupling e's torque."""
-    coupling = system.records[KIND][system.elements[e].index]
-    phi, rate = _changes(system, e, z)
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in coupling n's torque."""
+    coupling = system.records[KIND][n]
+    phi, rate = _changes(system, n, z)
     torque = row[BY_TWIST] * phi + row[BY_RATE] * rate
     force[coupling.a, 2] -= torque
     force[coupling.b, 2] += coupling.ratio * torque
@@ -213,10 +213,10 @@ def add_change(
 
 @compiled_inline
 def observe(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
-    """Fill coupling e's signals of a full ``row``; where it acts its rows of the contact table are of (t, y)."""
-    at = system.elements[e].signal
-    phi, rate = twist(system, e, t, y)
+    """Fill coupling n's signals of a full ``row``; where it acts its rows of the contact table are of (t, y)."""
+    at = system.records[KIND][n].signal
+    phi, rate = twist(system, n, t, y)
     row[at] = phi
-    row[at + 1] = _torque(system, e, phi, rate, loads) if acting else 0.0
+    row[at + 1] = _torque(system, n, phi, rate, loads) if acting else 0.0

@@ -19,6 +19,7 @@ from gearplay.kernels.layout import (
     MARGIN,
     OPEN,
     PENETRATION,
+    PLACES,
     PULL,
     RATE,
     Branch,
@@ -86,6 +87,7 @@ Ints = NDArray[np.int64]
 KIND = MESH
 RECORD = np.dtype(
     [
+        *PLACES,
         ("rho_a", "f8"),  # m, signed base (or pitch) radii, docs/conventions
         ("rho_b", "f8"),
         ("c0", "f8"),  # m, sum or difference of the base radii
@@ -170,19 +172,18 @@ def _damping_rate(mesh: Any, flank: int, out: Floats) -> float:
 
 
 @compiled_inline
-def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Fill mesh e's two rows of the contact table at (t, y); return 1 where it cannot mesh."""
+def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill mesh n's two rows of the contact table at (t, y); return 1 where it cannot mesh."""
     out, contacts, modes = loads.out, loads.contacts, branch.modes
-    if mesh_geometry(system, e, t, y, branch.memory, out) != 0:
+    if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
         return 1
-    element = system.elements[e]
-    mesh = system.records[KIND][element.index]
-    segment = modes[element.mode + SEGMENT]
+    mesh = system.records[KIND][n]
+    segment = modes[mesh.mode + SEGMENT]
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], segment)
     printed = is_printed(mesh)
     for flank in range(2):
-        row = element.contact + flank
-        p, past = out[P_D + flank], modes[element.mode + flank]
+        row = mesh.contact + flank
+        p, past = out[P_D + flank], modes[mesh.mode + flank]
         f, margin = flank_force(mesh, k_mesh, p, _damping_rate(mesh, flank, out), past, flank)
         contacts[row, PENETRATION], contacts[row, RATE] = p, out[P_D_RATE + flank]
         contacts[row, MARGIN] = 1.0 if printed else margin
@@ -191,16 +192,16 @@ def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Lo
 
 
 @compiled_inline
-def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
-    """Add mesh e's flank forces to the sums on its rotors, its rows of the contact table filled; 1 where it cannot mesh.
+def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Add mesh n's flank forces to the sums on its rotors, its rows of the contact table filled; 1 where it cannot mesh.
 
     Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
     """
-    if press(system, e, t, y, branch, loads) != 0:
+    if press(system, n, t, y, branch, loads) != 0:
         return 1
-    element, out, force = system.elements[e], loads.out, loads.rotors
-    mesh = system.records[KIND][element.index]
-    f_d, f_b = loads.contacts[element.contact + DRIVE, FORCE], loads.contacts[element.contact + BACK, FORCE]
+    out, force = loads.out, loads.rotors
+    mesh = system.records[KIND][n]
+    f_d, f_b = loads.contacts[mesh.contact + DRIVE, FORCE], loads.contacts[mesh.contact + BACK, FORCE]
     if f_d == 0.0 and f_b == 0.0:
         return 0
     f_x, f_y = -f_d * out[N_D_X] - f_b * out[N_B_X], -f_d * out[N_D_Y] - f_b * out[N_B_Y]
@@ -219,17 +220,16 @@ def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Load
 
 @compiled_inline
 def stay_open(
-    system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what both gaps of mesh e do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
+    """Return what both gaps of mesh n do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
 
     The bound M adds roll, swing of the line of centres, error of the teeth and opening of the flanks, each at its largest
     while the centre distance keeps to half its way to the ends of meshing.
     """
-    if mesh_geometry(system, e, t, y, branch.memory, out) != 0:
+    if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
         return FAILS, 0.0
-    element = system.elements[e]
-    mesh = system.records[KIND][element.index]
+    mesh = system.records[KIND][n]
     if (out[P_D] >= 0.0 and out[P_D_RATE] > 0.0) or (out[P_B] >= 0.0 and out[P_B_RATE] > 0.0):
         return TOUCHES, 0.0
     A, c0 = out[DISTANCE], mesh.c0
@@ -246,7 +246,7 @@ def stay_open(
     rho = abs(mesh.rho_a + mesh.rho_b)
     speed, approach = math.sqrt(out[SPEED_SQUARED]), abs(out[DISTANCE_RATE])
     room = max(0.5 * min(A - mesh.A_min, mesh.A_max - A), 1e-9)
-    slack = RESOLUTION * system.contacts[element.contact].size
+    slack = RESOLUTION * system.contacts[mesh.contact].size
     over, best = longest, 0.0
     for _ in range(60):
         spin_a_most, spin_b_most = spin_a + alpha_a * over, spin_b + alpha_b * over
@@ -296,73 +296,73 @@ def stay_open(
 
 
 @compiled_inline
-def forcing_rate(system: System, e: int, t: float, y: Floats) -> float:
-    """Return the highest angular frequency [rad/s] with which stiffness and errors of mesh e force it."""
-    mesh = system.records[KIND][system.elements[e].index]
+def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
+    """Return the highest angular frequency [rad/s] with which stiffness and errors of mesh n force it."""
+    mesh = system.records[KIND][n]
     _, rate = mesh_phase(mesh, system, t, y)
     return abs(rate) * mesh.highest_order
 
 
 @compiled_inline
-def own_switch(system: System, e: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return the end of a flank's ramp [m] or the edge of the square wave [rad] as a switch function."""
-    element, modes = system.elements[e], branch.modes
-    mesh = system.records[KIND][element.index]
+    modes = branch.modes
+    mesh = system.records[KIND][n]
     if s == EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
-        segment = modes[element.mode + SEGMENT]
+        segment = modes[mesh.mode + SEGMENT]
         return max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
     flank = s // PER_CONTACT
-    if mesh.C_m == 0.0 or modes[element.contact + flank] == OPEN:
+    if mesh.C_m == 0.0 or modes[mesh.contact + flank] == OPEN:
         return -1.0
-    beyond = loads.contacts[element.contact + flank, PENETRATION] - mesh.depth
-    return beyond if modes[element.mode + flank] == 0 else -beyond
+    beyond = loads.contacts[mesh.contact + flank, PENETRATION] - mesh.depth
+    return beyond if modes[mesh.mode + flank] == 0 else -beyond
 
 
 @compiled
-def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Branch) -> None:
+def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
     """Pass the end of a flank's ramp or the edge of the square wave."""
-    element, modes = system.elements[e], branch.modes
-    mesh = system.records[KIND][element.index]
+    modes = branch.modes
+    mesh = system.records[KIND][n]
     if s == EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
-        slot = element.mode + SEGMENT
+        slot = mesh.mode + SEGMENT
         middle = 0.5 * (square_edge(mesh, modes[slot]) + square_edge(mesh, modes[slot] + 1))
         modes[slot] += 1 if psi > middle else -1
         return
-    slot = element.mode + s // PER_CONTACT
+    slot = mesh.mode + s // PER_CONTACT
     modes[slot] = 1 - modes[slot]
 
 
 @compiled
-def _settle_segment(system: System, e: int, t: float, y: Floats, modes: Ints) -> None:
-    """Set the segment of mesh e's square wave from the state; while the mesh is open nobody counts segments."""
-    element = system.elements[e]
-    mesh = system.records[KIND][element.index]
+def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) -> None:
+    """Set the segment of mesh n's square wave from the state; while the mesh is open nobody counts segments."""
+    mesh = system.records[KIND][n]
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         psi, _ = mesh_phase(mesh, system, t, y)
-        modes[element.mode + SEGMENT] = square_segment(mesh, psi)
+        modes[mesh.mode + SEGMENT] = square_segment(mesh, psi)
 
 
 @compiled
-def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
-    """Set mesh e's own modes from the state alone, its rows of the contact table filled."""
-    element = system.elements[e]
-    depth = system.records[KIND][element.index].depth
+def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
+    mesh = system.records[KIND][n]
+    depth = mesh.depth
     for flank in range(2):
-        past = loads.contacts[element.contact + flank, PENETRATION] > depth
-        branch.modes[element.mode + flank] = 1 if past else 0
-    _settle_segment(system, e, t, y, branch.modes)
+        past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
+        branch.modes[mesh.mode + flank] = 1 if past else 0
+    _settle_segment(system, n, t, y, branch.modes)
 
 
 @compiled
-def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch) -> None:
+def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch) -> None:
     """Set what the touch of contact k begins with: its ramp, and the segment if the mesh was open."""
-    element, modes = system.elements[e], branch.modes
-    flank = k - element.contact
-    modes[element.mode + flank] = 0
-    if modes[element.contact + 1 - flank] == OPEN:
-        _settle_segment(system, e, t, y, modes)
+    mesh = system.records[KIND][n]
+    modes = branch.modes
+    flank = k - mesh.contact
+    modes[mesh.mode + flank] = 0
+    if modes[mesh.contact + 1 - flank] == OPEN:
+        _settle_segment(system, n, t, y, modes)
 
 
 @compiled_inline
@@ -379,6 +379,8 @@ def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -
     """
     c = mesh.C_m * mesh.inv_depth
     fastest, slowest = max(-start[k, RATE], -end[k, RATE]), min(-start[k, RATE], -end[k, RATE])
+    if mode == LOADED and fastest <= 0.0:
+        return False
     u_0, u_1 = start[k, PENETRATION] * mesh.inv_depth, end[k, PENETRATION] * mesh.inv_depth
     # Stiffnesses at both ends, with a half to spare for what changes between them.
     k_0 = start[k, MARGIN] - c * _ramp_weight(u_0) * start[k, RATE]
@@ -388,7 +390,7 @@ def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -
     deepest, slightest = min(max(u_0, u_1), 0.75), max(min(u_0, u_1), 0.0)
     if slightest > 0.75:
         deepest = slightest
-    return fastest > 0.0 and 0.5 * min(k_0, k_1) < c * fastest * _ramp_weight(deepest)
+    return 0.5 * min(k_0, k_1) < c * fastest * _ramp_weight(deepest)
 
 
 @compiled_inline
@@ -405,21 +407,22 @@ def _phase_bend(system: System, mesh: Any, stages: Floats) -> float:
 
 @compiled_inline
 def may_return(
-    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
-    g_0: Floats, g_1: Floats,
+    system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether switch s of mesh e, not positive at both ends of a step of h [s], may be so in between."""
-    element, modes, start, end = system.elements[e], branch.modes, loads_0.contacts, loads.contacts
-    mesh, at = system.records[KIND][element.index], element.switch + s
+    """Return whether switch s of mesh n, not positive at both ends of a step of h [s], may be so in between."""
+    modes, start, end = branch.modes, loads_0.contacts, loads.contacts
+    mesh = system.records[KIND][n]
+    at = mesh.switch + s
     if (
         s == EDGE
     ):  # a function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages
         return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
     flank, role = s // PER_CONTACT, s % PER_CONTACT
-    k = element.contact + flank
-    if mesh.C_m == 0.0 or modes[k] == OPEN or is_printed(mesh):
+    k = mesh.contact + flank
+    if modes[k] == OPEN:
         return False
-    past = modes[element.mode + flank]
+    past = modes[mesh.mode + flank]
     if role == PULL:
         smooth = mesh.ramp == RAMP_SMOOTH and past == 0
         return smooth and g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
@@ -429,16 +432,16 @@ def may_return(
 
 
 @compiled
-def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
-    """Return the switch at which mesh e's force has just jumped, by its modes before and now; -1 for none."""
-    element = system.elements[e]
-    mesh, k, found = system.records[KIND][element.index], element.contact, -1
+def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
+    """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
+    mesh = system.records[KIND][n]
+    k, found = mesh.contact, -1
     if is_printed(mesh):
         for flank in range(2):
             if (before[k + flank] == OPEN) != (modes[k + flank] == OPEN) and found < 0:
                 found = PER_CONTACT * flank
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
-        slot, closed = element.mode + SEGMENT, before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
+        slot, closed = mesh.mode + SEGMENT, before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
         if closed and before[slot] != modes[slot]:
             found = EDGE
     return found
@@ -458,16 +461,16 @@ SLOPES = FLANK + 2 * FLANK_SLOPES
 
 
 @compiled
-def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill mesh e's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
+def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
+    """Fill mesh n's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
 
     A flank's penetration p has the gradient D on the coordinates q of its rotors; its force F acts along -D. So
     dQ = -D dF - F dD, with dD from the second derivatives of p (docs/theory, T18).
     """
-    if press(system, e, t, y, branch, loads) != 0:
+    if press(system, n, t, y, branch, loads) != 0:
         return 1
-    element, out, modes = system.elements[e], loads.out, branch.modes
-    mesh = system.records[KIND][element.index]
+    out, modes = loads.out, branch.modes
+    mesh = system.records[KIND][n]
     a, b = mesh.a, mesh.b
     spin_a, spin_b = spin_of(system, a, y), spin_of(system, b, y)
     row[LA_X], row[LA_Y], row[LB_X], row[LB_Y] = out[ARM_A_X], out[ARM_A_Y], out[ARM_B_X], out[ARM_B_Y]
@@ -492,17 +495,17 @@ def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads
         if mesh.frame >= 0:
             row[SPIN_F] = spin_of(system, mesh.frame, y)
             row[ALONG] = out[DISTANCE] * (out[N_D_X] * out[E_X] + out[N_D_Y] * out[E_Y])
-    segment = modes[element.mode + SEGMENT]
+    segment = modes[mesh.mode + SEGMENT]
     k_mesh = mesh_stiffness(mesh, system, out[PSI], cos_psi, sin_psi, segment)
     k_slope = stiffness_slope(mesh, system, out[PSI], cos_psi, sin_psi)
     for flank in range(2):
-        at, contact = FLANK + FLANK_SLOPES * flank, element.contact + flank
+        at, contact = FLANK + FLANK_SLOPES * flank, mesh.contact + flank
         row[at + NU_X], row[at + NU_Y] = out[N_D_X + 2 * flank], out[N_D_Y + 2 * flank]
         row[at + P_RATE] = out[P_D_RATE + flank]
         row[at + F] = loads.contacts[contact, FORCE]
         row[at + F_P] = row[at + F_R] = row[at + F_PSI] = 0.0
         if row[at + F] != 0.0:
-            p, past = out[P_D + flank], modes[element.mode + flank]
+            p, past = out[P_D + flank], modes[mesh.mode + flank]
             rate = _damping_rate(mesh, flank, out)
             row[at + F_P], row[at + F_R] = flank_slopes(mesh, k_mesh, p, rate, past, flank)
             row[at + F_PSI] = k_slope * p
@@ -571,9 +574,9 @@ def _flank_change(
 
 
 @compiled
-def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in switch function s of mesh e and in its rate, and that rate."""
-    mesh = system.records[KIND][system.elements[e].index]
+def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+    """Return what a change z changes in switch function s of mesh n and in its rate, and that rate."""
+    mesh = system.records[KIND][n]
     if s == EDGE:
         _, _, _, _, psi, psi_rate = _mesh_changes(system, mesh, row, z)
         return psi, psi_rate, row[S_PSI_RATE]
@@ -584,10 +587,10 @@ def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[fl
 
 @compiled
 def add_change(
-    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in mesh e's forces."""
-    mesh = system.records[KIND][system.elements[e].index]
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in mesh n's forces."""
+    mesh = system.records[KIND][n]
     a, b = mesh.a, mesh.b
     turn_a, turn_b = z[theta_of(a)], z[theta_of(b)]
     psi = z[theta_of(mesh.driver)]
@@ -619,16 +622,17 @@ def add_change(
 
 @compiled_inline
 def observe(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
-    """Fill mesh e's signals of a full ``row``; where it acts its rows of the contact table are of (t, y).
+    """Fill mesh n's signals of a full ``row``; where it acts its rows of the contact table are of (t, y).
 
     A flank force never pulls: the last ulp before a located release is cut at zero. contact_state counts 1 for a
     touching drive flank and 2 for a touching back flank.
     """
-    element, out, modes = system.elements[e], loads.out, branch.modes
-    at, k = element.signal, element.contact
-    if mesh_gaps(system, e, t, y, branch.memory, out) != 0:
+    mesh = system.records[KIND][n]
+    out, modes = loads.out, branch.modes
+    at, k = mesh.signal, mesh.contact
+    if mesh_gaps(system, n, t, y, branch.memory, out) != 0:
         for column in range(SHOWN):
             row[at + column] = math.nan
         return

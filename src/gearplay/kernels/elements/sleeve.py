@@ -27,6 +27,7 @@ from gearplay.kernels.layout import (
     MARGIN,
     OPEN,
     PENETRATION,
+    PLACES,
     RATE,
     Branch,
     Loads,
@@ -49,6 +50,7 @@ Floats = NDArray[np.float64]
 KIND = 1
 RECORD = np.dtype(
     [
+        *PLACES,
         ("clearance", "f8"),  # m, radius difference
         ("stiffness", "f8"),  # N/m^n
         ("exponent", "f8"),  # n
@@ -141,12 +143,12 @@ def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> 
 
 
 @compiled_inline
-def sleeve_geometry(system: System, e: int, t: float, y: Floats, out: Floats) -> None:
-    """Fill ``out`` with the kinematics of sleeve e at state y.
+def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) -> None:
+    """Fill ``out`` with the kinematics of sleeve n at state y.
 
     Equations (1), (2): e is the journal's displacement in the bush, delta = |e| - c. A bush on a carrier turns with it.
     """
-    sleeve = system.records[KIND][system.elements[e].index]
+    sleeve = system.records[KIND][n]
     j = sleeve.journal
     e_x, e_y, v_x, v_y = y[x_of(j)], y[y_of(j)], y[vx_of(system, j)], y[vy_of(system, j)]
     arm_x, arm_y, bush_spin = 0.0, 0.0, 0.0
@@ -182,13 +184,14 @@ def sleeve_geometry(system: System, e: int, t: float, y: Floats, out: Floats) ->
 
 
 @compiled_inline
-def _press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Do what `press` does; return the tangential force [N] on the journal."""
-    element, contacts, out = system.elements[e], loads.contacts, loads.out
-    sleeve, k = system.records[KIND][element.index], element.contact
-    sleeve_geometry(system, e, t, y, out)
+    contacts, out = loads.contacts, loads.out
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    sleeve_geometry(system, n, t, y, out)
     delta, rate = out[DELTA], out[DELTA_RATE]
-    normal, margin = sleeve_force(sleeve, delta, rate, branch.latch[system.contacts[k].latch])
+    normal, margin = sleeve_force(sleeve, delta, rate, branch.latch[sleeve.latch])
     contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
     f_x, f_y, tangential = 0.0, 0.0, 0.0
     if branch.modes[k] == LOADED:
@@ -206,18 +209,19 @@ def _press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled_inline
-def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Fill sleeve e's row of the contact table at (t, y); return 0."""
-    _press(system, e, t, y, branch, loads)
+def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill sleeve n's row of the contact table at (t, y); return 0."""
+    _press(system, n, t, y, branch, loads)
     return 0
 
 
 @compiled_inline
-def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
-    """Add sleeve e's forces to the sums on its rotors, its row of the contact table filled; return 0."""
-    tangential = _press(system, e, t, y, branch, loads)
-    element, out, force = system.elements[e], loads.out, loads.rotors
-    sleeve, k = system.records[KIND][element.index], element.contact
+def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Add sleeve n's forces to the sums on its rotors, its row of the contact table filled; return 0."""
+    tangential = _press(system, n, t, y, branch, loads)
+    out, force = loads.out, loads.rotors
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
     if branch.modes[k] != LOADED and sleeve.damping == 0.0:
         return 0
     f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
@@ -236,15 +240,14 @@ def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Load
 
 @compiled_inline
 def stay_open(
-    system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what sleeve e's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
+    """Return what sleeve n's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
 
     Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
     """
-    element = system.elements[e]
-    sleeve = system.records[KIND][element.index]
-    sleeve_geometry(system, e, t, y, out)
+    sleeve = system.records[KIND][n]
+    sleeve_geometry(system, n, t, y, out)
     delta, rate = out[DELTA], out[DELTA_RATE]
     c = sleeve.clearance
     if delta >= 0.0 and rate > 0.0:
@@ -256,7 +259,7 @@ def stay_open(
         arm = math.sqrt(sleeve.offset_x * sleeve.offset_x + sleeve.offset_y * sleeve.offset_y)
     speed = math.sqrt(rate * rate + out[ACROSS] * out[ACROSS])
     q, q_rate = min(delta, 0.0) * (delta + 2.0 * c), 2.0 * (delta + c) * rate
-    slack = RESOLUTION * system.contacts[element.contact].size
+    slack = RESOLUTION * system.contacts[sleeve.contact].size
     over, best = longest, 0.0
     for _ in range(PASSES):
         spin = b_spin + b_alpha * over
@@ -278,11 +281,12 @@ SLOPES = 17
 
 
 @compiled
-def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill sleeve e's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
-    _press(system, e, t, y, branch, loads)
-    element, out = system.elements[e], loads.out
-    sleeve, k = system.records[KIND][element.index], element.contact
+def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
+    """Fill sleeve n's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
+    _press(system, n, t, y, branch, loads)
+    out = loads.out
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
     delta, rate, u_x, u_y = out[DELTA], out[DELTA_RATE], out[U_X], out[U_Y]
     length = delta + sleeve.clearance
     row[S_U_X], row[S_U_Y], row[V_U], row[V_N] = u_x, u_y, rate, out[ACROSS]
@@ -293,8 +297,8 @@ def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads
     for c in range(N, SLOPES):
         row[c] = 0.0
     if branch.modes[k] == LOADED:
-        v_in = branch.latch[system.contacts[k].latch]
-        row[N], _ = sleeve_force(sleeve, delta, rate, v_in)
+        v_in = branch.latch[sleeve.latch]
+        row[N] = loads.contacts[k, FORCE]
         row[N_D], row[N_R], row[N_V] = sleeve_force_slopes(sleeve, delta, rate, v_in)
         if sleeve.friction > 0.0:
             u = out[SLIDING] / sleeve.friction_speed
@@ -322,9 +326,9 @@ def _motion_change(sleeve: Any, system: System, row: Floats, z: Floats) -> tuple
 
 
 @compiled
-def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in sleeve e's penetration [m] and its rate [m/s], and that rate."""
-    sleeve = system.records[KIND][system.elements[e].index]
+def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+    """Return what a change z changes in sleeve n's penetration [m] and its rate [m/s], and that rate."""
+    sleeve = system.records[KIND][n]
     e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
     u_x, u_y = row[S_U_X], row[S_U_Y]
     swing = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
@@ -333,11 +337,11 @@ def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[fl
 
 @compiled
 def add_change(
-    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and latched speeds changes in sleeve e's forces."""
-    element = system.elements[e]
-    sleeve, k = system.records[KIND][element.index], element.contact
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and latched speeds changes in sleeve n's forces."""
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
     loaded = branch.modes[k] == LOADED
     if not loaded and sleeve.damping == 0.0:
         return
@@ -349,7 +353,7 @@ def add_change(
         swing = (-e_x * u_y + e_y * u_x) * row[INV_L]
         delta = e_x * u_x + e_y * u_y
         rate = v_x * u_x + v_y * u_y + row[V_N] * swing
-        latched = z[latch_of(z, branch.latch, system.contacts[k].latch)]
+        latched = z[latch_of(z, branch.latch, sleeve.latch)]
         normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * latched
         if sleeve.friction > 0.0:
             sliding = -v_x * u_y + v_y * u_x - row[V_U] * swing + R * z[omega_of(system, j)]
@@ -376,41 +380,41 @@ def add_change(
 
 @compiled_inline
 def may_return(
-    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
-    g_0: Floats, g_1: Floats,
+    system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether switch s of sleeve e, not positive at both ends of a step of h [s], may be so in between.
+    """Return whether switch s of sleeve n, not positive at both ends of a step of h [s], may be so in between.
 
     The margin 1 + a ddelta/v_in changes by a/v_in times the acceleration along u, at most that of both centres and of the
     swing; as printed the margin is a force and is looked at at the ends alone.
     """
-    element = system.elements[e]
-    sleeve, k = system.records[KIND][element.index], element.contact
-    if sleeve.dissipation == 0.0 or sleeve.bed == BED_AS_PRINTED or branch.modes[k] == OPEN:
+    sleeve = system.records[KIND][n]
+    if branch.modes[sleeve.contact] == OPEN:
         return False
-    pull = 0.0
-    for stage in range(stages.shape[0]):
-        vx, vy = vx_of(system, sleeve.journal), vy_of(system, sleeve.journal)
-        here = abs(stages[stage, vx]) + abs(stages[stage, vy])
-        if sleeve.bush >= 0:
-            vx, vy = vx_of(system, sleeve.bush), vy_of(system, sleeve.bush)
-            here += abs(stages[stage, vx]) + abs(stages[stage, vy])
-        pull = max(pull, here)
-    rise = 0.5 * h * pull * sleeve.dissipation / branch.latch[system.contacts[k].latch]
-    at = element.switch + s
-    return 0.5 * (g_0[at] + g_1[at]) + rise > 0.0
+    last, j, b = stages.shape[0] - 1, sleeve.journal, sleeve.bush
+    pull = _acceleration(system, j, stages, 0) + _acceleration(system, j, stages, last)
+    if b >= 0:
+        pull += _acceleration(system, b, stages, 0) + _acceleration(system, b, stages, last)
+    at = sleeve.switch + s
+    return 0.5 * (g_0[at] + g_1[at]) + h * pull * sleeve.dissipation / branch.latch[sleeve.latch] > 0.0
+
+
+@compiled_inline
+def _acceleration(system: System, i: int, stages: Floats, stage: int) -> float:
+    """Return a bound [m/s^2] on the acceleration of rotor i's centre at a stage."""
+    return abs(stages[stage, vx_of(system, i)]) + abs(stages[stage, vy_of(system, i)])
 
 
 @compiled_inline
 def observe(
-    system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
-    """Fill sleeve e's signals of a full ``row``; where it acts its row of the contact table is of (t, y)."""
-    element = system.elements[e]
-    at, k = element.signal, element.contact
+    """Fill sleeve n's signals of a full ``row``; where it acts its row of the contact table is of (t, y)."""
+    sleeve = system.records[KIND][n]
+    at, k = sleeve.signal, sleeve.contact
     if acting:
         row[at] = loads.contacts[k, PENETRATION]
         row[at + 1], row[at + 2] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
         return
-    sleeve_geometry(system, e, t, y, loads.out)
+    sleeve_geometry(system, n, t, y, loads.out)
     row[at], row[at + 1], row[at + 2] = loads.out[DELTA], 0.0, 0.0

@@ -1,6 +1,7 @@
 """The kinds of elements, and the one place that tells them apart: each question to an element is passed on to its file.
 
-numba knows no virtual calls, so a question is a chain of ifs. Everything above speaks of elements and never of a kind.
+numba knows no virtual calls, so a question is a chain of ifs, and the busiest one a loop for each kind. Everything above speaks
+of elements e and never of a kind; a file knows the records n of its own kind.
 `KINDS` makes sure that no kind leaves a question open; `tests/elements` asks all of them.
 """
 
@@ -10,7 +11,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.elements import coupling, mesh, servo, sleeve
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
@@ -53,27 +54,40 @@ KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh), Kind(
 @compiled_inline
 def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill element e's rows of the contact table at (t, y); return 1 where its geometry fails."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.press(system, e, t, y, branch, loads)
+        return sleeve.press(system, n, t, y, branch, loads)
     if kind == MESH:
-        return mesh.press(system, e, t, y, branch, loads)
+        return mesh.press(system, n, t, y, branch, loads)
     if kind == COUPLING:
-        return coupling.press(system, e, t, y, branch, loads)
-    return servo.press(system, e, t, y, branch, loads)
+        return coupling.press(system, n, t, y, branch, loads)
+    return servo.press(system, n, t, y, branch, loads)
 
 
 @compiled_inline
-def act(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
-    """Add element e's forces to the sums on its rotors and fill the rates of its own states; 1 where its geometry fails."""
-    kind = system.elements[e].kind
-    if kind == SLEEVE:
-        return sleeve.act(system, e, t, y, branch, loads, dy)
-    if kind == MESH:
-        return mesh.act(system, e, t, y, branch, loads, dy)
-    if kind == COUPLING:
-        return coupling.act(system, e, t, y, branch, loads, dy)
-    return servo.act(system, e, t, y, branch, loads, dy)
+def act(system: System, acting: Ints, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Let all listed elements act: add their forces to the sums on their rotors, fill the rates of their own states.
+
+    ``acting`` starts with its length and rises, so that it holds kind after kind. Returns 1 where a geometry fails.
+    """
+    elements, c, last = system.elements, 1, acting[0]
+    while c <= last and elements[acting[c]].kind == SERVO:
+        if servo.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last and elements[acting[c]].kind == SLEEVE:
+        if sleeve.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last and elements[acting[c]].kind == MESH:
+        if mesh.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last:
+        if coupling.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    return 0
 
 
 @compiled_inline
@@ -81,144 +95,150 @@ def stay_open(
     system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
     """Return what element e's gaps do at (t, y) between rotors that fly, and for how long [s] they surely stay open."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.stay_open(system, e, t, y, branch, longest, out)
+        return sleeve.stay_open(system, n, t, y, branch, longest, out)
     if kind == MESH:
-        follow_orbit(system, e, y, branch.memory)
-        return mesh.stay_open(system, e, t, y, branch, longest, out)
+        follow_orbit(system, n, y, branch.memory)
+        return mesh.stay_open(system, n, t, y, branch, longest, out)
     if kind == COUPLING:
-        return coupling.stay_open(system, e, t, y, branch, longest, out)
-    return servo.stay_open(system, e, t, y, branch, longest, out)
+        return coupling.stay_open(system, n, t, y, branch, longest, out)
+    return servo.stay_open(system, n, t, y, branch, longest, out)
 
 
 @compiled_inline
 def forcing_rate(system: System, e: int, t: float, y: Floats) -> float:
     """Return the highest angular frequency [rad/s] with which element e forces its rotors."""
-    if system.elements[e].kind == MESH:
-        return mesh.forcing_rate(system, e, t, y)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        return mesh.forcing_rate(system, n, t, y)
     return 0.0
 
 
 @compiled_inline
 def start_step(system: System, e: int, t: float, y: Floats, branch: Branch) -> None:
     """Let element e note what the stages of a step from (t, y) need."""
-    if system.elements[e].kind == MESH:
-        know_angles(system, e, t, y, branch.memory)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        know_angles(system, n, t, y, branch.memory)
 
 
 @compiled_inline
 def end_step(system: System, e: int, y: Floats, branch: Branch) -> None:
     """Let element e follow the state that a step ended with."""
-    if system.elements[e].kind == MESH:
-        follow_orbit(system, e, y, branch.memory)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        follow_orbit(system, n, y, branch.memory)
 
 
 @compiled_inline
 def own_switch(system: System, e: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return switch function s of element e that is neither touch nor pull, its rows of the contact table filled."""
-    if system.elements[e].kind == MESH:
-        return mesh.own_switch(system, e, s, t, y, branch, loads)
-    return servo.own_switch(system, e, s, t, y, branch, loads)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        return mesh.own_switch(system, n, s, t, y, branch, loads)
+    return servo.own_switch(system, n, s, t, y, branch, loads)
 
 
-@compiled
+@compiled_inline
 def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Branch) -> None:
     """Change the mode that switch s of element e guards."""
-    if system.elements[e].kind == MESH:
-        mesh.switch_own(system, e, s, t, y, branch)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        mesh.switch_own(system, n, s, t, y, branch)
     else:
-        servo.switch_own(system, e, s, t, y, branch)
+        servo.switch_own(system, n, s, t, y, branch)
 
 
 @compiled_inline
 def may_return(
-    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, stages: Floats,
-    g_0: Floats, g_1: Floats,
+    system: System, e: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Floats,
 ) -> bool:  # fmt: skip
     """Return whether pull or own switch s of element e, not positive at both ends of a step of h [s], may be so in between.
 
-    ``loads_0`` and ``loads`` are those of its start and end, ``stages`` the derivatives of the state on the way.
+    ``loads_0`` and ``g_0`` are of its start, ``loads`` and ``g_1`` of its end, ``stages`` the derivatives on the way.
     """
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+        return sleeve.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
     if kind == MESH:
-        return mesh.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+        return mesh.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
     if kind == COUPLING:
-        return coupling.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
-    return servo.may_return(system, e, s, h, branch, loads_0, loads, stages, g_0, g_1)
+        return coupling.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
+    return servo.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
 
 
-@compiled
+@compiled_inline
 def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set element e's own modes from the state alone, its rows of the contact table filled."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        mesh.settle(system, e, t, y, branch, loads)
+        mesh.settle(system, n, t, y, branch, loads)
     elif kind == SERVO:
-        servo.settle(system, e, t, y, branch, loads)
+        servo.settle(system, n, t, y, branch, loads)
 
 
-@compiled
+@compiled_inline
 def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch) -> None:
     """Set the own modes of element e with which a touch of its contact k begins."""
-    if system.elements[e].kind == MESH:
-        mesh.settle_touch(system, e, k, t, y, branch)
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == MESH:
+        mesh.settle_touch(system, n, k, t, y, branch)
 
 
-@compiled
+@compiled_inline
 def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill element e's row of slopes at (t, y); return 1 where its geometry fails."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.linearise(system, e, t, y, branch, loads, row)
+        return sleeve.linearise(system, n, t, y, branch, loads, row)
     if kind == MESH:
-        return mesh.linearise(system, e, t, y, branch, loads, row)
+        return mesh.linearise(system, n, t, y, branch, loads, row)
     if kind == COUPLING:
-        return coupling.linearise(system, e, t, y, branch, loads, row)
-    return servo.linearise(system, e, t, y, branch, loads, row)
+        return coupling.linearise(system, n, t, y, branch, loads, row)
+    return servo.linearise(system, n, t, y, branch, loads, row)
 
 
-@compiled
+@compiled_inline
 def add_change(
     system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)], and fill in ``dz``, what a change z changes in element e's answer to `act`."""
-    kind = system.elements[e].kind
+    """Add to ``force`` [rotor, (N, N, N m)], and fill in ``dz``, what a change z changes when element e acts."""
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        sleeve.add_change(system, e, row, z, branch, force, dz)
+        sleeve.add_change(system, n, row, z, branch, force, dz)
     elif kind == MESH:
-        mesh.add_change(system, e, row, z, branch, force, dz)
+        mesh.add_change(system, n, row, z, branch, force, dz)
     elif kind == COUPLING:
-        coupling.add_change(system, e, row, z, branch, force, dz)
+        coupling.add_change(system, n, row, z, branch, force, dz)
     else:
-        servo.add_change(system, e, row, z, branch, force, dz)
+        servo.add_change(system, n, row, z, branch, force, dz)
 
 
-@compiled
+@compiled_inline
 def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in switch function s of element e (its touches: the penetrations) and in its rate, and
     that rate.
     """
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.crossing(system, e, s, row, z)
+        return sleeve.crossing(system, n, s, row, z)
     if kind == MESH:
-        return mesh.crossing(system, e, s, row, z)
+        return mesh.crossing(system, n, s, row, z)
     if kind == COUPLING:
-        return coupling.crossing(system, e, s, row, z)
-    return servo.crossing(system, e, s, row, z)
+        return coupling.crossing(system, n, s, row, z)
+    return servo.crossing(system, n, s, row, z)
 
 
-@compiled
+@compiled_inline
 def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which element e's force has just jumped, by its modes before and now; -1 for none."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        return mesh.jump(system, e, before, modes)
+        return mesh.jump(system, n, before, modes)
     if kind == COUPLING:
-        return coupling.jump(system, e, before, modes)
+        return coupling.jump(system, n, before, modes)
     return -1
 
 
@@ -227,12 +247,12 @@ def observe(
     system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
     """Fill element e's signals of a full ``row``; where it acts its rows of the contact table are of (t, y)."""
-    kind = system.elements[e].kind
+    kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        sleeve.observe(system, e, t, y, branch, loads, acting, row)
+        sleeve.observe(system, n, t, y, branch, loads, acting, row)
     elif kind == MESH:
-        mesh.observe(system, e, t, y, branch, loads, acting, row)
+        mesh.observe(system, n, t, y, branch, loads, acting, row)
     elif kind == COUPLING:
-        coupling.observe(system, e, t, y, branch, loads, acting, row)
+        coupling.observe(system, n, t, y, branch, loads, acting, row)
     else:
-        servo.observe(system, e, t, y, branch, loads, acting, row)
+        servo.observe(system, n, t, y, branch, loads, acting, row)
