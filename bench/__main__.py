@@ -16,16 +16,18 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from gearplay.kernels.motion import right_hand_side
 from numba import njit
 
 import gearplay as gp
 from bench import page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET
-from gearplay.kernels import run_state, stepper
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
 from gearplay.kernels.compiled import compiled
+from gearplay.kernels.elements import table
 from gearplay.kernels.layout import LOADED
+from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.solver.simulate import prepare, run_members
@@ -113,21 +115,21 @@ def scaling():
             for seed in range(members):
                 case = make(size, seed)
                 packed = pack(case)
-                motion = run_state.make_motion(
+                motion = kernel.make_run(
                     packed.system, initial_state(case, packed), packed.natural, packed.restart_step, packed.stops,
                     np.arange(0), np.empty((0, 0)), 4096, 1e-6,
                 )  # fmt: skip
                 stepper.begin(packed.system, motion)
                 for end in (lead, lead + span):
                     before = motion.counts.copy()
-                    motion.clock[run_state.T_END] = end
+                    motion.clock[kernel.T_END] = end
                     began = time.perf_counter()
-                    while stepper.advance(packed.system, motion, 10**9) == run_state.PAUSED:
-                        motion.counts[run_state.LOGGED] = 0
+                    while stepper.advance(packed.system, motion, 10**9) == kernel.PAUSED:
+                        motion.counts[kernel.LOGGED] = 0
                     seconds = time.perf_counter() - began
                 times.append(seconds)
-                counts.append(int(motion.counts[run_state.EVENTS] - before[run_state.EVENTS]))
-                taken.append(int(motion.counts[run_state.STEPS] - before[run_state.STEPS]))
+                counts.append(int(motion.counts[kernel.EVENTS] - before[kernel.EVENTS]))
+                taken.append(int(motion.counts[kernel.STEPS] - before[kernel.STEPS]))
             costs.append(median(times))
             events.append(median(counts))
             steps.append(median(taken))
@@ -186,9 +188,9 @@ def starting():
 
 
 @compiled
-def _evaluate(system, roster, modes, latch, contacts, force, out, y, dy, times):
+def _evaluate(system, roster, branch, loads, y, dy, times):
     for n in range(times):
-        right_hand_side(system, roster, 1e-9 * n, y, modes, latch, dy, contacts, force, out)
+        right_hand_side(system, roster, 1e-9 * n, y, branch, dy, loads)
 
 
 @njit
@@ -211,13 +213,13 @@ def hardware():
     )
     counts = json.loads(done.stdout)
     operations = sum(counts.values())
-    system, roster, modes, latch, contacts, force, out = LIVELY.arguments()
-    modes[:2] = LOADED
+    system, roster, branch, loads = LIVELY.arguments()
+    branch.modes[:2] = LOADED
     roster.active[:2] = 1, 1
     y, dy, times = LIVELY.start(1), np.zeros(12), 200_000
-    motion = LIVELY.motion(1, 1e-6)
-    stepper.begin(system, motion)  # knows the angles
-    arguments = (system, roster, modes, latch, contacts, force, out, y, dy)
+    for e in range(system.elements.size):
+        table.start_step(system, e, 0.0, y, branch)  # knows the angles
+    arguments = (system, roster, branch, loads, y, dy)
     _evaluate(*arguments, 1)
     nanoseconds = 1e9 * best(lambda: _evaluate(*arguments, times)) / times
     _multiply_add(1)
@@ -233,7 +235,7 @@ def hardware():
     ]
     for problem in (LIVELY, QUIET):
         fixed = plain.fixed_step_evaluations(problem, 1e-8)
-        ours = median(int(problem.ours(m, 3e-6)[1].counts[run_state.CALLS]) for m in problem.members)
+        ours = median(int(problem.ours(m, 3e-6)[1].counts[kernel.CALLS]) for m in problem.members)
         lines.append(
             f"* {problem.name}: equal steps of the fifth-order formula need {fixed} evaluations for 1e-8 m, we {ours:.0f}: "
             f"{fixed / ours:.0f} times fewer, so eight lanes in parallel would still lose by {fixed / ours / 8:.0f}."

@@ -68,37 +68,36 @@ def plain(array):
 
 def main():
     """Print the counts of one evaluation with sleeve and drive flank in contact."""
-    from gearplay.kernels.mesh import know_angles
-    from gearplay.kernels.motion import right_hand_side
-
     from bench.problem import LIVELY
-    from gearplay.kernels.layout import LOADED
+    from gearplay.kernels.elements import table
+    from gearplay.kernels.layout import LOADED, Branch, Loads
+    from gearplay.kernels.right_hand_side import right_hand_side
 
-    system, roster, modes, latch, contacts, force, out = LIVELY.arguments()
+    system, roster, branch, loads = LIVELY.arguments()
     y = LIVELY.start(1)
-    know_angles(system, 0, 0.0, y)
-    records = {name: Records(getattr(system, name)) for name in ("rotors", "sleeves", "meshes")}
-    tables = ("terms", "involutes", "gravity", "known_angles")
-    system = system._replace(**records, **{name: plain(getattr(system, name)) for name in tables})
-    for module in pkgutil.iter_modules(gearplay.kernels.__path__):
-        loaded = importlib.import_module(f"gearplay.kernels.{module.name}")
+    for e in range(system.elements.size):
+        table.start_step(system, e, 0.0, y, branch)
+    tables = ("rotors", "elements", "contacts", "switches")
+    system = system._replace(
+        records=tuple(Records(array) for array in system.records),
+        **{name: Records(getattr(system, name)) for name in tables},
+        **{name: plain(getattr(system, name)) for name in ("terms", "involutes", "gravity")},
+    )
+    for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
+        loaded = importlib.import_module(module.name)
         if hasattr(loaded, "math"):
             loaded.math = CountingMath()
-    modes[:2] = LOADED
+    branch.modes[:2] = LOADED
     COUNTS.clear()
-    objects = [
+    states, speeds, rows = (
         np.array([Counting(v) for v in a.ravel()], dtype=object).reshape(a.shape)
-        for a in (y, latch, contacts)
-    ]
-    states, speeds, table = objects
-    rates, forces, scratch = (
-        np.zeros(y.size, dtype=object),
-        np.zeros(force.shape, dtype=object),
-        np.zeros(out.size, dtype=object),
+        for a in (y, branch.latch, loads.contacts)
     )
+    rates, forces, scratch = (np.zeros(a.shape, dtype=object) for a in (y, loads.rotors, loads.out))
+    branch = Branch(branch.modes, speeds, plain(branch.memory))
     # the ring alone is integrated: the pinion is held and prescribed
     roster.active[:2] = 1, 1
-    right_hand_side(system, roster, Counting(1e-5), states, modes, speeds, rates, table, forces, scratch)
+    right_hand_side(system, roster, Counting(1e-5), states, branch, rates, Loads(rows, forces, scratch))
     json.dump(COUNTS, sys.stdout)
 
 

@@ -8,15 +8,18 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from gearplay.kernels.mesh import mesh_geometry
-from gearplay.kernels.motion import right_hand_side
-from gearplay.kernels.sleeve import sleeve_geometry
 
 import gearplay as gp
-from gearplay.kernels import run_state, stepper
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.layout import FORCE, LOADED, OPEN, OUT_SIZE, mode_count
-from gearplay.kernels.roster import make_roster
+from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
+from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.kernels.layout import FORCE, LOADED, OPEN
+from gearplay.kernels.mesh_geometry import P_B, P_D, mesh_geometry
+from gearplay.kernels.right_hand_side import make_loads, right_hand_side
+from gearplay.kernels.roster import add, make_roster
+from gearplay.kernels.switches import make_branch
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 
@@ -24,47 +27,44 @@ STATES = 12  # x, y, theta of pinion and ring, then their rates
 
 
 @compiled_inline
-def decide(system, roster, t, y, modes, out):
+def decide(system, roster, t, y, branch, out):
     """Choose every contact's branch by the state alone; list the elements that touch."""
-    n_s = system.sleeves.size
-    roster.sleeves[0] = roster.meshes[0] = 0
-    for k in range(n_s):
-        sleeve_geometry(system.sleeves[k], system, t, y, out)
-        modes[k] = LOADED if out[0] > 0.0 else OPEN
-        if out[0] > 0.0:
-            roster.sleeves[0] += 1
-            roster.sleeves[roster.sleeves[0]] = k
-    for j in range(system.meshes.size):
-        if mesh_geometry(system, j, t, y, out) != 0:
+    modes, sleeves, meshes = branch.modes, system.records[SLEEVE], system.records[MESH]
+    roster.acting[0] = 0
+    for n in range(sleeves.size):
+        sleeve_geometry(system, n, t, y, out)
+        modes[sleeves[n].contact] = LOADED if out[DELTA] > 0.0 else OPEN
+        if out[DELTA] > 0.0:
+            add(roster.acting, sleeves[n].element)
+    for n in range(meshes.size):
+        if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
             return 1
         for flank in range(2):
-            modes[n_s + 2 * j + flank] = LOADED if out[flank] > 0.0 else OPEN
-            past = out[flank] >= system.meshes[j].depth  # the end of the damping ramp
-            modes[n_s + 2 * system.meshes.size + 2 * j + flank] = 1 if past else 0
-        if out[0] > 0.0 or out[1] > 0.0:
-            roster.meshes[0] += 1
-            roster.meshes[roster.meshes[0]] = j
+            modes[meshes[n].contact + flank] = LOADED if out[P_D + flank] > 0.0 else OPEN
+            modes[meshes[n].mode + flank] = (
+                1 if out[P_D + flank] >= meshes[n].depth else 0
+            )  # past the damping ramp
+        if out[P_D] > 0.0 or out[P_B] > 0.0:
+            add(roster.acting, meshes[n].element)
     return 0
 
 
 @compiled_inline
-def derivative(system, roster, modes, latch, contacts, force, out, t, y, dy):
+def derivative(system, roster, branch, loads, t, y, dy):
     """Fill dy = f(t, y) without any memory of contacts; NaN where the pair cannot mesh. The peers' right-hand side."""
-    if decide(system, roster, t, y, modes, out) != 0:
+    if decide(system, roster, t, y, branch, loads.out) != 0:
         for i in range(dy.size):
             dy[i] = np.nan
         return
-    right_hand_side(system, roster, t, y, modes, latch, dy, contacts, force, out)
-    pulled = False
-    for c in range(1, roster.meshes[0] + 1):
-        for row in range(
-            system.sleeves.size + 2 * roster.meshes[c], system.sleeves.size + 2 * roster.meshes[c] + 2
-        ):
-            if modes[row] == LOADED and contacts[row, FORCE] < 0.0:
-                modes[row] = OPEN
+    right_hand_side(system, roster, t, y, branch, dy, loads)
+    pulled, modes, meshes = False, branch.modes, system.records[MESH]
+    for n in range(meshes.size):
+        for k in range(meshes[n].contact, meshes[n].contact + 2):
+            if modes[k] == LOADED and loads.contacts[k, FORCE] < 0.0:
+                modes[k] = OPEN
                 pulled = True
     if pulled:  # damping would pull: no force, as in (17)
-        right_hand_side(system, roster, t, y, modes, latch, dy, contacts, force, out)
+        right_hand_side(system, roster, t, y, branch, dy, loads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,23 +86,16 @@ class Problem:
         return initial_state(self.case, self.packed, member=member)
 
     def arguments(self):
-        """Return fresh leading arguments of `derivative`: (system, roster, modes, latch, contacts, force, out)."""
+        """Return fresh leading arguments of `derivative`: (system, roster, branch, loads)."""
         system = self.packed.system
-        n_c = system.sleeves.size + 2 * system.meshes.size
-        return (
-            system,
-            make_roster(system, self.packed.state_size),
-            np.zeros(mode_count(system), dtype=np.int64),
-            np.ones(system.sleeves.size),
-            np.zeros((n_c, 6)),
-            np.zeros((system.rotors.size, 3)),
-            np.zeros(OUT_SIZE),
-        )
+        branch = make_branch(system)
+        branch.latch[:] = 1.0
+        return system, make_roster(system, self.packed.state_size), branch, make_loads(system)
 
-    def motion(self, member, tolerance):
+    def run(self, member, tolerance):
         """Return our own run at its start."""
         p = self.packed
-        return run_state.make_motion(
+        return kernel.make_run(
             p.system,
             self.start(member),
             p.natural,
@@ -116,15 +109,15 @@ class Problem:
 
     def ours(self, member, tolerance):
         """Return our final state and the run."""
-        motion = self.motion(member, tolerance)
-        self.finish(motion)
-        return motion.y.copy(), motion
+        run = self.run(member, tolerance)
+        self.finish(run)
+        return run.y.copy(), run
 
-    def finish(self, motion):
+    def finish(self, run):
         """Advance our own run to its end."""
-        motion.clock[run_state.T_END] = self.span
-        while stepper.advance(self.packed.system, motion, 10**9) == run_state.PAUSED:
-            motion.counts[run_state.LOGGED] = 0
+        run.clock[kernel.T_END] = self.span
+        while stepper.advance(self.packed.system, run, 10**9) == kernel.PAUSED:
+            run.counts[kernel.LOGGED] = 0
 
     @lru_cache  # noqa: B019 - a handful of problems live as long as the program
     def answer(self, member):

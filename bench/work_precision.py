@@ -8,7 +8,7 @@ from statistics import median
 import numpy as np
 
 from bench.problem import LIVELY, QUIET
-from gearplay.kernels import run_state
+from gearplay.kernels import run as kernel
 
 PEERS = (
     ("plain 5(4), same kernels", "bench.plain"),
@@ -25,12 +25,12 @@ REPEATS = 15  # of quick runs; the least time counts, since this machine may be 
 
 def ours(problem, member, tolerance):
     """Return our final state and the seconds from given state to final state."""
-    motion = problem.motion(member, tolerance)
+    run = problem.run(member, tolerance)
     began = time.perf_counter()
-    problem.finish(motion)
+    problem.finish(run)
     seconds = time.perf_counter() - began
-    assert motion.clock[run_state.T] == problem.span
-    return motion.y, seconds
+    assert run.clock[kernel.T] == problem.span
+    return run.y, seconds
 
 
 def curve(problem, solve):

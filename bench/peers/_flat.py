@@ -8,7 +8,7 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from bench.problem import STATES, derivative
-from gearplay.kernels.layout import System
+from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.roster import Roster
 
 SMALLEST_RELATIVE = 100.0 * np.finfo(float).eps  # SciPy raises anything below to this
@@ -45,21 +45,28 @@ def flat(problem):
     outside = OUTSIDE * problem.packed.natural
     arguments = problem.arguments()
     flat.kept.append(arguments)
-    system, roster, modes, latch, contacts, force, out = arguments
-    rotors, sleeves, meshes, terms, involutes, spline, gravity, known = (view(a) for a in system)
-    (roles, doings, since, origin, due, active, states, touching_sleeves, touching_meshes, watched_sleeves,
-     watched_meshes, near, switches) = (view(a) for a in roster)  # fmt: skip
-    modes, latch, contacts, force, out = (view(a) for a in (modes, latch, contacts, force, out))
+    system, roster, branch, loads = arguments
+    rotors, elements, contacts, switches, _, terms, involutes, spline, gravity = (
+        None if isinstance(a, tuple) else view(a) for a in system
+    )
+    servos, sleeves, meshes, couplings = (view(a) for a in system.records)
+    (roles, doings, since, origin, due, active, states, acting, watched, near, looked_at, hiding,
+     grounded) = (view(a) for a in roster)  # fmt: skip
+    modes, latch, memory = (view(a) for a in branch)
+    table, force, out = (view(a) for a in loads)
 
     @njit(nogil=True, error_model="numpy")
     def rhs(t, y, dy):
         derivative(
-            System(rotors(), sleeves(), meshes(), terms(), involutes(), spline(), gravity(), known()),
-            Roster(
-                roles(), doings(), since(), origin(), due(), active(), states(), touching_sleeves(),
-                touching_meshes(), watched_sleeves(), watched_meshes(), near(), switches(),
+            System(
+                rotors(), elements(), contacts(), switches(), (servos(), sleeves(), meshes(), couplings()), terms(),
+                involutes(), spline(), gravity(),
             ),
-            modes(), latch(), contacts(), force(), out(), t, y, dy,
+            Roster(
+                roles(), doings(), since(), origin(), due(), active(), states(), acting(), watched(), near(),
+                looked_at(), hiding(), grounded(),
+            ),
+            Branch(modes(), latch(), memory()), Loads(table(), force(), out()), t, y, dy,
         )  # fmt: skip
         if dy[0] != dy[0]:
             dy[:] = outside

@@ -7,7 +7,9 @@ stiffness and transmission error.
 
 import numpy as np
 
-from gearplay.kernels.layout import MESH_COUPLED, STIFFNESS_FOURIER
+from gearplay.kernels.elements import table
+from gearplay.kernels.mesh_geometry import MESH_COUPLED
+from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER
 
 ROTOR = ("nominal_speed", "inv_mass", "inv_inertia", "torque", "drag", "eccentricity", "eccentricity_phase")
 MESH = (
@@ -29,9 +31,10 @@ MESH = (
 def numbers(problem):
     """Return the numbers by name; a problem with more physics than the formulas know is refused."""
     system = problem.packed.system
-    mesh, sleeve = system.meshes[0], system.sleeves[0]
+    sleeves, meshes = system.records[table.SLEEVE], system.records[table.MESH]
+    mesh, sleeve = meshes[0], sleeves[0]
     fits = (
-        (system.rotors.size, system.sleeves.size, system.meshes.size) == (2, 1, 1)
+        (system.rotors.size, sleeves.size, meshes.size, system.elements.size) == (2, 1, 1, 2)
         and (mesh.a, mesh.b, mesh.driver, mesh.s, mesh.sigma) == (1, 0, 0, 1.0, 1.0)
         and (mesh.kind, mesh.stiffness_kind) == (MESH_COUPLED, STIFFNESS_FOURIER)
         and (mesh.stiffness_count, mesh.error_count) == (1, 1)

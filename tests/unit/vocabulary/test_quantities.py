@@ -1,9 +1,10 @@
 import pint
 import pytest
 
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.vocabulary import quantities as q
 
-EVERY = [*q.DIMENSIONS.values(), *q.RESULT_VARIABLES.values()]
+EVERY = [*q.DIMENSIONS.values(), *RESULT_VARIABLES.values()]
 CONTRACT = (
     "x y theta vx vy omega ax ay drive_penetration back_penetration drive_force back_force backlash "
     "working_pressure_angle center_distance transmission_error_dynamic contact_state "
@@ -11,8 +12,8 @@ CONTRACT = (
 )
 
 
-def test_the_result_variables_are_those_of_the_contract() -> None:
-    assert list(q.RESULT_VARIABLES) == CONTRACT.split()
+def test_the_result_variables_hold_those_of_the_contract() -> None:
+    assert set(CONTRACT.split()) <= set(RESULT_VARIABLES)
 
 
 @pytest.mark.parametrize("quantity", EVERY, ids=lambda quantity: quantity.name)

@@ -1,0 +1,324 @@
+"""What every kind of element must hold, present and future: each test asks all kinds of `kernels.elements.table`.
+
+The file ``test_KIND.py`` beside this one brings random mechanisms with an element of its kind, ``sample(rng)``, and, where its
+forces have one without damping, their potential energy, ``potential(packed, y)``.
+"""
+
+import ast
+import importlib
+import inspect
+import math
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from building import Document, Floats, Measured, case_of, merged
+from gearplay.kernels.advancement import RESOLUTION, STAYS_OPEN
+from gearplay.kernels.elements import table
+from gearplay.kernels.flight import fly
+from gearplay.kernels.layout import LOADED, OPEN, PENETRATION, RATE
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.slopes import make_slopes
+from gearplay.kernels.switches import make_branch
+from gearplay.model.pack import Packed, pack
+from gearplay.solver.flow import Flow
+
+KINDS = {kind.name: number for number, kind in enumerate(table.KINDS)}
+every_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+def own(kind: str) -> ModuleType:
+    """Return the test file of a kind."""
+    return importlib.import_module(f"elements.test_{kind}")
+
+
+class Scene:
+    """Elements of one kind at one state, on the branch that the state chooses."""
+
+    def __init__(self, document: Document, kind: str, rng: np.random.Generator, depth: float = 2.0) -> None:
+        self.packed = pack(case_of(document))
+        self.system, self.rng = self.packed.system, rng
+        self.elements = [int(e) for e in np.flatnonzero(self.system.elements["kind"] == KINDS[kind])]
+        n = self.system.rotors.size
+        self.n, self.y = n, depth * self.packed.natural * rng.uniform(-1.0, 1.0, self.packed.state_size)
+        rotors: Any = self.system.rotors
+        self.held = [3 * i + c for i in range(n) for c in range(3) if _is_held(rotors[i], c)]
+        self.y[self.held], self.y[[3 * n + c for c in self.held]] = 0.0, 0.0
+        self.branch, self.loads = make_branch(self.system), make_loads(self.system)
+        self.branch.latch[:] = rng.uniform(0.05, 0.2, self.branch.latch.size)
+        self.decide(self.y)
+
+    def decide(self, y: Floats) -> None:
+        """Choose every branch by the state."""
+        for e in range(self.system.elements.size):
+            assert table.press(self.system, e, 0.0, y, self.branch, self.loads) == 0
+        touching = self.loads.contacts[:, PENETRATION] > 0.0
+        self.branch.modes[: len(touching)] = np.where(touching, LOADED, OPEN)
+        for e in range(self.system.elements.size):
+            table.settle(self.system, e, 0.0, y, self.branch, self.loads)
+
+    def forces(self, y: Floats, latch: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return the sums on the rotors [rotor, 3] and the rates of the elements' own states."""
+        branch = self.branch if latch is None else self.branch._replace(latch=latch)
+        dy = np.zeros(y.size)
+        self.loads.rotors[:] = 0.0
+        acting = np.array([len(self.elements), *self.elements], dtype=np.int64)
+        assert table.act(self.system, acting, 0.0, y, branch, self.loads, dy) == 0
+        return self.loads.rotors.copy(), dy[6 * self.n :]
+
+    def slopes(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return what a change z of state and latched speeds changes in `forces`, by the elements' own slopes."""
+        rows, force, dz = make_slopes(self.system).elements, np.zeros((self.n, 3)), np.zeros(z.size)
+        for e in self.elements:
+            assert table.linearise(self.system, e, 0.0, self.y, self.branch, self.loads, rows[e]) == 0
+            table.add_change(self.system, e, rows[e], z, self.branch, force, dz)
+        return force, dz[6 * self.n : self.y.size]
+
+
+def _is_held(rotor: Any, c: int) -> bool:
+    return bool((rotor.inv_inertia if c == 2 else rotor.inv_mass) == 0.0)
+
+
+def scenes(kind: str, count: int, **policy: float) -> list[Scene]:
+    """Return random scenes of a kind."""
+    found = []
+    for seed in range(count):
+        rng = np.random.default_rng([KINDS[kind], seed])
+        found.append(Scene(own(kind).sample(rng), kind, rng, **policy))
+    return found
+
+
+@every_kind
+def test_slopes_are_those_of_differences(kind: str, measured: Measured) -> None:
+    """Central differences of the forces along random changes of the state and of latched speeds."""
+    worst = 0.0
+    for scene in scenes(kind, 40):
+        sizes = np.concatenate([scene.packed.natural, np.full(scene.branch.latch.size, 0.1)])
+        z = sizes * scene.rng.uniform(-1.0, 1.0, sizes.size)
+        z[scene.held], z[[3 * scene.n + c for c in scene.held]] = 0.0, 0.0
+        size, h = scene.y.size, 1e-5
+        ends = [
+            scene.forces(scene.y + s * h * z[:size], scene.branch.latch + s * h * z[size:]) for s in (1, -1)
+        ]
+        for exact, plus, minus in zip(scene.slopes(z), *ends, strict=True):
+            if exact.size:
+                scale = float(np.max(np.abs(plus))) + float(np.max(np.abs(exact))) + 1e-12
+                worst = max(worst, float(np.max(np.abs((plus - minus) / (2.0 * h) - exact))) / scale)
+    measured(f"{kind}: slope against differences", worst, "1e-6")
+    assert worst < 1e-6
+
+
+@every_kind
+def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
+    """Dense looks into 10 000 flights for the time that an element says it stays open."""
+    flights, deepest, seed = 0, 0.0, 0
+    while flights < 10_000:
+        rng = np.random.default_rng([7, KINDS[kind], seed])
+        seed += 1
+        scene = Scene(own(kind).sample(rng), kind, rng, depth=0.0)
+        elements = [e for e in scene.elements if scene.system.elements[e]["contacts"] > 0]
+        if not elements:
+            assert kind == "servo" or seed < 1000
+            if kind == "servo":
+                return
+            continue
+        natural, n = scene.packed.natural, scene.n
+        contacts = scene.system.contacts
+        for _ in range(100):
+            flights += 1
+            y = 0.7 * natural * rng.uniform(-1.0, 1.0, natural.size)
+            y[scene.held], y[[3 * n + c for c in scene.held]] = 0.0, 0.0
+            now = np.array(y)
+            for e in elements:
+                doing, span = table.stay_open(scene.system, e, 0.0, y, scene.branch, 1.0, scene.loads.out)
+                if doing != STAYS_OPEN:
+                    continue
+                for share in (0.3, 0.7, 0.95, 1.0):
+                    t = share * span
+                    for i in range(n):
+                        fly(scene.system, i, t, y, now)
+                    table.press(scene.system, e, t, now, scene.branch, scene.loads)
+                    first = scene.system.elements[e]["contact"]
+                    for k in range(first, first + scene.system.elements[e]["contacts"]):
+                        started_open = _gap_at_start(scene, e, k, y) <= 0.0
+                        over = scene.loads.contacts[k, PENETRATION] / contacts[k]["size"]
+                        if started_open:
+                            deepest = max(deepest, float(over))
+    measured(f"{kind}: deepest touch missed, natural sizes", deepest, "1e-10")
+    assert deepest < 10.0 * RESOLUTION
+
+
+def _gap_at_start(scene: Scene, e: int, k: int, y: Floats) -> float:
+    loads = make_loads(scene.system)
+    table.press(scene.system, e, 0.0, y, scene.branch, loads)
+    return float(loads.contacts[k, PENETRATION])
+
+
+@every_kind
+def test_forces_are_the_gradient_of_their_energy(kind: str, measured: Measured) -> None:
+    """Without damping the generalised forces are -dV/dq, V written apart from them."""
+    potential = getattr(own(kind), "potential", None)
+    if potential is None:
+        assert kind == "servo", "an element without a potential must say so here"
+        return
+    worst = 0.0
+    for seed in range(20):
+        rng = np.random.default_rng([11, seed])
+        scene = Scene(own(kind).sample(rng, damped=False), kind, rng)
+        force, _ = scene.forces(scene.y)
+        for c in range(3 * scene.n):
+            if c in scene.held:
+                continue
+            h = 1e-4 * scene.packed.natural[c]
+            values = []
+            for s in (1.0, -1.0):
+                moved = scene.y.copy()
+                moved[c] += s * h
+                values.append(potential(scene.packed, moved))
+            slope = -(values[0] - values[1]) / (2.0 * h)
+            worst = max(
+                worst, abs(slope - force.ravel()[c]) * scene.packed.natural[c] / (abs(values[0]) + 1e-12)
+            )
+    measured(f"{kind}: force against energy", worst, "1e-5")
+    assert worst < 1e-5
+
+
+@every_kind
+def test_a_turned_mechanism_has_turned_forces(kind: str) -> None:
+    """Centres and displacements turned by an angle: forces turn with them, torques stay."""
+    for seed in range(20):
+        rng = np.random.default_rng([13, seed])
+        document = own(kind).sample(rng)
+        scene, angle = Scene(document, kind, rng), float(rng.uniform(0.0, 6.0))
+        turned = moved(document, scene.packed, lambda x, y, a=angle: _turn(x, y, a))
+        other = Scene(turned, kind, np.random.default_rng(0))
+        other.branch.latch[:] = scene.branch.latch
+        y = scene.y.copy()
+        for i in range(scene.n):
+            for at in (3 * i, 3 * (scene.n + i)):
+                y[at : at + 2] = _turn(y[at], y[at + 1], angle)
+        other.decide(y)
+        expected, _ = scene.forces(scene.y)
+        for i in range(scene.n):
+            expected[i, :2] = _turn(expected[i, 0], expected[i, 1], angle)
+        found, _ = other.forces(y)
+        assert np.max(np.abs(found - expected)) <= 1e-6 * (np.max(np.abs(expected)) + 1e-9)
+
+
+@every_kind
+def test_a_mirrored_mechanism_has_mirrored_forces(kind: str) -> None:
+    """y, rotations and speeds change their signs: so do forces along y and torques."""
+    for seed in range(20):
+        rng = np.random.default_rng([17, seed])
+        document = own(kind).sample(rng)
+        scene = Scene(document, kind, rng)
+        mirrored = moved(document, scene.packed, lambda x, y: (x, -y))
+        for rotor in mirrored["rotors"].values():
+            if rotor.get("drive"):
+                rotor["drive"]["speed"] = -rotor["drive"]["speed"]
+            if rotor.get("initial"):
+                rotor["initial"]["omega"] = -rotor["initial"].get("omega", 0.0)
+        other = Scene(mirrored, kind, np.random.default_rng(0))
+        other.branch.latch[:] = scene.branch.latch
+        signs = np.array([1.0, -1.0, -1.0] * (2 * scene.n) + [-1.0] * (scene.y.size - 6 * scene.n))
+        other.decide(signs * scene.y)
+        expected, _ = scene.forces(scene.y)
+        found, _ = other.forces(signs * scene.y)
+        assert np.max(np.abs(found - expected * [1.0, -1.0, -1.0])) <= 1e-6 * (
+            np.max(np.abs(expected)) + 1e-9
+        )
+
+
+def moved(document: Document, packed: Packed, move: Any) -> Document:
+    """Return the document with every rotor's centre given and moved."""
+    from gearplay.model.geometry import centres
+
+    case = case_of(document)
+    return merged(
+        document,
+        {"rotors": {name: {"position": list(move(*centre))} for name, centre in centres(case).items()}},
+    )
+
+
+def _turn(x: float, y: float, angle: float) -> tuple[float, float]:
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+@every_kind
+def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> None:
+    """Latched values and saltation: the moved changes are the differences of the flow over touches and releases."""
+    worst, events = 0.0, 0
+    for seed in range(6):
+        rng = np.random.default_rng([19, KINDS[kind], seed])
+        document = own(kind).sample(rng) | {"run": {"duration": 0.01, "sampling": 1e4, "tolerance": 1e-12}}
+        flow = Flow(case_of(document))
+        start = flow.start() + 0.3 * flow.natural * rng.uniform(-1.0, 1.0, flow.size) * np.isin(
+            np.arange(flow.size), flow.free
+        )
+        span, free = 2e-3, len(flow.free)
+        changes = np.zeros((free, flow.size + flow.latches))
+        changes[np.arange(free), flow.free] = 1.0
+        found = flow.go(start, span, changes=changes)
+        events += found.events
+        sizes, h = flow.natural[flow.free], 1e-6
+        for at, c in enumerate(flow.free):
+            ends = []
+            for s in (1.0, -1.0):
+                y = start.copy()
+                y[c] += s * h * flow.natural[c]
+                ends.append(flow.go(y, span))
+            if {end.events for end in ends} != {found.events}:
+                continue  # another sequence of events: no derivative across it
+            differences = (ends[0].state - ends[1].state)[flow.free] / (2.0 * h * sizes)
+            exact = found.changes[at][flow.free] * flow.natural[c] / sizes
+            worst = max(worst, float(np.max(np.abs(differences - exact)) / (1.0 + np.max(np.abs(exact)))))
+    measured(f"{kind}: derivative through {events} events", worst, "1e-4")
+    assert events > 0 or kind == "servo"
+    assert worst < 1e-4
+
+
+def test_every_question_is_passed_on_to_every_kind() -> None:
+    """A kind left out of a chain of ifs would be taken for another: its file must be named in every question."""
+    tree = ast.parse(inspect.getsource(table))
+    names = {kind.file.__name__.rpartition(".")[2] for kind in table.KINDS}
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    for question in table.QUESTIONS:
+        asked = {node.id for node in ast.walk(functions[question]) if isinstance(node, ast.Name)}
+        assert names <= asked, question
+    assert [kind.file.KIND for kind in table.KINDS] == list(range(len(table.KINDS)))
+
+
+def test_an_element_that_leaves_a_question_open_cannot_be_registered() -> None:
+    whole = vars(table.KINDS[1].file)
+    for word in table.FACTS + table.QUESTIONS:
+        part: Any = SimpleNamespace(**{name: item for name, item in whole.items() if name != word})
+        part.__name__ = "part"
+        with pytest.raises(TypeError, match=word):
+            table.Kind("part", part)
+
+
+def test_rates_are_those_of_the_penetrations() -> None:
+    """Every contact's rate is the derivative of its penetration along the motion."""
+    for kind in KINDS:
+        for scene in scenes(kind, 10):
+            h, n = 1e-7, scene.n
+            rotors: Any = scene.system.rotors
+            ends = []
+            for s in (1.0, -1.0):
+                y = scene.y.copy()
+                for i in range(n):
+                    y[3 * i : 3 * i + 3] += s * h * scene.y[3 * (n + i) : 3 * (n + i) + 3]
+                loads = make_loads(scene.system)
+                for e in scene.elements:
+                    table.press(scene.system, e, s * h, y, scene.branch, loads)
+                ends.append(loads.contacts[:, PENETRATION])
+            for e in scene.elements:
+                table.press(scene.system, e, 0.0, scene.y, scene.branch, scene.loads)
+                first = scene.system.elements[e]["contact"]
+                rows = slice(first, first + scene.system.elements[e]["contacts"])
+                rates = (ends[0][rows] - ends[1][rows]) / (2.0 * h)
+                assert np.allclose(rates, scene.loads.contacts[rows, RATE], rtol=1e-5, atol=1e-7), kind
+            assert rotors.size == n

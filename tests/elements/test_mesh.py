@@ -1,0 +1,59 @@
+"""Random meshes for the tests of all elements: external and internal, all models, beside a carrier that turns."""
+
+import math
+
+import numpy as np
+
+from building import Document, Floats, mesh_at
+from gearplay.kernels.elements.table import MESH
+from gearplay.kernels.mesh_geometry import P_B, P_D
+from gearplay.model.pack import Packed
+
+
+def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
+    """Return a planet between a sun or ring and the carrier that bears it, or a pair on the ground."""
+    internal, carried = bool(rng.integers(2)), bool(rng.integers(2))
+    sleeve = {"radial_clearance": 1e-4, "stiffness": 1e9, "restitution": 0.9, "law": "hunt-crossley"}
+    rotors = {
+        "planet": {"teeth": 20, "mass": 0.4, "inertia": 2e-4},
+        "other": {
+            "teeth": 60,
+            "internal": internal,
+            "mass": 1.0,
+            "inertia": 5e-3,
+            "initial": {"omega": float(rng.uniform(1.0, 5.0))},  # which flank drives
+        },
+    }
+    sleeves = {"planet": dict(sleeve), "other": dict(sleeve)}
+    if carried:
+        rotors["carrier"] = {"mass": 1.0, "inertia": 5e-3, "position": [0.0, 0.0]}
+        sleeves["planet"]["on"] = "carrier"
+        if rng.integers(2):
+            rotors["carrier"]["drive"] = {"kind": "speed", "speed": float(rng.uniform(-30.0, 30.0))}
+    mean = 1e7
+    return {
+        "backlash_model": str(rng.choice(["coupled", "uncoupled"])),
+        "rotors": rotors,
+        "sleeves": sleeves,
+        "meshes": [
+            {
+                "driver": "planet",
+                "driven": "other",
+                "module": 4e-3,
+                "pressure_angle": math.radians(float(rng.uniform(18.0, 26.0))),
+                "backlash": float(rng.uniform(2e-5, 1e-4)),
+                "stiffness": {"kind": "harmonic", "mean": mean},
+                "damping": {"maximum": 300.0 if damped else 0.0, "depth": 2e-5},
+            }
+        ],
+        "run": {"duration": 0.01, "sampling": 1e4},
+    }
+
+
+def potential(packed: Packed, y: Floats) -> float:
+    """Return the elastic energy [J] of both flanks of all meshes."""
+    total = 0.0
+    for j, mesh in enumerate(packed.system.records[MESH]):
+        out = mesh_at(packed, j, y)
+        total += 0.5 * mesh.k_m * sum(max(float(out[p]), 0.0) ** 2 for p in (P_D, P_B))
+    return total
