@@ -89,7 +89,7 @@ def locate_peak(system: System, run: Run, h: float, s: int) -> float:
     """Return the x in (0, 1) where touch switch s peaks, by bisection on its rate, or 1 if it stays negative.
 
     Called only when the rate changes sign inside the step while both ends are negative: the grazing touch that
-    looking at step ends alone would skip. Stops as soon as a positive value is seen.
+    looking at step ends alone would skip. Stops as soon as a positive value is seen; that is where it was looked at last.
     """
     k = system.switches[s].contact
     sign = 1.0 if run.branch.modes[k] == OPEN else -1.0
@@ -114,34 +114,30 @@ def locate_peak(system: System, run: Run, h: float, s: int) -> float:
 
 @compiled
 def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> float:
-    """Return an x in (0, place) where switch s is positive, or 1 without one (golden section; one hump)."""
+    """Return an x in (0, place) where switch s is positive, looked at last, or 1 without one (golden section; one hump)."""
     low, high = 0.0, place
     left, right = low + 0.381966 * place, low + 0.618034 * place
-    if not look(system, run, h, left, s):
-        return 1.0
-    g_left = run.g_try[s]
-    if g_left > 0.0:
-        return left
-    if not look(system, run, h, right, s):
-        return 1.0
-    g_right = run.g_try[s]
-    for _ in range(24):
-        if g_right > 0.0:
-            return right
-        if g_left > 0.0:
-            return left
-        if g_left > g_right:
+    g_left, g_right = 0.0, 0.0
+    x, at_left = left, True
+    for n in range(26):
+        if not look(system, run, h, x, s):
+            return 1.0
+        if run.g_try[s] > 0.0:
+            return x
+        if at_left:
+            g_left = run.g_try[s]
+        else:
+            g_right = run.g_try[s]
+        if n == 0:
+            x, at_left = right, False
+        elif g_left > g_right:
             high, right, g_right = right, left, g_left
             left = low + high - right
-            if not look(system, run, h, left, s):
-                return 1.0
-            g_left = run.g_try[s]
+            x, at_left = left, True
         else:
             low, left, g_left = left, right, g_right
             right = low + high - left
-            if not look(system, run, h, right, s):
-                return 1.0
-            g_right = run.g_try[s]
+            x, at_left = right, False
     return 1.0
 
 
@@ -174,7 +170,6 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
         elif system.switches[s].role == TOUCH and may_graze(system, run, s):
             peak = locate_peak(system, run, h, s)
             if peak < place:
-                look(system, run, h, peak, s)
                 first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
     searched = False
     for c in range(1, roster.hiding[0] + 1):
@@ -187,7 +182,6 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
             searched = True
             hump = locate_hump(system, run, h, s, place)
             if hump < place:
-                look(system, run, h, hump, s)
                 first, place = s, locate_root(system, run, h, s, hump, run.g_try[s])
     if searched and first >= 0 and place < 1.0:
         look(system, run, h, place, first)  # `retake` goes by what is seen there

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[3]
 NAME = re.compile(r"`((?:kernels|model|solver|study|output|vocabulary)\.[a-z_0-9.]+)`")
 FILE = re.compile(
-    r"`((?:kernels|model|solver|study|output|vocabulary|cli)/[a-z_0-9]+\.py)(?::([A-Za-z_0-9]+))?`"
+    r"`((?:kernels|model|solver|study|output|vocabulary|cli)/[a-z_0-9/]+\.py)(?::([A-Za-z_0-9]+))?`"
 )
 
 

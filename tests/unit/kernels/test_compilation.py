@@ -41,7 +41,7 @@ def output_of(program: str, **environment: str) -> Any:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=1200,
     )
     return json.loads(done.stdout)
 
@@ -90,7 +90,7 @@ def test_no_kernel_can_allocate(tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(ALLOCATES, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, str(program)], capture_output=True, text=True, check=True, timeout=300
+        [sys.executable, str(program)], capture_output=True, text=True, check=True, timeout=1200
     )
     assert json.loads(done.stdout) != "compiled"
 

@@ -1,0 +1,89 @@
+"""Natural frequencies of planetary sets: J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 319, 3 planets, carrier at rest."""
+
+import math
+
+import numpy as np
+import pytest
+
+from building import Document, Measured, case_of
+from gearplay.solver.flow import Flow
+
+SIMPLE = (1475.7, 1930.3, 2658.3, 7462.8, 11775.3)  # Hz, beside one rotation of the whole set
+DOUBLE = (743.2, 1102.4, 1896.0, 2276.4, 6986.3, 9647.9)
+ALPHA, MODULE, TEETH = math.radians(24.6), 4e-3, {"sun": 20, "planet": 20, "ring": 60}
+CENTRE = 0.5 * MODULE * (TEETH["sun"] + TEETH["planet"])
+SPAN = 2e-5  # s, less than half a period of the fastest mode
+
+
+def base(name: str) -> float:
+    """Return a base radius [m]."""
+    return 0.5 * MODULE * TEETH[name] * math.cos(ALPHA)
+
+
+def planetary(model: str) -> Document:
+    """Return the set of the paper in bearings of 1e8 N/m, the ring held by a torsional spring of 1e9 N/m on its base circle.
+
+    All drive flanks are pressed together a little, as a load would do.
+    """
+    bearing = {"radial_clearance": 0.0, "exponent": 1.0, "stiffness": 1e8, "restitution": 1.0}
+    moved = {"x": 1e-9, "y": 2e-9}  # off the centre, where the direction of a bearing's force has no slope
+    rotors = {
+        "sun": {
+            "teeth": 20,
+            "mass": 0.4,
+            "inertia": 0.39 * base("sun") ** 2,
+            "initial": {"theta": 4e-5, **moved},
+        },
+        "ring": {"teeth": 60, "internal": True, "mass": 2.35, "inertia": 3.0 * base("ring") ** 2},
+        "carrier": {"mass": 5.43, "inertia": 6.29 * CENTRE**2},
+        "ground": {"mass": 1.0, "inertia": 1.0, "drive": {"kind": "speed", "speed": 0.0}},
+    }
+    rotors["sun"]["drive"] = {"kind": "torque", "torque": 1e-6}  # says which flanks drive
+    for name in ("ring", "carrier"):
+        rotors[name] |= {"position": [0.0, 0.0], "initial": {"theta": 0.0, **moved}}
+    sleeves = {name: dict(bearing) for name in ("sun", "ring", "carrier")}
+    stiffness = {"kind": "harmonic", "mean": 5e8}
+    mesh = {"module": MODULE, "pressure_angle": ALPHA, "backlash": 1e-4, "stiffness": stiffness}
+    meshes = []
+    for k in range(3):
+        angle, name = 2.0 * math.pi * k / 3, f"planet{k}"
+        rotors[name] = {
+            "teeth": 20,
+            "mass": 0.66,
+            "inertia": 0.61 * base("planet") ** 2,
+            "position": [CENTRE * math.cos(angle), CENTRE * math.sin(angle)],
+            "initial": {"theta": -2e-5, **moved},
+        }
+        sleeves[name] = {**bearing, "on": "carrier"}
+        meshes += [{"driver": "sun", "driven": name, **mesh}, {"driver": name, "driven": "ring", **mesh}]
+    rotors["sun"]["position"] = [0.0, 0.0]
+    support = {"between": ["ring", "ground"], "torsional_stiffness": 1e9 * base("ring") ** 2}
+    return {
+        "backlash_model": model,
+        "rotors": rotors,
+        "sleeves": sleeves,
+        "meshes": meshes,
+        "couplings": [support],
+        "run": {"duration": 1e-3, "sampling": 1e5, "tolerance": 1e-11},
+    }
+
+
+@pytest.mark.parametrize("model", ["coupled", "uncoupled"])
+def test_lin_and_parker_three_planets(model: str, measured: Measured) -> None:
+    """All 17 vibrations within 0.1 %, from the exact derivative of the motion over 20 us."""
+    flow = Flow(case_of(planetary(model)))
+    changes = np.zeros((len(flow.free), flow.size + flow.latches))
+    changes[np.arange(len(flow.free)), flow.free] = 1.0
+    found = flow.go(flow.start(), SPAN, changes=changes)
+    drive = [k for k, label in enumerate(flow.packed.contact_labels) if label.endswith(":drive")]
+    assert np.all(found.closed[drive])
+    matrix = (
+        found.changes[:, flow.free] * np.outer(flow.natural[flow.free], 1.0 / flow.natural[flow.free])
+    ).T
+    angles = np.abs(np.angle(np.linalg.eigvals(matrix))) / SPAN / (2.0 * math.pi)
+    frequencies = np.sort(angles[angles > 100.0])[::2]
+    expected = np.sort([*SIMPLE, *DOUBLE, *DOUBLE])
+    assert len(frequencies) == len(expected)
+    worst = float(np.max(np.abs(frequencies / expected - 1.0)))
+    measured(f"Lin & Parker, 3 planets, {model}", worst, "1e-3")
+    assert worst < 1e-3
