@@ -143,7 +143,7 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
                     first = scene.system.elements[e]["contact"]
                     for k in range(first, first + scene.system.elements[e]["contacts"]):
                         started_open = _gap_at_start(scene, e, k, y) <= 0.0
-                        over = scene.loads.contacts[k, PENETRATION] / contacts[k]["size"]
+                        over = scene.loads.contacts[k, PENETRATION] / contacts[k]["natural"]
                         if started_open:
                             deepest = max(deepest, float(over))
     measured(f"{kind}: deepest touch missed, natural sizes", deepest, "1e-10")

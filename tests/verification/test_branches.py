@@ -336,7 +336,7 @@ def test_the_branch_is_that_of_harmonic_balance(family: StrobeMap, resonance: Br
         for at in range(count):
             if at:
                 course.advance(period * at / count)
-            thetas.append(course.passage().state[family.free[0]])
+            thetas.append(course.state[family.free[0]])
         error = flow.case.meshes[0].transmission_error[0]
         psi = 2.0 * math.pi * np.arange(count) / count
         p = BASE_RADIUS * np.array(thetas) + error.amplitude * np.sin(psi + error.phase)

@@ -18,6 +18,7 @@ from building import (
     simulate_one,
     single_rotor_document,
 )
+from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.flank import RAMP_AS_PRINTED, RAMP_SMOOTH, damping_ramp, flank_damping
 from gearplay.model.pack import pack
 from gearplay.solver.trajectory import Trajectory
@@ -169,7 +170,7 @@ def test_meissner_trace(periods_per_jump: float, unstable: bool) -> None:
 def test_damping_ramp_is_smooth_from_zero_to_full() -> None:
     """C(p) = C_m u^2 (3 - 2u): 0 and flat at first touch, C_m and flat from full depth on."""
     document = rigid_pair({"damping": {"maximum": 400.0, "depth": 2e-6}}, 0.01)
-    mesh = pack(case_of(document)).system.meshes[0]
+    mesh = pack(case_of(document)).system.records[MESH][0]
     assert mesh.ramp == RAMP_SMOOTH
     assert [flank_damping(mesh, p, 0, f) for p in (0.0, 1e-6, 2e-6) for f in (0, 1)] == [
         0.0,
@@ -185,7 +186,7 @@ def test_damping_ramp_is_smooth_from_zero_to_full() -> None:
         ends = damping_ramp(u + h, 1 if u + h > 1.0 else 0) - damping_ramp(u - h, 0)
         assert ends / (2.0 * h) == pytest.approx(slope, abs=1e-5)
     document["meshes"][0]["damping"]["ramp"] = "literal"
-    mesh = pack(case_of(document)).system.meshes[0]
+    mesh = pack(case_of(document)).system.records[MESH][0]
     assert mesh.ramp == RAMP_AS_PRINTED
     # as printed: all of it at first touch, none at full depth, all again beyond, nothing on the back flank
     assert [flank_damping(mesh, p, 0, 0) for p in (0.0, 1e-6, 2e-6)] == [400.0, 200.0, 0.0]

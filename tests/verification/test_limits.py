@@ -26,7 +26,7 @@ from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.mesh_geometry import P_B, P_D
 from gearplay.model.pack import pack
-from gearplay.solver import simulate as simulate_module
+from gearplay.solver import course as course_module
 from gearplay.solver.simulate import run_batch, run_members
 from gearplay.solver.status import WORDS, Status
 
@@ -265,9 +265,9 @@ def test_chunks_leave_no_trace(steps: int) -> None:
 def test_emptying_the_log_leaves_no_trace(chunk: int, capacity: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A recorded run is bit-identical however often its log of contacts is emptied on the way."""
     document = merged(free_pair_case("internal", "coupled", 1), {"run": {"duration": 5e-3, "sampling": 1e6}})
-    monkeypatch.setattr(simulate_module, "LOG_CAPACITY", capacity)
+    monkeypatch.setattr(course_module, "LOG_CAPACITY", capacity)
     whole = simulate_one(document)
-    monkeypatch.setattr(simulate_module, "CHUNK_STEPS", chunk)
+    monkeypatch.setattr(course_module, "CHUNK_STEPS", chunk)
     parts = simulate_one(document)
     np.testing.assert_array_equal(parts.final_state, whole.final_state)
     np.testing.assert_array_equal(parts.values, whole.values)

@@ -50,7 +50,9 @@ def allowance(system: System, run: Run, s: int) -> float:
     """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error."""
     switch = system.switches[s]
     return (
-        0.1 * (run.clock[TOLERANCE] * system.contacts[switch.contact].size) if switch.role == TOUCH else 0.0
+        0.1 * (run.clock[TOLERANCE] * system.contacts[switch.contact].natural)
+        if switch.role == TOUCH
+        else 0.0
     )
 
 

@@ -53,29 +53,29 @@ ROTOR = np.dtype(
     align=True,
 )
 
-# Where the entries of an element lie, at the head of the record of every kind; short integers, to stay near the processor.
+# Where the entries of an element lie, at the head of the record of every kind.
 PLACES = [
-    ("element", "i4"),  # its number among all elements
-    ("contact", "i4"),  # first row of the contact tables
-    ("contacts", "i4"),
-    ("latch", "i4"),  # first of its latched impact speeds
-    ("mode", "i4"),  # first of its own modes
-    ("switch", "i4"),  # first switch; for each contact touch, pull and its own, then those of the whole
-    ("switches", "i4"),
-    ("state", "i4"),  # first of its own states in y
-    ("states", "i4"),
-    ("signal", "i4"),  # first column of a full row
+    ("element", "i8"),  # its number among all elements
+    ("contact", "i8"),  # first row of the contact tables
+    ("contacts", "i8"),
+    ("latch", "i8"),  # first of its latched impact speeds
+    ("mode", "i8"),  # first of its own modes
+    ("switch", "i8"),  # first switch; for each contact touch, pull and its own, then those of the whole
+    ("switches", "i8"),
+    ("state", "i8"),  # first of its own states in y
+    ("states", "i8"),
+    ("signal", "i8"),  # first column of a full row
 ]
 
 # What every element has, whatever its kind (`elements.table`), and whom it joins.
 ELEMENT = np.dtype(
     [
-        ("kind", "i4"),
-        ("index", "i4"),  # row among the records of its kind
-        ("a", "i4"),  # rotors that it joins, -1 for none
-        ("b", "i4"),
-        ("c", "i4"),
-        ("always", "i4"),  # 1 where it acts whatever its contacts do
+        ("kind", "i8"),
+        ("index", "i8"),  # row among the records of its kind
+        ("a", "i8"),  # rotors that it joins, -1 for none
+        ("b", "i8"),
+        ("c", "i8"),
+        ("always", "i8"),  # 1 where it acts whatever its contacts do
         *PLACES,
     ],
     align=True,
@@ -83,26 +83,26 @@ ELEMENT = np.dtype(
 
 CONTACT = np.dtype(
     [
-        ("element", "i4"),
-        ("latch", "i4"),  # slot of its latched impact speed, -1 for none
-        ("partner", "i4"),  # contact that cannot be loaded with it, -1 for none
-        ("yields", "i4"),  # 1 where the partner goes first
-        ("closed", "i4"),  # 1 where it touches from the start, whatever its penetration
+        ("element", "i8"),
+        ("latch", "i8"),  # slot of its latched impact speed, -1 for none
+        ("partner", "i8"),  # contact that cannot be loaded with it, -1 for none
+        ("yields", "i8"),  # 1 where the partner goes first
+        ("closed", "i8"),  # 1 where it touches from the start, whatever its penetration
         ("floor", "f8"),  # m/s, least impact speed that is latched
-        ("size", "f8"),  # m or rad, natural size of its penetration
+        ("natural", "f8"),  # m or rad, natural size of its penetration
     ],
     align=True,
 )
 
 SWITCH = np.dtype(
     [
-        ("element", "i4"),
-        ("contact", "i4"),  # -1 for one of the whole element
-        ("role", "i4"),  # TOUCH, PULL or OWN
-        ("local", "i4"),  # place among the switches of its element
+        ("element", "i8"),
+        ("contact", "i8"),  # -1 for one of the whole element
+        ("role", "i8"),  # TOUCH, PULL or OWN
+        ("local", "i8"),  # place among the switches of its element
         (
             "hides",
-            "i4",
+            "i8",
         ),  # 1 where it may turn positive and back within a step (see `elements.table.may_return`)
     ],
     align=True,

@@ -105,7 +105,7 @@ class Assembly:
 
     def _add_contact(self, e: int, contact: Contact, first: int) -> None:
         row: dict[str, float] = {"element": e, "latch": -1, "partner": -1, "yields": 0, "floor": 0.0}
-        row |= {"closed": int(contact.closed), "size": contact.size}
+        row |= {"closed": int(contact.closed), "natural": contact.size}
         if contact.floor is not None:
             row |= {"floor": contact.floor, "latch": self.latches}
             self.latches += 1

@@ -121,7 +121,7 @@ def stay_open(
     phi, rate = twist(system, n, t, y)
     if (phi >= half and rate > 0.0) or (-phi >= half and rate < 0.0):
         return TOUCHES, 0.0
-    bend, slack = _bend(system, n, y), RESOLUTION * system.contacts[coupling.contact].size
+    bend, slack = _bend(system, n, y), RESOLUTION * system.contacts[coupling.contact].natural
     ahead = open_span(min(phi - half, 0.0) - slack, rate, bend)
     behind = open_span(min(-phi - half, 0.0) - slack, -rate, bend)
     return STAYS_OPEN, min(longest, ahead, behind)

@@ -246,7 +246,7 @@ def stay_open(
     rho = abs(mesh.rho_a + mesh.rho_b)
     speed, approach = math.sqrt(out[SPEED_SQUARED]), abs(out[DISTANCE_RATE])
     room = max(0.5 * min(A - mesh.A_min, mesh.A_max - A), 1e-9)
-    slack = RESOLUTION * system.contacts[mesh.contact].size
+    slack = RESOLUTION * system.contacts[mesh.contact].natural
     over, best = longest, 0.0
     for _ in range(60):
         spin_a_most, spin_b_most = spin_a + alpha_a * over, spin_b + alpha_b * over

@@ -259,7 +259,7 @@ def stay_open(
         arm = math.sqrt(sleeve.offset_x * sleeve.offset_x + sleeve.offset_y * sleeve.offset_y)
     speed = math.sqrt(rate * rate + out[ACROSS] * out[ACROSS])
     q, q_rate = min(delta, 0.0) * (delta + 2.0 * c), 2.0 * (delta + c) * rate
-    slack = RESOLUTION * system.contacts[sleeve.contact].size
+    slack = RESOLUTION * system.contacts[sleeve.contact].natural
     over, best = longest, 0.0
     for _ in range(PASSES):
         spin = b_spin + b_alpha * over
