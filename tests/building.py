@@ -142,11 +142,6 @@ def dynamic_backlash(A: float, A0: float, alpha0: float, b0: float, s: float) ->
     return b0 - 2.0 * s * c0 * ((math.tan(alpha_w) - alpha_w) - (math.tan(alpha0) - alpha0))
 
 
-def element_of(packed: Packed, kind: int, k: int) -> int:
-    """Return the number of the k-th element of a kind."""
-    return int(np.flatnonzero(packed.system.elements["kind"] == kind)[k])
-
-
 def mesh_at(packed: Packed, j: int, y: Floats, t: float = 0.0) -> Floats:
     """Return the kinematics of mesh j (slots: `kernels.mesh_geometry`); fail the test where it cannot mesh."""
     out, memory = np.zeros(OUT_SIZE), make_branch(packed.system).memory

@@ -50,14 +50,14 @@ def epicyclic(model: str, formulation: str = "geometric", **changes: Any) -> Doc
     return merged(document, changes)
 
 
-@pytest.mark.parametrize("formulation", ["geometric", "as_published"])
-@pytest.mark.parametrize("model", ["coupled", "uncoupled"])
+@pytest.mark.parametrize(
+    ("model", "formulation"),
+    [("coupled", "geometric"), ("uncoupled", "geometric"), ("uncoupled", "as_published")],
+)
 def test_a_planet_rolling_round_a_held_sun_keeps_its_energy(
     model: str, formulation: str, measured: Measured
 ) -> None:
     """To 1e-5 over 5 ms of impacts. As published and coupled the force has no potential: energy is not kept there."""
-    if (formulation, model) == ("as_published", "coupled"):
-        pytest.skip("the printed backlash follows the centres without the matching force")
     start = {"carrier": {"initial": {"omega": 20.0}}, "planet": {"initial": {"omega": 40.0}}}
     document = epicyclic(model, formulation, rotors=start)
     times = np.linspace(2.5e-4, 5e-3, 20)

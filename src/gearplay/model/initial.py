@@ -54,14 +54,17 @@ def _rotations(case: "Case") -> dict[str, float]:
 
 
 def _ride(
-    case: "Case", name: str, turns: dict[str, float], spins: dict[str, float]
+    case: "Case",
+    name: str,
+    centres: dict[str, tuple[float, float]],
+    turns: dict[str, float],
+    spins: dict[str, float],
 ) -> tuple[float, float, float, float]:
     """Return a rotor's displacement [m] and velocity [m/s] at the start: its own beside those of the pin that carries it."""
     start, carrier = case.rotors[name].initial, geometry.carrier_of(case, name)
     if carrier is None:
         return start.x, start.y, start.vx, start.vy
-    x, y, v_x, v_y = _ride(case, carrier, turns, spins)
-    centres = geometry.centres(case)
+    x, y, v_x, v_y = _ride(case, carrier, centres, turns, spins)
     arm_x, arm_y = (centres[name][k] - centres[carrier][k] for k in range(2))
     sine, cosine_1 = math.sin(turns[carrier]), -2.0 * math.sin(0.5 * turns[carrier]) ** 2
     shift_x, shift_y = cosine_1 * arm_x - sine * arm_y, sine * arm_x + cosine_1 * arm_y
@@ -75,10 +78,10 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
     n, speeds = len(case.rotors), geometry.nominal_speeds(case)
     spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case)), strict=True))
     spins |= {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
-    turns = _rotations(case)
+    turns, centres = _rotations(case), geometry.centres(case)
     state = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):
-        x, y, v_x, v_y = _ride(case, name, turns, spins)
+        x, y, v_x, v_y = _ride(case, name, centres, turns, spins)
         omega = spins[name]
         if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
             swing = sum(term.amplitude * math.sin(term.phase) for term in rotor.drive.ripple)
@@ -88,10 +91,10 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
     return state
 
 
-def _mesh_at(packed: Packed, j: int, y: Floats) -> tuple[float, float]:
-    """Return (p_d, b_t) [m] of mesh j at state y and t = 0; NaN where it cannot mesh."""
+def _mesh_at(packed: Packed, j: int, y: Floats, memory: Floats) -> tuple[float, float]:
+    """Return (p_d, b_t) [m] of mesh j at state y and t = 0, ``memory`` that of a run not begun; NaN where it cannot mesh."""
     out = np.zeros(OUT_SIZE)
-    if mesh_geometry(packed.system, j, 0.0, y, make_branch(packed.system).memory, out) != 0:
+    if mesh_geometry(packed.system, j, 0.0, y, memory, out) != 0:
         return math.nan, math.nan
     return float(out[P_D]), float(out[B_T])
 
@@ -102,6 +105,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) ->
     What is coupled to such a rotor turns with it.
     """
     names, together = list(case.rotors), _turn_together(case)
+    memory = make_branch(packed.system).memory
     for j, mesh in enumerate(case.meshes):
         free = [
             name
@@ -111,7 +115,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) ->
         turned = free[0] if free else None
         m = packed.system.records[MESH][j]
         for _ in range(3):  # an eccentric toothing moves a little as it turns
-            p_d, b_t = _mesh_at(packed, j, y)
+            p_d, b_t = _mesh_at(packed, j, y, memory)
             if not math.isfinite(p_d) or b_t < 0.0:
                 return False
             if turned is None:
@@ -138,8 +142,9 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     y = base.copy()
     if member == 0:
         _turn_into_touch(case, packed, y, np.zeros(meshes))
+        memory = make_branch(packed.system).memory
         for j in range(meshes):
-            if math.isnan(_mesh_at(packed, j, y)[0]):
+            if math.isnan(_mesh_at(packed, j, y, memory)[0]):
                 raise InputError(
                     [
                         Fault(

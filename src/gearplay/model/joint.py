@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 
 from gearplay.model.assembly import Assembly
@@ -12,13 +13,13 @@ class Joint(Part):
     """Base of parts that connect rotors: couplings. A new kind answers these and is listed in `model.case.JOINTS`."""
 
     @property
+    @abstractmethod
     def label(self) -> str:
         """Name in results."""
-        raise NotImplementedError
 
+    @abstractmethod
     def named_rotors(self) -> Mapping[str, str]:
         """Return the rotors that it names, by field."""
-        raise NotImplementedError
 
     def rolling(self) -> Mapping[str, float]:
         """Return factors c of rotors' rotations with sum c theta = 0 where nothing is strained; empty for none."""
@@ -28,6 +29,6 @@ class Joint(Part):
         """Return the rotors whose nominal centres are one point; empty for none."""
         return ()
 
+    @abstractmethod
     def pack(self, assembly: Assembly, places: Mapping[str, int], inertias: Mapping[str, float]) -> None:
         """Add its element to a mechanism; ``places`` and ``inertias`` [kg m^2] are those of the rotors by name."""
-        raise NotImplementedError

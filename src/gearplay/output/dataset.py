@@ -109,9 +109,10 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
         "mesh": (),
         **packed.labels,
         "contact": packed.contact_labels,
-    }  # always two, even if empty
+    }  # two of them even if empty
     for dimension, names in labels.items():
         coordinates[dimension] = np.array(names, dtype=object if names else "U1")
+    coordinates["rotor"] = list(packed.rotor_names)
     if ensemble:
         coordinates["member"] = [run.member for run in runs]
         coordinates["member_status"] = ("member", [run.status.name for run in runs])

@@ -74,14 +74,18 @@ class Course:
             settings.tolerance,
             settings.fixed_step,
         )
-        self.plain = changes is None and not divergence
-        if not self.plain and settings.fixed_step is not None:
+        self.tangent: tangent_state.Tangent | None = None
+        self.log: list[Floats] = []
+        if changes is None and not divergence:
+            return
+        if settings.fixed_step is not None:
             rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
             raise InputError(Fault("run.fixed_step", settings.fixed_step, rule, "Remove it"))
-        latches = self.run.branch.latch.size
-        rows = np.zeros((0, len(state) + latches)) if changes is None else changes.copy()
+        rows = self._no_changes() if changes is None else changes.copy()
         self.tangent = tangent_state.make_tangent(self.system, self.run, rows, divergence=divergence)
-        self.log: list[Floats] = []
+
+    def _no_changes(self) -> Floats:
+        return np.zeros((0, self.run.y.size + self.run.branch.latch.size))
 
     def sample_from(self, t: float, sampling: float) -> None:
         """Keep samples from t [s] on, at ``sampling`` [Hz], as many as there is room for; tallies start anew."""
@@ -95,7 +99,7 @@ class Course:
         """Advance to t_end [s], by at most ``steps`` steps; return how it went."""
         run = self.run
         run.clock[kernel.T_END] = t_end
-        if self.plain:
+        if self.tangent is None:
             status = Status(stepper.advance(self.system, run, steps))
         else:
             status = Status(tangent.advance_tangent(self.system, run, self.tangent, steps))
@@ -178,7 +182,7 @@ class Course:
     @property
     def changes(self) -> Floats:
         """The changes as they have moved on."""
-        return self.tangent.changes
+        return self._no_changes() if self.tangent is None else self.tangent.changes
 
     @property
     def closed(self) -> NDArray[np.bool_]:
@@ -188,8 +192,9 @@ class Course:
     @property
     def divergence(self) -> float:
         """The divergence [1] summed up so far; NaN where it was not asked for."""
-        totals = self.tangent.totals
-        return float(totals[0]) if totals[1] == 1.0 else float("nan")
+        if self.tangent is None or self.tangent.totals[1] != 1.0:
+            return float("nan")
+        return float(self.tangent.totals[0])
 
     @property
     def whole_log(self) -> Floats:

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 
-from gearplay.model.case import Case
+from gearplay.model.case import JOINTS, Case
 from gearplay.model.field_units import measure_in
 from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
@@ -199,9 +199,9 @@ def _group(path: str) -> str:
     head, parts = path.split(".")[0], path.split(".")
     if head == "rotors":
         return "Drive and load" if len(parts) > 3 and parts[2] in ("drive", "load") else "Gears"
-    return {"sleeves": "Sleeves", "meshes": "Mesh", "run": "Run"}.get(
-        head, head.capitalize() if len(parts) > 1 else "Model"
-    )
+    if head in JOINTS:
+        return head.capitalize()
+    return {"sleeves": "Sleeves", "meshes": "Mesh", "run": "Run"}.get(head, "Model")
 
 
 def _label(path: str, name: str) -> str:
