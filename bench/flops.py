@@ -70,7 +70,7 @@ def main():
     """Print the counts of one evaluation with sleeve and drive flank in contact."""
     from bench.problem import LIVELY
     from gearplay.kernels.elements import table
-    from gearplay.kernels.layout import LOADED, Branch, Loads
+    from gearplay.kernels.layout import LOADED
     from gearplay.kernels.right_hand_side import right_hand_side
 
     system, roster, branch, loads = LIVELY.arguments()
@@ -78,8 +78,9 @@ def main():
     for e in range(system.elements.size):
         table.start_step(system, e, 0.0, y, branch)
     tables = ("rotors", "elements", "contacts", "switches")
-    system = system._replace(
+    system = SimpleNamespace(
         records=tuple(Records(array) for array in system.records),
+        spline=system.spline,
         **{name: Records(getattr(system, name)) for name in tables},
         **{name: plain(getattr(system, name)) for name in ("terms", "involutes", "gravity")},
     )
@@ -94,10 +95,11 @@ def main():
         for a in (y, branch.latch, loads.contacts)
     )
     rates, forces, scratch = (np.zeros(a.shape, dtype=object) for a in (y, loads.rotors, loads.out))
-    branch = Branch(branch.modes, speeds, plain(branch.memory))
+    branch = SimpleNamespace(modes=branch.modes, latch=speeds, memory=plain(branch.memory))
+    loads = SimpleNamespace(contacts=rows, rotors=forces, out=scratch)
     # the ring alone is integrated: the pinion is held and prescribed
     roster.active[:2] = 1, 1
-    right_hand_side(system, roster, Counting(1e-5), states, branch, rates, Loads(rows, forces, scratch))
+    right_hand_side(system, roster, Counting(1e-5), states, branch, rates, loads)
     json.dump(COUNTS, sys.stdout)
 
 

@@ -8,6 +8,7 @@ import ast
 import importlib
 import inspect
 import math
+from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -61,7 +62,7 @@ class Scene:
 
     def forces(self, y: Floats, latch: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the sums on the rotors [rotor, 3] and the rates of the elements' own states."""
-        branch = self.branch if latch is None else self.branch._replace(latch=latch)
+        branch = self.branch if latch is None else replace(self.branch, latch=latch)
         dy = np.zeros(y.size)
         self.loads.rotors[:] = 0.0
         acting = np.array([len(self.elements), *self.elements], dtype=np.int64)

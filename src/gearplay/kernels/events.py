@@ -2,14 +2,14 @@
 
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import OPEN, RATE, TOUCH, Loads, System
-from gearplay.kernels.roster import fly_listed
+from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
+from gearplay.kernels.roster import fly_listed, fly_on
 from gearplay.kernels.run import CALLS, TOLERANCE, Floats, Run, T
-from gearplay.kernels.runge_kutta import STAGES, interpolate, step
+from gearplay.kernels.runge_kutta import STAGES, interpolate_state, step
 from gearplay.kernels.switches import switch_value, switch_values
 
 
-@compiled_inline
+@compiled
 def attempt(system: System, run: Run, h: float) -> int:
     """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
     where a pair cannot mesh.
@@ -20,7 +20,7 @@ def attempt(system: System, run: Run, h: float) -> int:
     return failed if failed != 0 else watch(system, run, t + h, run.y_new, run.loads)
 
 
-@compiled_inline
+@compiled
 def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
     """Fill the contact table of watched elements at t [s]; return 1 where a pair cannot mesh."""
     roster = run.roster
@@ -32,13 +32,37 @@ def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
 
 
 @compiled_inline
+def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> None:
+    """Fill rotor i's entries of y_try with its state at t + x h: on the step's interpolant, or in flight."""
+    if run.roster.roles[i] == FLYING:
+        fly_on(system, run.roster, i, run.clock[T] + x * h, run.y_try)
+    elif run.roster.roles[i] == ACTIVE:
+        for axis in range(3):
+            place, speed = x_of(i) + axis, vx_of(system, i) + axis
+            run.y_try[place] = interpolate_state(place, x, h, run.y, run.y_new, run.stages)
+            run.y_try[speed] = interpolate_state(speed, x, h, run.y, run.y_new, run.stages)
+
+
+@compiled
+def interpolate_element(system: System, run: Run, e: int, h: float, x: float) -> None:
+    """Fill y_try with what element e depends on at t + x h."""
+    a, b, c = members(system, e)
+    interpolate_rotor(system, run, a, h, x)
+    if b >= 0:
+        interpolate_rotor(system, run, b, h, x)
+    if c >= 0:
+        interpolate_rotor(system, run, c, h, x)
+    element = system.elements[e]
+    for slot in range(element.state, element.state + element.states):
+        run.y_try[slot] = interpolate_state(slot, x, h, run.y, run.y_new, run.stages)
+
+
+@compiled
 def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
     """Evaluate switch s and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
-    t, y = run.clock[T] + x * h, run.y_try
-    interpolate(run.roster, x, h, run.y, run.y_new, run.stages, y)
-    fly_listed(system, run.roster, run.roster.near, t, y)
+    t, y, switch = run.clock[T] + x * h, run.y_try, system.switches[s]
+    interpolate_element(system, run, switch.element, h, x)
     run.counts[CALLS] += 1
-    switch = system.switches[s]
     if switch.contact >= 0 and table.press(system, switch.element, t, y, run.branch, run.loads_try) != 0:
         return False
     run.g_try[s] = switch_value(system, s, t, y, run.branch, run.loads_try)
@@ -152,7 +176,7 @@ def may_graze(system: System, run: Run, s: int) -> bool:
     return bool(run.g_0[s] < 0.0 and sign * start > 0.0 and sign * end < 0.0)
 
 
-@compiled_inline
+@compiled
 def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
     first, place = -1, 1.0

@@ -4,11 +4,13 @@ One `System` holds arrays of rotors and of elements, so that a gear pair is noth
 keep the kernels readable (``mesh.c0``) at the cost of nothing. Every place in an array has a name here.
 """
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 
 Floats = NDArray[np.float64]
@@ -109,7 +111,8 @@ SWITCH = np.dtype(
 )
 
 
-class System(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class System(Group):
     """A packed mechanism; `gearplay.model.pack` makes it, kernels only read it: runs on many threads share it."""
 
     rotors: NDArray[Any]  # ROTOR records
@@ -137,7 +140,8 @@ class Signal(NamedTuple):
     of_state: bool = False
 
 
-class Branch(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Branch(Group):
     """The smooth branch that a run is on, and what it remembers; made by `branch.make_branch`."""
 
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
@@ -145,7 +149,8 @@ class Branch(NamedTuple):
     memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
 
 
-class Loads(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Loads(Group):
     """What acts at one state: the contact table, the sums on each rotor (N, N, N m), and an element's scratch."""
 
     contacts: Floats  # [contact, CONTACT_COLUMNS]

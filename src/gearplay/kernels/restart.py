@@ -59,7 +59,7 @@ def check_states(run: Run) -> int:
     return DONE
 
 
-@compiled_inline
+@compiled
 def evaluate(system: System, run: Run, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
     run.counts[CALLS] += 1

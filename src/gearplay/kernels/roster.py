@@ -5,12 +5,13 @@ state). An element is ACTING, WATCHED (open, beside an active rotor: looked at a
 flying rotors: sure to stay open until ``due``).
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
 from gearplay.kernels.layout import (
     ACTING,
@@ -33,7 +34,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class Roster(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Roster(Group):
     """Roles, and lists of those that a step concerns; a list's first entry is its length."""
 
     roles: Ints  # per rotor
@@ -177,7 +179,7 @@ def has_just_taken_off(system: System, roster: Roster, e: int, t: float) -> bool
     return bool(since[a] == t or (b >= 0 and since[b] == t) or (c >= 0 and since[c] == t))
 
 
-@compiled_inline
+@compiled
 def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
     """Assign roles at t [s] and fill the lists."""
     assign_roles(system, roster, t, y, modes)

@@ -1,10 +1,11 @@
 """A run in progress as plain arrays: slots, status codes, buffers."""
 
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System, members
 from gearplay.kernels.right_hand_side import make_loads
@@ -29,7 +30,8 @@ TALLIES = 7
 LOG_COLUMNS = 4
 
 
-class Run(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Run(Group):
     """A run in progress, as plain arrays; made by `make_run`."""
 
     roster: Roster
@@ -129,9 +131,9 @@ def make_run(
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         dy_try=np.zeros(n),
-        loads_0=loads._replace(contacts=loads.contacts.copy()),
+        loads_0=replace(loads, contacts=loads.contacts.copy()),
         loads=loads,
-        loads_try=loads._replace(contacts=loads.contacts.copy()),
+        loads_try=replace(loads, contacts=loads.contacts.copy()),
         g_0=np.zeros(system.switches.size),
         g_1=np.zeros(system.switches.size),
         g_try=np.zeros(system.switches.size),

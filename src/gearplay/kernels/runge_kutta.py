@@ -7,7 +7,7 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.kernels.roster import Roster
@@ -43,7 +43,7 @@ DENSE = np.array(
 
 
 @compiled_inline
-def stage_state(roster: Roster, stage: int, h: float, y: Floats, stages: Floats, result: Floats) -> None:
+def combine(stage: int, roster: Roster, h: float, y: Floats, stages: Floats, result: Floats) -> None:
     """Fill the active states of ``result`` with those at a stage of a step of h [s] from y."""
     for s in range(1, roster.states[0] + 1):
         i = roster.states[s]
@@ -51,6 +51,25 @@ def stage_state(roster: Roster, stage: int, h: float, y: Floats, stages: Floats,
         for j in range(stage):
             total += WEIGHTS[stage, j] * stages[j, i]
         result[i] = y[i] + h * total
+
+
+@compiled
+def stage_state(stage: int, roster: Roster, h: float, y: Floats, stages: Floats, result: Floats) -> None:
+    """Do what `combine` does, by a loop of its own for each stage: a number known to the compiler unrolls its sum."""
+    if stage == 0:
+        combine(0, roster, h, y, stages, result)
+    elif stage == 1:
+        combine(1, roster, h, y, stages, result)
+    elif stage == 2:
+        combine(2, roster, h, y, stages, result)
+    elif stage == 3:
+        combine(3, roster, h, y, stages, result)
+    elif stage == 4:
+        combine(4, roster, h, y, stages, result)
+    elif stage == 5:
+        combine(5, roster, h, y, stages, result)
+    else:
+        combine(6, roster, h, y, stages, result)
 
 
 @compiled_inline
@@ -71,14 +90,14 @@ def step(
     ``loads`` belongs to (t + h, y_new).
     """
     for stage in range(1, STAGES):
-        stage_state(roster, stage, h, y, stages, y_new)
+        stage_state(stage, roster, h, y, stages, y_new)
         at = t + NODES[stage] * h
         if right_hand_side(system, roster, at, y_new, branch, stages[stage], loads) != 0:
             return 1
     return 0
 
 
-@compiled_inline
+@compiled
 def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float:
     """Return the largest local error over its allowance: max_i |e_i| / scale_i; NaN and inf pass through."""
     worst = 0.0
@@ -96,16 +115,22 @@ def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float
 
 
 @compiled_inline
+def interpolate_state(i: int, x: float, h: float, y: Floats, y_new: Floats, stages: Floats) -> float:
+    """Return the continuous extension of state i at t + x h, 0 <= x <= 1 (order 4)."""
+    difference = y_new[i] - y[i]
+    bend = h * stages[0, i] - difference
+    d = 0.0
+    for j in range(STAGES):
+        d += DENSE[j] * stages[j, i]
+    r4 = difference - h * stages[6, i] - bend
+    return y[i] + x * (difference + (1.0 - x) * (bend + x * (r4 + (1.0 - x) * h * d)))
+
+
+@compiled_inline
 def interpolate(
     roster: Roster, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
 ) -> None:
-    """Fill the active states of ``result`` with the continuous extension at t + x h, 0 <= x <= 1 (order 4)."""
+    """Fill the active states of ``result`` with the continuous extension at t + x h."""
     for s in range(1, roster.states[0] + 1):
         i = roster.states[s]
-        difference = y_new[i] - y[i]
-        bend = h * stages[0, i] - difference
-        d = 0.0
-        for j in range(STAGES):
-            d += DENSE[j] * stages[j, i]
-        r4 = difference - h * stages[6, i] - bend
-        result[i] = y[i] + x * (difference + (1.0 - x) * (bend + x * (r4 + (1.0 - x) * h * d)))
+        result[i] = interpolate_state(i, x, h, y, y_new, stages)

@@ -6,11 +6,12 @@ impact speeds.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
 from gearplay.kernels.flight import decay
@@ -31,7 +32,8 @@ from gearplay.kernels.smooth_sign import smooth_sign_slope
 Floats = NDArray[np.float64]
 
 
-class Slopes(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Slopes(Group):
     """First-order data of all elements at one state, and scratch; made by `make_slopes`."""
 
     elements: Floats  # [element, columns of the widest kind]

@@ -34,7 +34,7 @@ def change_modes(system: System, run: Run, t: float, first: int) -> None:
             change_mode(system, run, s, t, run.y_new, run.loads)
 
 
-@compiled_inline
+@compiled
 def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     """Make the state at the end t [s] of a step of h [s] the present one, with what switches there; return a status.
 
@@ -66,7 +66,7 @@ def copy_contact(source: Floats, target: Floats, k: int) -> None:
     target[k, MARGIN] = source[k, MARGIN]
 
 
-@compiled_inline
+@compiled
 def go_on(system: System, run: Run) -> None:
     """Make the end of a step the start of the next, for what takes part in it."""
     roster = run.roster

@@ -67,7 +67,7 @@ def switch_value(system: System, s: int, t: float, y: Floats, branch: Branch, lo
     return table.own_switch(system, switch.element, switch.local, t, y, branch, loads)
 
 
-@compiled_inline
+@compiled
 def switch_values(
     system: System, roster: Roster, t: float, y: Floats, branch: Branch, loads: Loads, g: Floats
 ) -> None:

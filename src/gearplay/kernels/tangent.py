@@ -60,7 +60,7 @@ def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
         y_stage[s] = y[s]
     for stage in range(STAGES):
         at = t + NODES[stage] * h
-        stage_state(roster, stage, h, y, stages, y_stage)
+        stage_state(stage, roster, h, y, stages, y_stage)
         failed = right_hand_side(system, roster, at, y_stage, branch, stages[stage], tangent.loads)
         if failed != 0 or linearise(system, roster, at, y_stage, branch, tangent.slopes, tangent.loads) != 0:
             return 1

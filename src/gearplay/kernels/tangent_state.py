@@ -1,10 +1,11 @@
 """Changes of a run's start on their way with it, as plain arrays."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
@@ -18,7 +19,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class Tangent(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Tangent(Group):
     """Changes of a run's start moved on to its present, and what a step needs; made by `make_tangent`."""
 
     changes: Floats  # [change, state, then latched impact speeds]

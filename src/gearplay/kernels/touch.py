@@ -52,7 +52,7 @@ def next_touch(system: System, run: Run, limit: float) -> tuple[int, float, int]
     return nothing, limit, CHATTER
 
 
-@compiled_inline
+@compiled
 def touch_down(system: System, run: Run, e: int, t: float) -> int:
     """Change the modes of dormant element e that touches at t [s]; return 1 where it cannot mesh."""
     y, contacts = run.y_try, run.loads.contacts

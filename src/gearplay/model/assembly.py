@@ -122,9 +122,9 @@ class Assembly:
         elements["mode"] += len(self.contacts)  # modes of contacts come first
         return System(
             rotors=rotors,
-            elements=elements,
-            contacts=_filled(CONTACT, self.contacts),
-            switches=_filled(SWITCH, self.switches),
+            elements=elements.view(np.recarray),
+            contacts=_filled(CONTACT, self.contacts).view(np.recarray),
+            switches=_filled(SWITCH, self.switches).view(np.recarray),
             records=tuple(self._stacked(kind, elements) for kind in range(len(KINDS))),
             terms=terms,
             involutes=involutes,
@@ -135,17 +135,14 @@ class Assembly:
     def _stacked(self, kind: int, elements: Any) -> Any:
         """Return the records of a kind, each with its element's places."""
         parts = self.parts.get(kind, [])
-        found = records(KINDS[kind].file.RECORD, len(parts))
+        found = np.zeros(len(parts), KINDS[kind].file.RECORD)
         for at, part in enumerate(parts):
             found[at] = part
+        own = elements[elements["kind"] == kind]
         for name, _ in PLACES:
-            found[name] = elements[elements["kind"] == kind][name]
-        return found
+            found[name] = own[name]
+        return found.view(np.recarray)
 
 
-def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> Any:
-    found = records(dtype, len(rows))
-    for at, row in enumerate(rows):
-        for name, value in row.items():
-            found[at][name] = value
-    return found
+def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> NDArray[Any]:
+    return np.array([tuple([row[name] for name in dtype.names or ()]) for row in rows], dtype)

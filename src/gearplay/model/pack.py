@@ -49,8 +49,7 @@ class Packed:
         return int(self.natural.size)
 
 
-def _pack_rotors(case: "Case") -> Any:
-    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> Any:
     rotors = records(ROTOR, len(case.rotors))
     for i, (name, given) in enumerate(case.rotors.items()):
         r, drive = rotors[i], given.drive
@@ -247,9 +246,9 @@ def _harmonics(rows: Iterable[Sequence[float]]) -> list[list[float]]:
 
 
 def _pack_meshes(
-    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]]
+    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]], senses: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+    speeds = rotors.nominal_speed
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
@@ -332,11 +331,12 @@ def pack(case: "Case") -> Packed:
     Raises `InputError` where drives contradict each other or given centres cannot mesh.
     """
     centres = geometry.centres(case)
-    rotors = _pack_rotors(case)
+    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+    rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly)
     _pack_sleeves(case, assembly, rotors, centres)
-    terms, spline, involutes = _pack_meshes(case, assembly, rotors, centres)
+    terms, spline, involutes = _pack_meshes(case, assembly, rotors, centres, senses)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     places = {name: i for i, name in enumerate(case.rotors)}
     inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
