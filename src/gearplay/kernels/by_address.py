@@ -74,9 +74,7 @@ def _type_of(description: Any) -> Any:
 
 @lru_cache
 def _group_type(group: str, names: tuple[str, ...], descriptions: tuple[Hashable, ...]) -> GroupType:
-    return GroupType(
-        group, {name: _type_of(each) for name, each in zip(names, descriptions, strict=True)}
-    )
+    return GroupType(group, {name: _type_of(each) for name, each in zip(names, descriptions, strict=True)})
 
 
 class Group:
