@@ -216,13 +216,18 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
 
 @compiled
 def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
-    """Take the step again so that it ends just past switch s; return its length [s], or -1 on failure."""
+    """Take the step again so that it ends just past switch s; return its length [s], or -1 on failure.
+
+    Where switch s all but touches zero, on the interpolant alone, the step ends there with s still negative.
+    """
     ahead, switch = allowance(system, run, s), system.switches[s]
     slope = 0.0  # of g, for the first try and its corrections
     if switch.role == TOUCH and run.g_try[s] != run.g_0[s]:
         slope = abs(run.loads_try.contacts[switch.contact, RATE])
-    elif x < 1.0:
-        slope = (run.g_1[s] - run.g_try[s]) / ((1.0 - x) * h)
+    else:
+        g, back = run.g_try[s], 0.01 * x
+        look(system, run, h, x - back, s)
+        slope = (g - run.g_try[s]) / (back * h)
     short = x * h
     if slope > 0.0:
         short += min(ahead / slope, 0.01 * h)

@@ -132,6 +132,8 @@ def take_step(system: System, run: Run) -> int:
             return CANNOT_MESH
         t_new = t + taken
         to_stop = False
+        if run.g_0[first] <= 0.0 and run.g_1[first] < 0.0:
+            first = -1  # it was not reached
     status = accept(system, run, taken, t_new, first)
     if status != DONE:
         return status
