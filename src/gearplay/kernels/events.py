@@ -224,10 +224,12 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
     slope = 0.0  # of g, for the first try and its corrections
     if switch.role == TOUCH and run.g_try[s] != run.g_0[s]:
         slope = abs(run.loads_try.contacts[switch.contact, RATE])
-    else:
-        g, back = run.g_try[s], 0.01 * x
-        look(system, run, h, x - back, s)
-        slope = (g - run.g_try[s]) / (back * h)
+    elif x < 1.0:
+        g = run.g_try[s]
+        slope = (run.g_1[s] - g) / ((1.0 - x) * h)
+        if slope <= 0.0:  # it comes back within the step
+            look(system, run, h, 0.99 * x, s)
+            slope = (g - run.g_try[s]) / (0.01 * x * h)
     short = x * h
     if slope > 0.0:
         short += min(ahead / slope, 0.01 * h)
