@@ -7,7 +7,7 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.model.geometry import starting_speeds
+from gearplay.model.geometry import nominal_speeds, starting_speeds
 from gearplay.solver.simulate import prepare, run_one
 
 RPM = np.pi / 30.0
@@ -50,7 +50,7 @@ def test_two_carried_runs_are_one(name: str, measured: Measured) -> None:
 
 def test_the_start_of_a_ramp_rolls() -> None:
     case = gp.replace(gp.load_case("han2021"), ramp(60.0, 120.0, 0.1))
-    speeds = dict(zip(case.rotors, starting_speeds(case), strict=True))
+    speeds = dict(zip(case.rotors, starting_speeds(case, nominal_speeds(case)), strict=True))
     assert speeds["pinion"] == pytest.approx(60.0 * RPM)
     assert speeds["ring"] == pytest.approx(20.0 * RPM)
     run = run_one(gp.replace(case, {"run.duration": 0.2, "run.sampling": 1e3}), signals=["pinion.omega"])

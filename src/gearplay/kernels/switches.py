@@ -34,13 +34,12 @@ INACTIVE = -1.0
 
 def make_branch(system: System) -> Branch:
     """Allocate a branch: all contacts open, nothing latched, no angle known."""
-    memory = np.zeros((system.elements.size, MEMORY))
-    modes = system.contacts.size + system.rotors.size
-    for e, element in enumerate(system.elements):
-        file = table.KINDS[element["kind"]].file
+    files = [table.KINDS[kind].file for kind in system.elements["kind"].tolist()]
+    memory = np.zeros((len(files), MEMORY))
+    for e, file in enumerate(files):
         memory[e, : len(file.MEMORY)] = file.MEMORY
-        modes += file.MODES
-    latches = int(np.sum(system.contacts["latch"] >= 0))
+    modes = system.contacts.size + sum(file.MODES for file in files) + system.rotors.size
+    latches = int(np.count_nonzero(system.contacts["latch"] >= 0))
     return Branch(modes=np.zeros(modes, dtype=np.int64), latch=np.zeros(latches), memory=memory)
 
 

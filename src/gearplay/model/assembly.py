@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,22 @@ LENGTH_SCALE = 1e-4  # m, natural size of a displacement behind the error tolera
 ANGLE_SCALE = LENGTH_SCALE / 0.1  # rad, of a rotation without a radius of its own
 
 
-def records(dtype: np.dtype[Any], count: int) -> Any:
-    """Return ``count`` zeroed records whose fields are attributes."""
-    return np.zeros(count, dtype=dtype).view(np.recarray)
+def blank(dtype: np.dtype[Any]) -> Any:
+    """Return a record to be filled, its fields attributes and zero: `stacked` makes an array of them."""
+    return SimpleNamespace(**dict.fromkeys(dtype.names or (), 0))
+
+
+def stacked(dtype: np.dtype[Any], rows: Sequence[Any]) -> Any:
+    """Return filled records as an array whose fields are attributes.
+
+    Raises `TypeError` where a record has a field that its kind lacks.
+    """
+    names = dtype.names or ()
+    for row in rows:
+        if strange := vars(row).keys() - set(names):
+            raise TypeError(f"a record has no field {', '.join(sorted(strange))}")
+    fields = [vars(row) for row in rows]
+    return np.array([tuple([row[name] for name in names]) for row in fields], dtype).view(np.recarray)
 
 
 @dataclass(frozen=True)
@@ -41,9 +55,9 @@ class Assembly:
     """Elements of a mechanism, added kind after kind, in the order of `KINDS`."""
 
     rotors: int
-    entries: list[dict[str, int]] = field(default_factory=list)
-    contacts: list[dict[str, float]] = field(default_factory=list)
-    switches: list[dict[str, int]] = field(default_factory=list)
+    entries: list[Any] = field(default_factory=list)
+    contacts: list[Any] = field(default_factory=list)
+    switches: list[Any] = field(default_factory=list)
     parts: dict[int, list[Any]] = field(default_factory=dict)
     labels: dict[str, list[str]] = field(default_factory=dict)
     contact_labels: list[str] = field(default_factory=list)
@@ -73,76 +87,73 @@ class Assembly:
         makes its rotors swing; ``hides`` is whether the switches of its contacts but touch may return within a step.
         """
         self.fastest = max(self.fastest, rate)
-        assert not self.entries or self.entries[-1]["kind"] <= kind, "kind after kind"
-        file, e, first = KINDS[kind].file, len(self.entries), len(self.contacts)
-        a, b, c = (*rotors, -1, -1, -1)[:3]
-        entry = {"kind": kind, "index": len(self.parts.setdefault(kind, [])), "a": a, "b": b, "c": c}
-        entry |= {"always": int(always), "contact": first, "contacts": len(contacts), "mode": self.modes}
-        entry |= {"switch": len(self.switches), "state": 6 * self.rotors + self.states, "states": states}
-        entry |= {"signal": PER_ROTOR * self.rotors + self.signals, "element": e, "latch": self.latches}
+        assert not self.entries or self.entries[-1].kind <= kind, "kind after kind"
+        file, entry, parts = KINDS[kind].file, blank(ELEMENT), self.parts.setdefault(kind, [])
+        entry.kind, entry.index, entry.element = kind, len(parts), len(self.entries)
+        entry.a, entry.b, entry.c = (*rotors, -1, -1, -1)[:3]
+        entry.always, entry.states, entry.contacts = int(always), states, len(contacts)
+        entry.contact, entry.latch = len(self.contacts), self.latches
+        entry.switch, entry.mode = len(self.switches), self.modes
+        entry.state = 6 * self.rotors + self.states
+        entry.signal = PER_ROTOR * self.rotors + self.signals
         if file.SIGNALS:
             self.labels.setdefault(KINDS[kind].name, []).append(label)
-        for at, contact in enumerate(contacts):
-            self._add_contact(e, contact, first)
+        for contact in contacts:
+            k = self._add_contact(entry, contact)
             self.contact_labels.append(f"{label}:{contact.name}" if contact.name else label)
             self.angular.append(contact.angular)
             for own in range(file.PER_CONTACT):
                 role = (TOUCH, PULL)[own] if own < 2 else OWN
-                self._add_switch(e, entry["switch"], first + at, role, hides and role != TOUCH)
+                self._add_switch(entry, k, role, hides and role != TOUCH)
         for _ in range(switches):
-            self._add_switch(e, entry["switch"], -1, OWN, True)
-        entry |= {"switches": len(self.switches) - entry["switch"]}
-        self.parts[kind].append(record)
+            self._add_switch(entry, -1, OWN, True)
+        entry.switches = len(self.switches) - entry.switch
+        parts.append(record)
         self.entries.append(entry)
         self.modes += file.MODES
         self.states += states
         self.signals += len(file.SIGNALS)
 
-    def _add_switch(self, e: int, first: int, contact: int, role: int, hides: bool) -> None:
-        local = len(self.switches) - first
-        row = {"element": e, "contact": contact, "role": role, "local": local, "hides": int(hides)}
+    def _add_switch(self, entry: Any, contact: int, role: int, hides: bool) -> None:
+        row, local = blank(SWITCH), len(self.switches) - entry.switch
+        row.element, row.contact, row.role, row.local = entry.element, contact, role, local
+        row.hides = int(hides)
         self.switches.append(row)
 
-    def _add_contact(self, e: int, contact: Contact, first: int) -> None:
-        row: dict[str, float] = {"element": e, "latch": -1, "partner": -1, "yields": 0, "floor": 0.0}
-        row |= {"closed": int(contact.closed), "natural": contact.size}
+    def _add_contact(self, entry: Any, contact: Contact) -> int:
+        row, k = blank(CONTACT), len(self.contacts)
+        row.element, row.closed, row.natural = entry.element, int(contact.closed), contact.size
+        row.latch = row.partner = -1
         if contact.floor is not None:
-            row |= {"floor": contact.floor, "latch": self.latches}
+            row.floor, row.latch = contact.floor, self.latches
             self.latches += 1
         if contact.yields_to is not None:
-            row |= {"partner": first + contact.yields_to, "yields": 1}
-            self.contacts[first + contact.yields_to]["partner"] = len(self.contacts)
+            row.partner, row.yields = entry.contact + contact.yields_to, 1
+            self.contacts[row.partner].partner = k
         self.contacts.append(row)
+        return k
 
     def system(
         self, rotors: Any, *, terms: Floats, involutes: Floats, spline: Floats, gravity: Floats
     ) -> System:
-        """Return the packed system."""
-        elements = _filled(ELEMENT, self.entries)
-        elements["mode"] += len(self.contacts)  # modes of contacts come first
+        """Return the packed system: modes of contacts come first, and the records of a kind know their elements' places."""
+        rows = [
+            SimpleNamespace(**vars(row) | {"mode": row.mode + len(self.contacts)}) for row in self.entries
+        ]
+        kinds = []
+        for k, kind in enumerate(KINDS):
+            own, parts = [row for row in rows if row.kind == k], self.parts.get(k, [])
+            for row, part in zip(own, parts, strict=True):
+                vars(part).update({name: getattr(row, name) for name, _ in PLACES})
+            kinds.append(stacked(kind.file.RECORD, parts))
         return System(
             rotors=rotors,
-            elements=elements.view(np.recarray),
-            contacts=_filled(CONTACT, self.contacts).view(np.recarray),
-            switches=_filled(SWITCH, self.switches).view(np.recarray),
-            records=tuple(self._stacked(kind, elements) for kind in range(len(KINDS))),
+            elements=stacked(ELEMENT, rows),
+            contacts=stacked(CONTACT, self.contacts),
+            switches=stacked(SWITCH, self.switches),
+            records=tuple(kinds),
             terms=terms,
             involutes=involutes,
             spline=spline,
             gravity=gravity,
         )
-
-    def _stacked(self, kind: int, elements: Any) -> Any:
-        """Return the records of a kind, each with its element's places."""
-        parts = self.parts.get(kind, [])
-        found = np.zeros(len(parts), KINDS[kind].file.RECORD)
-        for at, part in enumerate(parts):
-            found[at] = part
-        own = elements[elements["kind"] == kind]
-        for name, _ in PLACES:
-            found[name] = own[name]
-        return found.view(np.recarray)
-
-
-def _filled(dtype: np.dtype[Any], rows: Sequence[dict[str, Any]]) -> NDArray[Any]:
-    return np.array([tuple([row[name] for name in dtype.names or ()]) for row in rows], dtype)

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import model_validator
 
 from gearplay.kernels.elements import coupling
-from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, records
+from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, blank
 from gearplay.model.fields import Listed, Measure, Name, Problem, refuse
 from gearplay.model.joint import Joint
 from gearplay.vocabulary import quantities as q
@@ -59,7 +59,7 @@ class Coupling(Joint):
     def pack(self, assembly: Assembly, places: Mapping[str, int], inertias: Mapping[str, float]) -> None:
         """Add the element to a mechanism: two contacts with play, none and always acting without."""
         first, second = self.between
-        record = records(coupling.RECORD, 1)[0]
+        record = blank(coupling.RECORD)
         record.a, record.b, record.ratio = places[first], places[second], self.ratio
         record.stiffness, record.damping = self.torsional_stiffness, self.torsional_damping
         record.half_play = 0.5 * self.play

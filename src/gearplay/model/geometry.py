@@ -273,16 +273,17 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     return _roll(case, given)
 
 
-def starting_speeds(case: "Case") -> NDArray[np.float64]:
+def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's speed at t = 0 [rad/s], shape [rotor], where nothing else is given: as drives start, rolling.
 
     A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
+    Without a ramp these are the ``nominal`` speeds.
 
     Raises `InputError` where prescribed speeds contradict each other at the start.
     """
     drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None and r.drive.kind != "torque"}
     if not any(d.ramp > 0.0 for d in drives.values()):
-        return nominal_speeds(case)
+        return nominal
     given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
     try:
         return _roll(case, given)

@@ -75,8 +75,8 @@ def _ride(
 
 def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
-    n, speeds = len(case.rotors), geometry.nominal_speeds(case)
-    spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case)), strict=True))
+    n, speeds = len(case.rotors), packed.system.rotors["nominal_speed"]
+    spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case, speeds)), strict=True))
     spins |= {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
     turns, centres = _rotations(case), geometry.centres(case)
     state = np.zeros(packed.state_size)
@@ -99,13 +99,12 @@ def _mesh_at(packed: Packed, j: int, y: Floats, memory: Floats) -> tuple[float, 
     return float(out[P_D]), float(out[B_T])
 
 
-def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats) -> bool:
+def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, memory: Floats) -> bool:
     """Turn free rotors, mesh after mesh, so that the drive gap is ``shares`` of the backlash; False if wedged.
 
     What is coupled to such a rotor turns with it.
     """
     names, together = list(case.rotors), _turn_together(case)
-    memory = make_branch(packed.system).memory
     for j, mesh in enumerate(case.meshes):
         free = [
             name
@@ -139,10 +138,9 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     """
     base = _given_state(case, packed)
     meshes = len(case.meshes)
-    y = base.copy()
+    y, memory = base.copy(), make_branch(packed.system).memory
     if member == 0:
-        _turn_into_touch(case, packed, y, np.zeros(meshes))
-        memory = make_branch(packed.system).memory
+        _turn_into_touch(case, packed, y, np.zeros(meshes), memory)
         for j in range(meshes):
             if math.isnan(_mesh_at(packed, j, y, memory)[0]):
                 raise InputError(
@@ -170,6 +168,6 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
             y[3 * i + 1] += shrink * radius * clearance * math.sin(angle)
             y[3 * (n + i)] += kick[0]
             y[3 * (n + i) + 1] += kick[1]
-        if _turn_into_touch(case, packed, y, shares):
+        if _turn_into_touch(case, packed, y, shares, memory):
             break
     return y

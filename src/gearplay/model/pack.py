@@ -14,7 +14,7 @@ from gearplay.kernels.elements import servo, sleeve
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry
-from gearplay.model.assembly import ANGLE_SCALE, LENGTH_SCALE, Assembly, Contact, records
+from gearplay.model.assembly import ANGLE_SCALE, LENGTH_SCALE, Assembly, Contact, blank, stacked
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -49,8 +49,8 @@ class Packed:
         return int(self.natural.size)
 
 
-def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> Any:
-    rotors = records(ROTOR, len(case.rotors))
+def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
+    rotors = [blank(ROTOR) for _ in case.rotors]
     for i, (name, given) in enumerate(case.rotors.items()):
         r, drive = rotors[i], given.drive
         prescribed = drive is not None and drive.kind == "speed"
@@ -92,7 +92,7 @@ def _pack_servos(case: "Case", assembly: Assembly) -> None:
         drive = given.drive
         if drive is None or drive.kind != "servo":
             continue
-        s = records(servo.RECORD, 1)[0]
+        s = blank(servo.RECORD)
         s.rotor, s.speed = i, drive.speed
         s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
         assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
@@ -106,7 +106,7 @@ def _pack_sleeves(
 ) -> None:
     names = list(case.rotors)
     for name, given in case.sleeves.items():
-        s = records(sleeve.RECORD, 1)[0]
+        s = blank(sleeve.RECORD)
         s.clearance, s.exponent = given.radial_clearance, given.exponent
         s.shaft_radius = given.shaft_radius or 0.0
         s.stiffness = sleeve_stiffness(case, name)
@@ -246,14 +246,18 @@ def _harmonics(rows: Iterable[Sequence[float]]) -> list[list[float]]:
 
 
 def _pack_meshes(
-    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]], senses: Floats
+    case: "Case",
+    assembly: Assembly,
+    rotors: Any,
+    centres: dict[str, tuple[float, float]],
+    speeds: Floats,
+    senses: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    speeds = rotors.nominal_speed
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
     for j, mesh in enumerate(case.meshes):
-        m = records(mesh_element.RECORD, 1)[0]
+        m = blank(mesh_element.RECORD)
         _pack_mesh(case, j, m, centres, speeds, senses)
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
@@ -311,15 +315,16 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
     return np.array(rows).reshape(-1, 3)
 
 
-def _arm(system: System, i: int) -> float:
-    """Return the radius [m] that turns rotor i's rotation into a length: its largest toothing, or 0.1 m."""
-    meshes = system.records[mesh_element.KIND]
-    arms = [abs(m.rho_a) for m in meshes if m.a == i] + [abs(m.rho_b) for m in meshes if m.b == i]
-    return max(arms, default=0.1)
+def _arms(system: System) -> list[float]:
+    """Return the radius [m] that turns each rotor's rotation into a length: its largest toothing, or 0.1 m."""
+    arms, meshes = np.zeros(system.rotors.size), system.records[mesh_element.KIND]
+    np.maximum.at(arms, meshes["a"], np.abs(meshes["rho_a"]))
+    np.maximum.at(arms, meshes["b"], np.abs(meshes["rho_b"]))
+    return [float(arm) or 0.1 for arm in arms]
 
 
 def _natural_sizes(system: System, states: int) -> Floats:
-    arms = [_arm(system, i) for i in range(system.rotors.size)]
+    arms = _arms(system)
     positions = [x for r in arms for x in (LENGTH_SCALE, LENGTH_SCALE, LENGTH_SCALE / r)]
     speeds = [x for r in arms for x in (SPEED_SCALE, SPEED_SCALE, SPEED_SCALE / r)]
     return np.array(positions + speeds + [ANGLE_SCALE] * states)
@@ -336,14 +341,16 @@ def pack(case: "Case") -> Packed:
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly)
     _pack_sleeves(case, assembly, rotors, centres)
-    terms, spline, involutes = _pack_meshes(case, assembly, rotors, centres, senses)
+    terms, spline, involutes = _pack_meshes(case, assembly, rotors, centres, speeds, senses)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     places = {name: i for i, name in enumerate(case.rotors)}
     inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
     for joint in case.joints:
         joint.pack(assembly, places, inertias)
     gravity = np.array(case.gravity, dtype=np.float64)
-    system = assembly.system(rotors, terms=terms, involutes=involutes, spline=spline, gravity=gravity)
+    system = assembly.system(
+        stacked(ROTOR, rotors), terms=terms, involutes=involutes, spline=spline, gravity=gravity
+    )
     ramps = sorted({float(r.ramp_time) for r in rotors if r.ramp_time > 0.0})
     return Packed(
         system=system,
@@ -352,6 +359,6 @@ def pack(case: "Case") -> Packed:
         contact_labels=tuple(assembly.contact_labels),
         angular=np.array(assembly.angular, dtype=bool),
         natural=_natural_sizes(system, assembly.states),
-        restart_step=0.1 / max(1.0, float(np.max(rotors.ripple_rate)), assembly.fastest),
+        restart_step=0.1 / max(1.0, *(r.ripple_rate for r in rotors), assembly.fastest),
         stops=np.array(ramps, dtype=np.float64),
     )
