@@ -63,8 +63,9 @@ Floats = NDArray[np.float64]
 def sample_is_due(run: Run, t_new: float) -> bool:
     """Return whether a sample time lies at or before t_new [s]."""
     clock, counts = run.clock, run.counts
-    t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
-    return bool(counts[NEXT_SAMPLE] <= counts[LAST_SAMPLE] and t <= t_new)
+    if counts[NEXT_SAMPLE] > counts[LAST_SAMPLE]:
+        return False
+    return bool(clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL] <= t_new)
 
 
 @compiled
