@@ -17,15 +17,19 @@ from gearplay.vocabulary.errors import InputError
 K, J_1, J_2 = 2e3, 2e-3, 5e-3  # N m/rad, kg m^2
 
 
-def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return two discs and a coupling, with or without play, of any ratio."""
     damping = float(rng.choice([0.0, 0.05])) if damped else 0.0
-    return shafts(
+    document = shafts(
         torsional_stiffness=float(rng.uniform(50.0, 500.0)),
         torsional_damping=damping,
         play=float(rng.choice([0.0, 4e-4, 2e-3])),
         ratio=float(rng.choice([1.0, -2.0, 0.4])),
     )
+    if not plain:
+        for rotor in document["rotors"].values():
+            rotor["drive"] = {"kind": "torque", "torque": float(rng.uniform(-1.0, 1.0))}
+    return document
 
 
 def potential(packed: Packed, y: Floats) -> float:

@@ -10,7 +10,7 @@ from gearplay.kernels.mesh_geometry import P_B, P_D
 from gearplay.model.pack import Packed
 
 
-def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a planet between a sun or ring and the carrier that bears it, or a pair on the ground."""
     internal, carried = bool(rng.integers(2)), bool(rng.integers(2))
     sleeve = {"radial_clearance": 1e-4, "stiffness": 1e9, "restitution": 0.9, "law": "hunt-crossley"}
@@ -30,8 +30,25 @@ def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
         sleeves["planet"]["on"] = "carrier"
         if rng.integers(2):
             rotors["carrier"]["drive"] = {"kind": "speed", "speed": float(rng.uniform(-30.0, 30.0))}
-    mean = 1e7
+    stiffness = {"kind": "harmonic", "mean": 1e7}
+    if not plain:
+        rotors["planet"]["load"] = {"drag": float(rng.uniform(0.0, 0.1))}
+        rotors["other"]["load"] = {"torque": float(rng.uniform(0.0, 5.0))}
+        for name in ("planet", "other"):
+            rotors[name]["runout"] = {"amplitude": 2e-5, "phase": float(rng.uniform(0.0, 6.0))}
+        kind = str(rng.choice(["harmonic", "square"]))
+        stiffness = {
+            "harmonic": {"kind": "harmonic", "mean": 1e7, "amplitude": 3e6, "phase": 0.7},
+            "square": {
+                "kind": "square",
+                "single": 0.7e7,
+                "double": 1.3e7,
+                "contact_ratio": 1.6,
+                "phase": 1.0,
+            },
+        }[kind]
     return {
+        "gravity": [0.0, 0.0] if plain else [0.0, -9.81],
         "backlash_model": str(rng.choice(["coupled", "uncoupled"])),
         "rotors": rotors,
         "sleeves": sleeves,
@@ -42,7 +59,8 @@ def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
                 "module": 4e-3,
                 "pressure_angle": math.radians(float(rng.uniform(18.0, 26.0))),
                 "backlash": float(rng.uniform(2e-5, 1e-4)),
-                "stiffness": {"kind": "harmonic", "mean": mean},
+                "stiffness": stiffness,
+                "transmission_error": [] if plain else [{"order": 1, "amplitude": 5e-6, "phase": 0.4}],
                 "damping": {"maximum": 300.0 if damped else 0.0, "depth": 2e-5},
             }
         ],

@@ -5,7 +5,7 @@ import numpy as np
 from building import Document
 
 
-def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a disc on a servo."""
     drive = {
         "kind": "servo",

@@ -12,7 +12,7 @@ from gearplay.model.pack import Packed
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
 
 
-def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a planet in a sleeve on a carrier that is in a sleeve itself."""
 
     def sleeve() -> dict[str, Any]:
@@ -28,6 +28,7 @@ def sample(rng: np.random.Generator, *, damped: bool = True) -> Document:
 
     damping = float(rng.choice([0.0, 20.0])) if damped else 0.0
     return {
+        "gravity": [0.0, 0.0] if plain else [float(rng.uniform(-9.0, 9.0)), -9.81],
         "rotors": {
             "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0]},
             "planet": {"mass": 0.4, "inertia": 1e-4, "position": [0.05, 0.02], "radial_damping": damping},

@@ -195,8 +195,10 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
                 first, place = s, x
         elif system.switches[s].role == TOUCH and may_graze(system, run, s):
             peak = locate_peak(system, run, h, s)
-            if peak < place:
-                first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
+            if peak < 1.0:  # behind its root, which alone says whether it is the first
+                x = locate_root(system, run, h, s, peak, run.g_try[s])
+                if x < place:
+                    first, place = s, x
     searched = False
     for c in range(1, roster.hiding[0] + 1):
         s = roster.hiding[c]
