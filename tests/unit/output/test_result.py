@@ -40,6 +40,19 @@ def test_the_dataset_has_the_contracts_names_units_and_provenance(result: gp.Res
     assert ds.time.values[0] == pytest.approx(0.01)
 
 
+def test_the_method_is_the_one_that_ran() -> None:
+    """Under a fixed step nothing is located and no error estimated: the attribute must not say so."""
+    case = gp.load_case("han2021")
+    equal = gp.replace(case, {"run.fixed_step": 2e-6})
+    located, noticed = (
+        gp.simulate(each, duration=1e-3, transient=0.0, sampling=2e4).ds.attrs["method"]
+        for each in (case, equal)
+    )
+    assert "located" in located
+    assert "equal steps" in noticed
+    assert "located" not in noticed
+
+
 def test_signals_are_consistent_with_each_other(result: gp.Result) -> None:
     ds = result.ds
     ring = ds.sel(rotor="ring")
