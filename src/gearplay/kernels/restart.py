@@ -5,7 +5,7 @@ import math
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
-from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, System, omega_of, ramp_of
+from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
 from gearplay.kernels.recording import tally_change
 from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.kernels.roster import copy_rotor, muster
@@ -21,6 +21,7 @@ from gearplay.kernels.run import (
     EVENTS,
     H_RESTART,
     NOT_FINITE,
+    Floats,
     H,
     Run,
     T,
@@ -72,6 +73,21 @@ def evaluate(system: System, run: Run, t: float) -> int:
 
 
 @compiled_inline
+def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Loads) -> None:
+    """Apply switch s at t [s]; log what it does to its contact, and to the partner that this excludes."""
+    contact, modes = system.switches[s].contact, run.branch.modes
+    partner = system.contacts[contact].partner if contact >= 0 else -1
+    before = modes[contact] if contact >= 0 else OPEN
+    partner_before = modes[partner] if partner >= 0 else OPEN
+    run.counts[EVENTS] += 1
+    switch_mode(system, s, t, y, run.branch, loads)
+    if contact >= 0:
+        tally_change(run, t, contact, before, loads.contacts[contact, RATE])
+    if partner >= 0:
+        tally_change(run, t, partner, partner_before, loads.contacts[partner, RATE])
+
+
+@compiled_inline
 def settle_coincidence(system: System, run: Run, t: float) -> bool:
     """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
     for c in range(1, run.roster.switches[0] + 1):
@@ -81,9 +97,7 @@ def settle_coincidence(system: System, run: Run, t: float) -> bool:
         k = system.switches[s].contact
         before, rate = run.branch.modes[k], run.loads_0.contacts[k, RATE]
         if run.g_0[s] >= 0.0 and (rate > 0.0 if before == OPEN else rate < 0.0 < run.g_0[s]):
-            run.counts[EVENTS] += 1
-            switch_mode(system, s, t, run.y, run.branch, run.loads_0)
-            tally_change(run, t, k, before, rate)
+            change_mode(system, run, s, t, run.y, run.loads_0)
             return True
     return False
 

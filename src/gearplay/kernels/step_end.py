@@ -2,27 +2,11 @@
 
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import MARGIN, OPEN, PENETRATION, RATE, TOUCH, Loads, System
-from gearplay.kernels.recording import record_samples, sample_is_due, tally_change, tally_step
-from gearplay.kernels.restart import check_state
-from gearplay.kernels.run import DONE, EVENTS, STEPS, Floats, Run, T
+from gearplay.kernels.layout import MARGIN, PENETRATION, RATE, TOUCH, System
+from gearplay.kernels.recording import record_samples, sample_is_due, tally_step
+from gearplay.kernels.restart import change_mode, check_state
+from gearplay.kernels.run import DONE, STEPS, Floats, Run, T
 from gearplay.kernels.runge_kutta import STAGES
-from gearplay.kernels.switches import switch_mode
-
-
-@compiled_inline
-def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Loads) -> None:
-    """Apply switch s at t [s]; log what it does to its contact, and to the partner that this excludes."""
-    contact, modes = system.switches[s].contact, run.branch.modes
-    partner = system.contacts[contact].partner if contact >= 0 else -1
-    before = modes[contact] if contact >= 0 else OPEN
-    partner_before = modes[partner] if partner >= 0 else OPEN
-    run.counts[EVENTS] += 1
-    switch_mode(system, s, t, y, run.branch, loads)
-    if contact >= 0:
-        tally_change(run, t, contact, before, loads.contacts[contact, RATE])
-    if partner >= 0:
-        tally_change(run, t, partner, partner_before, loads.contacts[partner, RATE])
 
 
 @compiled

@@ -6,9 +6,9 @@ from gearplay.kernels.advancement import FAILS, TOUCHES
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import OPEN, PENETRATION, RATE, TOUCH, System
+from gearplay.kernels.restart import change_mode
 from gearplay.kernels.roster import states_of
 from gearplay.kernels.run import CALLS, CANNOT_MESH, CHATTER, DONE, NOT_FINITE, T_END, Run
-from gearplay.kernels.step_end import change_mode
 
 BURST_LOOKS = 200_000  # at gaps within one flight: beyond it a contact hovers without touching
 

@@ -386,8 +386,8 @@ def may_return(
     """Return whether switch s of sleeve n, not positive at both ends of a step of h [s], may be so in between.
 
     The margin 1 + a ddelta/v_in follows the rate, whose bow between the ends shows in how far the journal went: a parabola
-    with the ends' rates and their mean stands 3/2 (mean - half their sum) above its chord. Twice that, as a rate is none; as
-    printed the margin is a force and is looked at at the ends alone.
+    with the ends' rates and their mean stands 3/2 (mean - half their sum) above its chord. Twice that, as no rate is quite a
+    parabola; as printed the margin is a force and is looked at at the ends alone.
     """
     sleeve = system.records[KIND][n]
     k = sleeve.contact
