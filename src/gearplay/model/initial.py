@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.layout import OUT_SIZE
+from gearplay.kernels.layout import OUT_SIZE, theta_of, vx_of, vy_of, x_of, y_of
 from gearplay.kernels.mesh_geometry import B_T, P_D, mesh_geometry
 from gearplay.kernels.switches import make_branch
 from gearplay.model import geometry
@@ -75,7 +75,7 @@ def _ride(
 
 def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
-    n, speeds = len(case.rotors), packed.system.rotors["nominal_speed"]
+    speeds = packed.system.rotors["nominal_speed"]
     spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case, speeds)), strict=True))
     spins |= {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
     turns, centres = _rotations(case), geometry.centres(case)
@@ -86,8 +86,9 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
         if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
             swing = sum(term.amplitude * math.sin(term.phase) for term in rotor.drive.ripple)
             omega = speeds[i] * (1.0 + swing)
-        state[3 * i : 3 * i + 3] = x, y, turns[name]
-        state[3 * (n + i) : 3 * (n + i) + 3] = v_x, v_y, omega - speeds[i]
+        place, speed = x_of(i), vx_of(packed.system, i)
+        state[place : place + 3] = x, y, turns[name]
+        state[speed : speed + 3] = v_x, v_y, omega - speeds[i]
     return state
 
 
@@ -123,7 +124,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
             rho = m.rho_a if m.a == i else m.rho_b
             turn = (-shares[j] * b_t - p_d) / (m.sigma * rho)
             for name, share in together[turned].items():
-                y[3 * names.index(name) + 2] += share * turn
+                y[theta_of(names.index(name))] += share * turn
     return True
 
 
@@ -155,7 +156,7 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
                 )
         return y
     generator = np.random.default_rng([case.run.seed, member])
-    n, names = len(case.rotors), list(case.rotors)
+    names = list(case.rotors)
     sleeves = [(names.index(k), s.radial_clearance) for k, s in case.sleeves.items()]
     radii = SHARE_OF_CLEARANCE * np.sqrt(generator.random(len(sleeves)))
     angles = 2.0 * math.pi * generator.random(len(sleeves))
@@ -164,10 +165,10 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     for shrink in np.append(0.5 ** np.arange(12), 0.0):
         y = base.copy()
         for (i, clearance), radius, angle, kick in zip(sleeves, radii, angles, kicks, strict=True):
-            y[3 * i] += shrink * radius * clearance * math.cos(angle)
-            y[3 * i + 1] += shrink * radius * clearance * math.sin(angle)
-            y[3 * (n + i)] += kick[0]
-            y[3 * (n + i) + 1] += kick[1]
+            y[x_of(i)] += shrink * radius * clearance * math.cos(angle)
+            y[y_of(i)] += shrink * radius * clearance * math.sin(angle)
+            y[vx_of(packed.system, i)] += kick[0]
+            y[vy_of(packed.system, i)] += kick[1]
         if _turn_into_touch(case, packed, y, shares, memory):
             break
     return y

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import DRIVE_SPEED
+from gearplay.kernels.layout import DRIVE_SPEED, omega_of
 from gearplay.model.pack import Packed
 from gearplay.solver.course import Course
 
@@ -43,7 +43,7 @@ def start_from(end: End, packed: Packed) -> Floats:
     for i in range(n):
         if rotors[i].drive == DRIVE_SPEED:
             own = rotors[i].ramp_start if rotors[i].ramp_time > 0.0 else rotors[i].nominal_speed
-            y[3 * (n + i) + 2] = own - rotors[i].nominal_speed
+            y[omega_of(packed.system, i)] = own - rotors[i].nominal_speed
     return y
 
 
