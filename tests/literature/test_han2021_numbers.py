@@ -9,9 +9,9 @@ from building import case_of, dynamic_backlash, mesh_at, pair_document
 from gearplay.kernels.mesh_geometry import B_T
 from gearplay.model.contact_laws import hertz_stiffness
 from gearplay.model.geometry import contact_ratio, jam_ratio, nominal_center_distance, pitch_radius
-from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness
+from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness, pack_stiffness
 from gearplay.model.pack import pack
-from gearplay.model.reading import load_case
+from gearplay.model.reading import load_case, replace
 
 STEEL = (206e9, 0.3)
 ALPHA = math.radians(20.0)
@@ -40,6 +40,20 @@ def test_iso_stiffness_of_six_millimetres_of_steel() -> None:
     # an external wheel is softer than a ring, and stiffness goes with facewidth and modulus
     assert iso6336_mesh_stiffness(20, 60, False, 1.95, 0.006, 206e9) < k_m
     assert iso6336_mesh_stiffness(20, 60, True, 1.95, 0.012, 103e9) == pytest.approx(k_m, rel=1e-12)
+    # C_B goes with the rack's pressure angle: 1 - 0.02 (20 deg - alpha)
+    for degrees, factor in ((14.5, 0.89), (20.0, 1.0), (25.0, 1.1)):
+        turned = iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9, math.radians(degrees))
+        assert turned / k_m == pytest.approx(factor, rel=1e-12)
+
+
+def test_the_stiffness_of_a_case_is_of_its_own_rack() -> None:
+    case = load_case("han2021")
+    given = {"meshes.0.stiffness": {"kind": "iso6336", "facewidth": "6 mm"}}
+    for degrees in (14.5, 20.0, 25.0):
+        turned = replace(case, {**given, "meshes.0.pressure_angle": math.radians(degrees)})
+        ratio = contact_ratio(20, 60, True, 4e-3, math.radians(degrees))
+        expected = iso6336_mesh_stiffness(20, 60, True, ratio, 0.006, 206e9, math.radians(degrees))
+        assert pack_stiffness(turned, 0).mean == pytest.approx(expected, rel=1e-12)
 
 
 def test_contact_ratio_of_the_pair() -> None:

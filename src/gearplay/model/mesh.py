@@ -41,7 +41,7 @@ class SquareStiffness(Part):
     single: Annotated[float, Measure(q.STIFFNESS, "stiffness with one pair in contact", gt=0.0)]
     double: Annotated[float, Measure(q.STIFFNESS, "stiffness with two pairs in contact", gt=0.0)]
     contact_ratio: (
-        Annotated[float, Measure(None, "contact ratio; from the geometry if not given", ge=1.0, le=2.0)]
+        Annotated[float, Measure(None, "contact ratio; from the geometry if not given", ge=1.0, lt=2.0)]
         | None
     ) = None
     phase: Phase = 0.0

@@ -1,5 +1,6 @@
 """Mesh stiffness from what the user gives: terms, square wave, table, or geometry by ISO 6336-1."""
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.model.geometry import mesh_contact_ratio, ring_of, teeth_of
+from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -47,20 +49,27 @@ class PackedStiffness(NamedTuple):
 
 
 def iso6336_mesh_stiffness(
-    z_1: int, z_2: int, internal: bool, contact_ratio: float, facewidth: float, modulus: float
+    z_1: int,
+    z_2: int,
+    internal: bool,
+    contact_ratio: float,
+    facewidth: float,
+    modulus: float,
+    pressure_angle: float = math.radians(20.0),
 ) -> float:
     """Return the mean mesh stiffness k_m = c_gamma b [N/m] of spur gears, ISO 6336-1 method B.
 
     q' = 0.04723 + 0.15551/z_n1 + 0.25791/z_n2 [mm um/N] (z_n2 infinite for a ring), c' = C_M C_B / q' with C_M = 0.8 and
-    C_B = 0.975 (basic rack with dedendum 1.25 m), c_gamma = c' (0.75 eps_alpha + 0.25). Without profile shift, solid
-    discs, line load above 100 N/mm: at the light loads of small mechanisms the true value is lower. ``facewidth`` in m,
-    ``modulus`` in Pa.
+    C_B = 0.975 (1 - 0.02 (20 deg - alpha)) (basic rack with dedendum 1.25 m), c_gamma = c' (0.75 eps_alpha + 0.25).
+    Without profile shift, solid discs, line load above 100 N/mm: at the light loads of small mechanisms the true value is
+    lower. ``facewidth`` in m, ``modulus`` in Pa, ``pressure_angle`` of the basic rack in rad.
 
     >>> f"{iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9):.3g}"
     '1.46e+08'
     """
     q = 0.04723 + 0.15551 / z_1 + (0.0 if internal else 0.25791 / z_2)
-    single = 0.8 * 0.975 / q * modulus / STEEL
+    rack = 0.975 * (1.0 - 0.02 * (20.0 - math.degrees(pressure_angle)))
+    single = 0.8 * rack / q * modulus / STEEL
     return single * (0.75 * contact_ratio + 0.25) * 1e9 * facewidth
 
 
@@ -74,7 +83,10 @@ def _spline(phases: tuple[float, ...], values: tuple[float, ...]) -> NDArray[np.
 
 
 def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
-    """Return mesh j's stiffness for the kernels, eq. (16) and the other kinds of docs/theory."""
+    """Return mesh j's stiffness for the kernels, eq. (16) and the other kinds of docs/theory.
+
+    Raises `InputError` where a square wave is given to teeth of a contact ratio of 2 or more.
+    """
     mesh = case.meshes[j]
     given = mesh.stiffness
     none = np.zeros((0, 3))
@@ -86,7 +98,19 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
         return PackedStiffness(STIFFNESS_FOURIER, given.mean, 0.0, 1.0, 0.0, rows)
     if given.kind == "square":
         ratio = given.contact_ratio if given.contact_ratio is not None else mesh_contact_ratio(case, j)
-        duty = min(max(ratio - 1.0, 0.0), 1.0)
+        if ratio >= 2.0:
+            raise InputError(
+                [
+                    Fault(
+                        f"meshes.{j}.stiffness.kind",
+                        "square",
+                        f"the wave is of one pair of teeth and two, but by a contact ratio of {ratio:.3g} there"
+                        " are always two",
+                        "Give stiffness.contact_ratio below 2, or the curve as kind table.",
+                    )
+                ]
+            )
+        duty = max(ratio - 1.0, 0.0)
         return PackedStiffness(STIFFNESS_SQUARE, given.double, given.single, duty, given.phase, none)
     if given.kind == "table":
         pieces = _spline(given.phase, given.stiffness)
@@ -96,6 +120,7 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
         return PackedStiffness(STIFFNESS_SPLINE, mean, 0.0, 1.0, 0.0, pieces)
     z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
     ring = ring_of(case, mesh) is not None
-    k_m = iso6336_mesh_stiffness(z_1, z_2, ring, mesh_contact_ratio(case, j), given.facewidth, given.modulus)
+    ratio = mesh_contact_ratio(case, j)
+    k_m = iso6336_mesh_stiffness(z_1, z_2, ring, ratio, given.facewidth, given.modulus, mesh.pressure_angle)
     rows = np.array([[1.0, given.amplitude_ratio * k_m, given.phase]]) if given.amplitude_ratio else none
     return PackedStiffness(STIFFNESS_FOURIER, k_m, 0.0, 1.0, 0.0, rows)

@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 
+from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
 from gearplay.model.schema import json_schema
 from gearplay.vocabulary.errors import InputError
@@ -88,6 +89,19 @@ def test_every_kind_of_stiffness(stiffness: dict[str, Any]) -> None:
     found = replace(load_case("han2021"), {"meshes.0.stiffness": stiffness})
     assert found.meshes[0].stiffness.kind == stiffness["kind"]
     assert load_case(found.resolved()) == found
+
+
+def test_a_square_wave_needs_teeth_that_let_go() -> None:
+    """From a contact ratio of 2 on there is no time with one pair: refused, not taken as constant in silence."""
+    square = {"kind": "square", "single": 1e8, "double": 1.5e8}
+    many = replace(
+        load_case("han2021"), {"meshes.0.stiffness": square, "meshes.0.pressure_angle": "18 deg"}
+    )
+    with pytest.raises(InputError, match=r"meshes\.0\.stiffness.*contact ratio of 2\.\d.*kind table"):
+        pack(many)
+    with pytest.raises(InputError, match=r"contact_ratio = 2\.0: must be .* less than 2"):
+        replace(many, {"meshes.0.stiffness.contact_ratio": 2.0})
+    assert pack(replace(many, {"meshes.0.stiffness.contact_ratio": 1.9})).state_size > 0
 
 
 def test_the_unit_of_a_contact_stiffness_follows_the_exponent() -> None:
