@@ -41,7 +41,7 @@ class Result:
 
     @property
     def _worst(self) -> Trajectory:
-        return max(self.runs, key=lambda run: int(run.status))
+        return max(self.runs, key=lambda run: (int(run.status), sum(run.wedged.values())))
 
     @property
     def status(self) -> Status:
@@ -50,7 +50,7 @@ class Result:
 
     @property
     def message(self) -> str:
-        """That status in words."""
+        """That status in words, and what casts doubt on the run."""
         return self._worst.message
 
     @property

@@ -51,10 +51,12 @@ from gearplay.kernels.run import (
     SPEED_SQUARES,
     SPEED_SUM,
     TIME,
+    WEDGED,
     Run,
     T,
 )
 from gearplay.kernels.runge_kutta import interpolate
+from gearplay.kernels.switches import is_overruled
 
 Floats = NDArray[np.float64]
 
@@ -188,15 +190,17 @@ def tally_step(system: System, run: Run, h: float) -> None:
     for c in range(1, run.roster.acting[0] + 1):
         element = system.elements[run.roster.acting[c]]
         for k in range(element.contact, element.contact + element.contacts):
-            tally_contact(run, k, h)
+            tally_contact(system, run, k, h)
 
 
 @compiled_inline
-def tally_contact(run: Run, k: int, h: float) -> None:
-    """Add h [s] to contact k's time if it touches, and note its largest force and depth."""
-    if run.branch.modes[k] == OPEN:
-        return
+def tally_contact(system: System, run: Run, k: int, h: float) -> None:
+    """Add h [s] to contact k's time if it touches, and note its largest force and depth; or to that in which it should."""
     tally = run.tallies[k]
+    if run.branch.modes[k] == OPEN:
+        if run.loads.contacts[k, PENETRATION] > 0.0 and is_overruled(system, k, run.branch):
+            tally[WEDGED] += h
+        return
     tally[TIME] += h
     tally[FORCE_MAX] = max(tally[FORCE_MAX], run.loads.contacts[k, FORCE])
     tally[DEPTH_MAX] = max(tally[DEPTH_MAX], run.loads.contacts[k, PENETRATION])

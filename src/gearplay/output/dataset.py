@@ -39,7 +39,7 @@ def _version(package: str) -> str:
 
 def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     """Return the attributes that say where a result comes from."""
-    worst = max(runs, key=lambda run: int(run.status))
+    worst = max(runs, key=lambda run: (int(run.status), sum(run.wedged.values())))
     return {
         "title": case.title,
         "Conventions": "CF-1.11",

@@ -20,7 +20,14 @@ from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.course import Course
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Column, Counters, Trajectory, choose_columns, statistics_of
+from gearplay.solver.trajectory import (
+    Column,
+    Counters,
+    Trajectory,
+    choose_columns,
+    statistics_of,
+    wedged_meshes,
+)
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, float], None]  # simulated seconds done, of how many
@@ -87,6 +94,7 @@ class _Job:
             wall_time=time.perf_counter() - started,
             final_state=run.y.copy(),
             end=end_of(course),
+            wedged=wedged_meshes(self.packed, run.tallies, reached - self.transient),
         )
 
 

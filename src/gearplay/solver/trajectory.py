@@ -5,7 +5,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.run import DEPTH_MAX, FORCE_MAX, ONSETS, SPEED_MAX, SPEED_SQUARES, SPEED_SUM, TIME
+from gearplay.kernels.run import (
+    DEPTH_MAX,
+    FORCE_MAX,
+    ONSETS,
+    SPEED_MAX,
+    SPEED_SQUARES,
+    SPEED_SUM,
+    TIME,
+    WEDGED,
+)
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
 from gearplay.solver.carry import End
@@ -100,6 +109,21 @@ class Counters:
     calls: int = 0  # evaluations of the right-hand side by the stepper, sampling excluded
 
 
+def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, float]:
+    """Return the share of ``span`` [s] for which both flanks of a mesh touched and only one could act, where there was such."""
+    return {
+        packed.contact_labels[k].partition(":")[0]: float(tallies[k, WEDGED] / span)
+        for k in np.flatnonzero(tallies[:, WEDGED] > 0.0)
+    }
+
+
+def _doubt(mesh: str, share: float) -> str:
+    return (
+        f" Mesh {mesh} was wedged (negative backlash) for {100.0 * share:.2g} % of the time: as published only one flank"
+        " then acts, and energy may be created; formulation = geometric lets both act."
+    )
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate)."""
@@ -117,6 +141,9 @@ class Trajectory:
     wall_time: float  # s
     final_state: Floats = field(repr=False)
     end: End = field(repr=False)
+    wedged: dict[str, float] = field(
+        default_factory=dict
+    )  # share of time, of meshes that were wedged as published
 
     @property
     def time(self) -> Floats:
@@ -130,9 +157,9 @@ class Trajectory:
 
     @property
     def message(self) -> str:
-        """The status in words."""
+        """The status in words, and what casts doubt on the run."""
         place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
-        return WORDS[self.status] + place
+        return WORDS[self.status] + place + "".join(_doubt(*wedge) for wedge in self.wedged.items())
 
     def signal(self, name: str, label: str) -> Floats:
         """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""

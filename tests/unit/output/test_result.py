@@ -53,6 +53,23 @@ def test_the_method_is_the_one_that_ran() -> None:
     assert "located" not in noticed
 
 
+def test_a_mesh_wedged_as_published_is_told() -> None:
+    """Where both flanks touch, eq. (19) lets one act: the message says so, with the share of time that the samples show."""
+    wedging = {
+        "formulation": "as_published",
+        "sleeves.ring.radial_clearance": "200 um",
+        "rotors.ring.initial.x": "190 um",
+    }
+    told = gp.simulate(gp.replace(gp.load_case("han2021"), wedging), duration=0.02, transient=0.0)
+    both = (told.ds.drive_penetration > 0.0) & (told.ds.back_penetration > 0.0)
+    assert told.runs[0].wedged["pinion-ring"] == pytest.approx(float(both.mean()), abs=0.01)
+    assert float(both.mean()) > 0.5
+    assert "pinion-ring was wedged" in told.message
+    assert "wedged" in told.ds.attrs["message"]
+    free = gp.simulate(gp.replace(gp.load_case("han2021"), {"formulation": "as_published"}), duration=0.02)
+    assert free.message == "Done."
+
+
 def test_signals_are_consistent_with_each_other(result: gp.Result) -> None:
     ds = result.ds
     ring = ds.sel(rotor="ring")
