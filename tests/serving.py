@@ -1,6 +1,7 @@
 """A served page as a process, and a visit to it in a browser, for the tests of the page."""
 
 import asyncio
+import os
 import re
 import shutil
 import signal
@@ -55,7 +56,11 @@ class Server:
     def start(self, port: int = 0) -> None:
         words = ["serve", "--no-browser", "--port", str(port), "--folder", str(self.folder), *self.more]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", COMMAND, *words], stdout=subprocess.PIPE, text=True, start_new_session=True
+            [sys.executable, "-c", COMMAND, *words],
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"},
         )
         assert self.process.stdout is not None
         line = self.process.stdout.readline()

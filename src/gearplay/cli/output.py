@@ -48,6 +48,7 @@ def error_document(error: BaseException, exit_code: int) -> dict[str, Any]:
 
 
 def _write(stream: TextIO, text: str) -> None:
-    """Write a line; characters the stream cannot show become escapes."""
+    """Write a line at once, into a pipe too; characters the stream cannot show become escapes."""
     encoding = stream.encoding or "utf-8"
     stream.write(text.encode(encoding, "backslashreplace").decode(encoding) + "\n")
+    stream.flush()
