@@ -3,13 +3,11 @@
 from functools import lru_cache
 
 import numpy as np
-from numba import carray, njit
-from numba.core import cgutils, types
+from numba import njit
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from bench.problem import STATES, derivative
-from gearplay.kernels.layout import Branch, Loads, System
-from gearplay.kernels.roster import Roster
 
 SMALLEST_RELATIVE = 100.0 * np.finfo(float).eps  # SciPy raises anything below to this
 EVALUATION_LIMIT = 20_000_000  # a solver that needs more has failed
@@ -18,23 +16,20 @@ EVALUATION_LIMIT = 20_000_000  # a solver that needs more has failed
 OUTSIDE = 1e9
 
 
-@intrinsic
-def pointer(typing_context, address):
-    """Turn an address into a pointer."""
+def held(group):
+    """Return a compiled function that gives the group, which is an address."""
+    kind, address = group._numba_type_, group._address
 
-    def generate(context, builder, signature, values):
-        return builder.inttoptr(values[0], cgutils.voidptr_t)
+    @intrinsic
+    def at(typing_context, number):
+        def generate(context, builder, signature, values):
+            return builder.inttoptr(values[0], cgutils.voidptr_t)
 
-    return types.voidptr(address), generate
-
-
-def view(array):
-    """Return a compiled function that gives the array by its address, which is cheaper than passing it."""
-    address, shape, dtype = array.ctypes.data, array.shape, array.dtype
+        return kind(number), generate
 
     @njit
     def get():
-        return carray(pointer(address), shape, dtype)
+        return at(address)
 
     return get
 
@@ -45,29 +40,11 @@ def flat(problem):
     outside = OUTSIDE * problem.packed.natural
     arguments = problem.arguments()
     flat.kept.append(arguments)
-    system, roster, branch, loads = arguments
-    rotors, elements, contacts, switches, _, terms, involutes, spline, gravity = (
-        None if isinstance(a, tuple) else view(a) for a in system
-    )
-    servos, sleeves, meshes, couplings = (view(a) for a in system.records)
-    (roles, doings, since, origin, due, active, states, acting, watched, near, looked_at, hiding,
-     grounded) = (view(a) for a in roster)  # fmt: skip
-    modes, latch, memory = (view(a) for a in branch)
-    table, force, out = (view(a) for a in loads)
+    system, roster, branch, loads = (held(group) for group in arguments)
 
     @njit(nogil=True, error_model="numpy")
     def rhs(t, y, dy):
-        derivative(
-            System(
-                rotors(), elements(), contacts(), switches(), (servos(), sleeves(), meshes(), couplings()), terms(),
-                involutes(), spline(), gravity(),
-            ),
-            Roster(
-                roles(), doings(), since(), origin(), due(), active(), states(), acting(), watched(), near(),
-                looked_at(), hiding(), grounded(),
-            ),
-            Branch(modes(), latch(), memory()), Loads(table(), force(), out()), t, y, dy,
-        )  # fmt: skip
+        derivative(system(), roster(), branch(), loads(), t, y, dy)
         if dy[0] != dy[0]:
             dy[:] = outside
 
