@@ -15,7 +15,7 @@ from gearplay.output.dataset import to_dataset
 from gearplay.output.files import read_dataset, write_dataset
 from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, worst_of
 from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -41,7 +41,7 @@ class Result:
 
     @property
     def _worst(self) -> Trajectory:
-        return max(self.runs, key=lambda run: (int(run.status), sum(run.wedged.values())))
+        return worst_of(self.runs)
 
     @property
     def status(self) -> Status:

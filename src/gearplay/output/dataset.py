@@ -11,7 +11,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, worst_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def _version(package: str) -> str:
 
 def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     """Return the attributes that say where a result comes from."""
-    worst = max(runs, key=lambda run: (int(run.status), sum(run.wedged.values())))
+    worst = worst_of(runs)
     return {
         "title": case.title,
         "Conventions": "CF-1.11",

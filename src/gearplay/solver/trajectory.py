@@ -1,5 +1,6 @@
 """What a simulation returns: sampled signals, contact statistics, the log of contacts and how it went."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -110,7 +111,12 @@ class Counters:
 
 
 def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, float]:
-    """Return the share of ``span`` [s] for which both flanks of a mesh touched and only one could act, where there was such."""
+    """Return the share of ``span`` [s] for which both flanks of a mesh touched and only one could act, where there was such.
+
+    Nothing of a run that ended before its record began.
+    """
+    if span <= 0.0:
+        return {}
     return {
         packed.contact_labels[k].partition(":")[0]: float(tallies[k, WEDGED] / span)
         for k in np.flatnonzero(tallies[:, WEDGED] > 0.0)
@@ -126,7 +132,9 @@ def _doubt(mesh: str, share: float) -> str:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate)."""
+    """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate);
+    ``wedged`` holds the share of time of meshes that were wedged as published.
+    """
 
     member: int
     first_sample: float  # s
@@ -141,9 +149,7 @@ class Trajectory:
     wall_time: float  # s
     final_state: Floats = field(repr=False)
     end: End = field(repr=False)
-    wedged: dict[str, float] = field(
-        default_factory=dict
-    )  # share of time, of meshes that were wedged as published
+    wedged: dict[str, float] = field(default_factory=dict)
 
     @property
     def time(self) -> Floats:
@@ -167,3 +173,8 @@ class Trajectory:
             if column.signal == name and column.label == label:
                 return self.values[:, i]
         raise KeyError(f"{label}.{name} was not kept")
+
+
+def worst_of(runs: Sequence[Trajectory]) -> Trajectory:
+    """Return the run with the worst status, among equals the one that was wedged for longest."""
+    return max(runs, key=lambda run: (int(run.status), sum(run.wedged.values())))

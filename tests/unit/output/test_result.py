@@ -70,6 +70,18 @@ def test_a_mesh_wedged_as_published_is_told() -> None:
     assert free.message == "Done."
 
 
+def test_a_run_that_ended_in_its_transient_was_wedged_for_no_share_of_its_record() -> None:
+    wedging = {
+        "formulation": "as_published",
+        "sleeves.ring.radial_clearance": "200 um",
+        "rotors.ring.initial.x": "190 um",
+        "run.max_steps": 500,
+    }
+    stopped = gp.simulate(gp.replace(gp.load_case("han2021"), wedging), duration=0.02, transient=0.5)
+    assert not stopped.success
+    assert "wedged" not in stopped.message
+
+
 def test_signals_are_consistent_with_each_other(result: gp.Result) -> None:
     ds = result.ds
     ring = ds.sel(rotor="ring")
