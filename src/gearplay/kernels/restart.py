@@ -148,11 +148,12 @@ def begin(system: System, run: Run) -> int:
             run.branch.latch[slot] = max(run.branch.latch[slot], system.contacts[k].floor)
     for e in range(system.elements.size):
         table.start_step(system, e, t, run.y, run.branch)
-    for settled in range(2):  # a new roster has every rotor active and every element acting
-        if evaluate(system, run, t) != 0:
-            return CANNOT_MESH
-        if settled == 0:
-            settle_modes(system, t, run.y, run.branch, run.loads_0)
+    # A new roster has every rotor active and every element acting.
+    if evaluate(system, run, t) != 0:
+        return CANNOT_MESH
+    settle_modes(system, t, run.y, run.branch, run.loads_0)
+    if evaluate(system, run, t) != 0:
+        return CANNOT_MESH
     settle_margins(system, run.branch, run.loads_0)
     run.clock[BURST_START] = t
     return restart(system, run)
