@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import gearplay as gp
-from gearplay.output.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.output.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.orbits import find_orbit

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from gearplay.model.reading import load_case, replace
 from gearplay.model.rig import load_rig
-from gearplay.output.measurements import write_record
+from gearplay.files.measurements import write_record
 from gearplay.study.rig import measure
-from gearplay.study.signals.record import Record
+from gearplay.files.record import Record
 
 FOLDER = Path(__file__).parents[2] / "src/gearplay/study/calibration/plans/records"
 TRUE = {

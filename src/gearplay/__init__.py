@@ -15,14 +15,14 @@ _HOME = {
     "load_case": "gearplay.model.reading",
     "replace": "gearplay.model.reading",
     "check_case": "gearplay.model.check",
-    "simulate": "gearplay.api",
-    "Result": "gearplay.api",
-    "read_result": "gearplay.api",
+    "simulate": "gearplay.results.result",
+    "Result": "gearplay.results.result",
+    "read_result": "gearplay.results.result",
     "measure": "gearplay.api.measurement",
-    "Record": "gearplay.study.signals.record",
-    "Channel": "gearplay.study.signals.record",
-    "read_measurement": "gearplay.output.measurements",
-    "write_record": "gearplay.output.measurements",
+    "Record": "gearplay.files.record",
+    "Channel": "gearplay.files.record",
+    "read_measurement": "gearplay.files.measurements",
+    "write_record": "gearplay.files.measurements",
     "calibrate": "gearplay.api.calibration",
     "load_plan": "gearplay.study.calibration.reading",
     "sweep": "gearplay.api.sweep",
@@ -80,7 +80,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from gearplay.api import Result, read_result, simulate
+    from gearplay.results.result import Result, read_result, simulate
     from gearplay.api.branches import branch, branches, periodic_orbit
     from gearplay.api.calibration import calibrate
     from gearplay.api.measurement import measure
@@ -97,10 +97,10 @@ if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace
-    from gearplay.output.measurements import read_measurement, write_record
+    from gearplay.files.measurements import read_measurement, write_record
     from gearplay.study.calibration.reading import load_plan
     from gearplay.study.nonlinear.torsional import torsional_pair
-    from gearplay.study.signals.record import Channel, Record
+    from gearplay.files.record import Channel, Record
     from gearplay.vocabulary.errors import (
         GearplayError,
         InputError,

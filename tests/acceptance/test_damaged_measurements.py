@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from gearplay.output.measurements import apart, read_measurement, write_record
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements import apart, read_measurement, write_record
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
 FORMATS = ("csv", "uff", "tdms", "mdf4", "wav", "mat", "hdf5", "netcdf")

@@ -10,9 +10,9 @@ import typer
 
 from gearplay.cli import measure as command
 from gearplay.model.reading import load_case
-from gearplay.output import measurements
+from gearplay.files import measurements
 from gearplay.study.rig import measure
-from gearplay.study.signals.record import Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError
 
 MOVING = ["run.transient=0.01", "rotors.ring.initial.vx=40 mm/s", "rotors.ring.initial.vy=30 mm/s"]
@@ -80,7 +80,7 @@ def test_an_existing_record_is_kept_unless_told(tmp_path: Path, written: list[tu
 
 
 def test_the_file_holds_the_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from gearplay.output.measurements import read_measurement
+    from gearplay.files.measurements import read_measurement
 
     out = tmp_path / "record.nc"
     for words in ([], ["--overwrite"]):

@@ -29,8 +29,8 @@ from gearplay.api import sweep as door
 from gearplay.cli.main import run
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
-from gearplay.output.files import shown_path
-from gearplay.output.folder_lock import locked
+from gearplay.files.atomic import shown_path
+from gearplay.files.folder_lock import locked
 from gearplay.output.sweeps.store import RowStore
 from gearplay.solver.simulate import worker_count
 from gearplay.study.sweeps import engines
@@ -604,7 +604,7 @@ def test_a_folder_that_cannot_be_written(
         raise sqlite3.OperationalError("attempt to write a readonly database")
 
     with monkeypatch.context() as patch:
-        patch.setattr("gearplay.output.folder_lock.os.open", closed)
+        patch.setattr("gearplay.files.folder_lock.os.open", closed)
         words = complaint(tmp_path / "new")
     assert words.endswith("must be a folder that can be written (Permission denied). Choose another place.")
     with monkeypatch.context() as patch:

@@ -8,7 +8,7 @@ import pytest
 
 from gearplay.cli.main import run
 from gearplay.model.toml_files import write_toml
-from gearplay.study.plan_files import bundled
+from gearplay.files.plan_files import bundled
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.study.sweeps.reading import PACKAGE, load_sweep
 

@@ -5,7 +5,7 @@ import pytest
 
 from gearplay.study.signals.line_table import line_table
 from gearplay.study.signals.orders import order_spectrum, track_orders
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.synchronous import synchronous_average
 
 FS, N = 2000.0, 4000

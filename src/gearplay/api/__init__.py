@@ -1,5 +1,1 @@
-"""The Python door: `simulate` a case, get a `Result`."""
-
-from gearplay.api.result import Result, read_result, simulate
-
-__all__ = ["Result", "read_result", "simulate"]
+"""The Python doors of what is above results."""

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.api.described import provenance, signal_words
-from gearplay.api.result import Source, case_of
+from gearplay.results.described import provenance, signal_words
+from gearplay.results.result import Source, case_of
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.solver.flow import prepare_tangent
@@ -15,7 +15,7 @@ from gearplay.study.nonlinear.branch_tree import branch_tree, settled_orbits, si
 from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
 from gearplay.study.nonlinear.orbits import Orbit, find_orbit
 from gearplay.study.nonlinear.period_map import StrobeMap, along
-from gearplay.study.plan_values import number_in_si, value_at
+from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import Any
 from gearplay.output.calibrations.conditions import measurements_of
 from gearplay.output.calibrations.report import finite, write_calibration
 from gearplay.output.calibrations.store import StudyStore, digest_of
-from gearplay.output.files import write_text
+from gearplay.files.atomic import write_text
 from gearplay.output.study_report import FolderStore
 from gearplay.study.calibration.calibrate import Report, run_calibration
 from gearplay.study.calibration.plan import Plan

@@ -4,12 +4,12 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.api.result import Source
+from gearplay.results.result import Source
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.model.rig import Rig
 from gearplay.study.rig import measure as record_of
-from gearplay.study.signals.record import Record
+from gearplay.files.record import Record
 
 
 def measure(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.api.described import provenance, signal_words
-from gearplay.api.result import Source, case_of
+from gearplay.results.described import provenance, signal_words
+from gearplay.results.result import Source, case_of
 from gearplay.model.field_units import unit_at
 from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
@@ -22,7 +22,7 @@ from gearplay.study.nonlinear.sections import (
     contact_section,
     stroboscopic_section,
 )
-from gearplay.study.plan_values import number_in_si
+from gearplay.model.plan_values import number_in_si
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

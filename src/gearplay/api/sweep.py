@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names, load_case
-from gearplay.output.files import shown_path, write_text
-from gearplay.output.folder_lock import locked
+from gearplay.files.atomic import shown_path, write_text
+from gearplay.files.folder_lock import locked
 from gearplay.output.sweeps.cube import write_cube
 from gearplay.output.sweeps.product import check_size, product_bytes, to_product, write_product
 from gearplay.output.sweeps.store import RowStore, StoredRows, forget_failed, read_rows, store_name
 from gearplay.solver.simulate import worker_count
-from gearplay.study.plan_files import Source
+from gearplay.files.plan_files import Source
 from gearplay.study.sweeps.engines import run_dask, run_processes, run_threads
 from gearplay.study.sweeps.evaluate import Outcome, Sweep
 from gearplay.study.sweeps.plan import SweepPlan

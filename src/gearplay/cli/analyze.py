@@ -39,7 +39,7 @@ def analyze(
     json: Json = False,
 ) -> None:
     """Show the statistics, the lines with their uncertainty, and figures of one channel."""
-    from gearplay.output.measurements import read_measurement
+    from gearplay.files.measurements import read_measurement
     from gearplay.study.signals.line_table import line_table
     from gearplay.study.signals.statistics import signal_statistics
 

@@ -49,10 +49,10 @@ def bifurcation(
     from gearplay.api.nonlinear import bifurcation as diagram_of
     from gearplay.model.overrides import parse_override
     from gearplay.model.reading import load_case
-    from gearplay.output.files import check_new, write_bytes, write_dataset
+    from gearplay.files.atomic import check_new, write_bytes, write_dataset
     from gearplay.output.nonlinear.figures import bifurcation_figure
     from gearplay.solver.simulate import prepare
-    from gearplay.study.plan_values import number_in_si
+    from gearplay.model.plan_values import number_in_si
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"

@@ -38,7 +38,7 @@ def calibrate(
     finds its parameters again.
     """
     from gearplay.api import calibration
-    from gearplay.output.folder_lock import locked
+    from gearplay.files.folder_lock import locked
     from gearplay.solver.simulate import prepare
     from gearplay.study.calibration.reading import load_plan, plan_folder
     from gearplay.study.calibration.trials import Problem

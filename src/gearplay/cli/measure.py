@@ -35,7 +35,7 @@ def measure(
     """Simulate a case and record it as a test rig would."""
     from gearplay.model.reading import load_case
     from gearplay.model.rig import load_rig
-    from gearplay.output.measurements import check_record_path, write_record
+    from gearplay.files.measurements import check_record_path, write_record
     from gearplay.solver.simulate import prepare
     from gearplay.study.rig import measure as record_of
 

@@ -75,7 +75,7 @@ def _one(
 ) -> dict[str, Any]:
     from dataclasses import replace
 
-    from gearplay.output.files import check_new, make_folder
+    from gearplay.files.atomic import check_new, make_folder
     from gearplay.output.study_report import FolderStore, write_study
     from gearplay.solver.simulate import prepare
     from gearplay.study.published.han2021 import Settings, base_case, fit_drag, run_study

@@ -110,7 +110,7 @@ def _run(
 ) -> None:
     from gearplay.api.sweep import PRODUCT, gather, gather_cube, run_in
     from gearplay.api.tolerance import answer
-    from gearplay.output.folder_lock import locked
+    from gearplay.files.folder_lock import locked
     from gearplay.output.sweeps.product import check_size, is_large
     from gearplay.output.sweeps.report import write_sweep_report
     from gearplay.solver.simulate import prepare

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.plots import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes, plain
+from gearplay.pictures.plots import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes, plain
 from gearplay.study.signals.angle import ShaftAngle
 from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
 from gearplay.study.signals.checks import TWO_PI, check_channel, refuse
@@ -16,7 +16,7 @@ from gearplay.study.signals.envelope import EnvelopeSpectrum, envelope_spectrum,
 from gearplay.study.signals.extremes import extremes
 from gearplay.study.signals.line_table import LineTable, line_table
 from gearplay.study.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.spectrogram import Spectrogram, spectrogram
 from gearplay.study.signals.statistics import signal_statistics
 from gearplay.study.signals.synchronous import SynchronousAverage, synchronous_average

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.output.plots import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
+from gearplay.pictures.plots import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
 from gearplay.study.published.article import LINE_WORDS, LINES, Condition, conditions, printed
 from gearplay.study.published.comparison import LineDifference, by_condition, model_amplitudes
 from gearplay.study.published.han2021 import ConditionResult

@@ -10,8 +10,8 @@ from typing import Any
 from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
 from gearplay.output import study_figures
-from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.pages import data_uri, render_page
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
 from gearplay.study.published.article import LINE_WORDS, conditions
 from gearplay.study.published.assumptions import Assumption, assumptions
 from gearplay.study.published.comparison import line_differences, model_amplitudes, table_rows

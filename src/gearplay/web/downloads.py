@@ -3,7 +3,7 @@
 import json
 from typing import TYPE_CHECKING, Any
 
-from gearplay.output.files import netcdf_bytes
+from gearplay.files.atomic import netcdf_bytes
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.frames import unpack_frame

@@ -8,7 +8,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from gearplay.output.files import make_folder, write_bytes
+from gearplay.files.atomic import make_folder, write_bytes
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")

@@ -10,7 +10,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.output.files import netcdf_bytes
+from gearplay.files.atomic import netcdf_bytes
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
@@ -203,7 +203,7 @@ def export(job: Job, report: Report, stop: threading.Event) -> bytes:
         return to_toml(case).encode("utf-8")
     if form not in ("nc", "csv"):
         raise InputError(Fault("form", form, "must be nc, csv or toml", "Choose one"))
-    from gearplay.api.result import Result
+    from gearplay.results.result import Result
 
     runs = run_batch([(case, list(range(case.run.ensemble)))], progress=report, stop=stop, threads=1)[0]
     if stop.is_set():

@@ -21,7 +21,7 @@ from gearplay.model.geometry import (
 )
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.signals.extremes import extremes
-from gearplay.study.signals.spectra import ensemble_spectrum
+from gearplay.results.spectra import ensemble_spectrum
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gearplay.output.files import check_new, read_dataset, replacing, write_text
+from gearplay.files.atomic import check_new, read_dataset, replacing, write_text
 from gearplay.vocabulary.errors import InputError
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from calibration_problems import small_plan
 from gearplay.output.calibrations.conditions import measurements_of
-from gearplay.output.measurements import write_record
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements import write_record
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError
 
 RATE = 5000.0  # ten times the plan's

@@ -15,7 +15,7 @@ from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.solver.simulate import run_batch
 from gearplay.study.signals.extremes import extremes
 from gearplay.study.signals.lines import find_line
-from gearplay.study.signals.spectra import amplitude_spectrum, ensemble_spectrum
+from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.app import make_app
 from gearplay.web.controls import controls

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from gearplay.model import geometry
-from gearplay.output.measurements import read_measurement
+from gearplay.files.measurements import read_measurement
 from gearplay.study.calibration.objective import printed_measurements
 from gearplay.study.calibration.observe import Ensemble, Observed, observe
 from gearplay.study.calibration.plan import Condition, Plan, StatisticTarget
 from gearplay.study.calibration.trials import Problem
-from gearplay.study.signals.record import Channel, Floats
+from gearplay.files.record import Channel, Floats
 from gearplay.vocabulary.errors import Fault, InputError
 
 ACCELERATIONS = {

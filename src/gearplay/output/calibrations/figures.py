@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import Span, Spans, label_of, short, wrapped
-from gearplay.output.canvas import (
+from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
     TEXT,
@@ -19,7 +19,7 @@ from gearplay.output.canvas import (
     set_title,
     to_png,
 )
-from gearplay.output.plots import CLEARANCE, TEST, plain
+from gearplay.pictures.plots import CLEARANCE, TEST, plain
 from gearplay.study.calibration.calibrate import Fit, Row
 from gearplay.study.calibration.plan import Plan
 

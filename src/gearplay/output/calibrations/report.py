@@ -17,8 +17,8 @@ import numpy as np
 
 from gearplay.output.calibrations import figures as figures_of
 from gearplay.output.calibrations.spans import Span, Spans, datum_unit, spans_of
-from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.pages import data_uri, render_page
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
 from gearplay.study.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
 from gearplay.study.calibration.plan import Plan
 from gearplay.study.calibration.posterior import KNOWN

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gearplay.model.field_units import unit_at
-from gearplay.output.plots import plain
+from gearplay.pictures.plots import plain
 from gearplay.study.calibration.calibrate import Fit, Row
 from gearplay.study.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.study.calibration.plan import Plan, StatisticTarget, to_value

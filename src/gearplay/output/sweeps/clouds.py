@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import short, wrapped
-from gearplay.output.canvas import (
+from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
     TEXT,
@@ -19,7 +19,7 @@ from gearplay.output.canvas import (
     set_title,
     to_png,
 )
-from gearplay.output.plots import plain
+from gearplay.pictures.plots import plain
 from gearplay.output.sweeps.maps import MAP, color_bar, norm_of, round_ticks, title_of
 from gearplay.output.sweeps.view import SAMPLE, Along, View, logarithmic_range
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearplay.output.files import make_folder, shown_path
+from gearplay.files.atomic import make_folder, shown_path
 from gearplay.output.sweeps.product import (
     MISSING,
     Rows,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import wrapped
-from gearplay.output.canvas import (
+from gearplay.pictures.canvas import (
     PALETTE,
     TEXT,
     WIDTH,
@@ -17,7 +17,7 @@ from gearplay.output.canvas import (
     set_title,
     to_png,
 )
-from gearplay.output.plots import CLEARANCE, COUPLED, UNCOUPLED, plain
+from gearplay.pictures.plots import CLEARANCE, COUPLED, UNCOUPLED, plain
 from gearplay.output.sweeps.maps import JAM, JAM_WORDS, jam_lines_of, round_ticks, scale_axis, title_of
 from gearplay.output.sweeps.view import DIRECTION, View, edges_of, logarithmic_range, spread_places
 

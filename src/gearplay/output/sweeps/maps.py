@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import short, wrapped
-from gearplay.output.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.output.plots import plain
+from gearplay.pictures.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.plots import plain
 from gearplay.output.sweeps.jam import JamLine, jam_lines
 from gearplay.output.sweeps.view import Along, Place, View, edges_of, logarithmic_range, spread_places
 

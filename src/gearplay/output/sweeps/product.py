@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.field_units import unit_at
-from gearplay.output.files import netcdf_bytes, write_bytes
+from gearplay.files.atomic import netcdf_bytes, write_bytes
 from gearplay.solver.status import Status
 from gearplay.study.sweeps.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.study.sweeps.reduce import Kept

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearplay.model.toml_files import write_toml
-from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.pages import data_uri, render_page
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
 from gearplay.output.sweeps.figures import Picture, pictures_of
 from gearplay.output.sweeps.view import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
 from gearplay.study.sweeps.evaluate import Sweep

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.reading import replace
 from gearplay.output.calibrations.spans import wrapped
-from gearplay.output.canvas import (
+from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
     TEXT,
@@ -19,7 +19,7 @@ from gearplay.output.canvas import (
     set_title,
     to_png,
 )
-from gearplay.output.plots import plain, thinned
+from gearplay.pictures.plots import plain, thinned
 from gearplay.output.sweeps.maps import (
     Panel,
     color_bar,

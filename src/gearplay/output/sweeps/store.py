@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
-from gearplay.output.files import shown_path
+from gearplay.files.atomic import shown_path
 from gearplay.study.sweeps.evaluate import Outcome
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import short
-from gearplay.output.canvas import SMALL, TEXT, make_figure, set_title, to_png
-from gearplay.output.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain
+from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
+from gearplay.pictures.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain
 from gearplay.output.sweeps.view import shown_in
 from gearplay.study.sweeps.allowable import ALL, Allowable
 from gearplay.study.sweeps.distribution import Distribution

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.report import finite
-from gearplay.output.files import make_folder, write_bytes, write_text
-from gearplay.output.pages import data_uri, render_page
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
 from gearplay.output.tolerances import figures as figures_of
 from gearplay.output.tolerances import words as words_of
 from gearplay.output.tolerances.figures import Scale, percent

@@ -11,7 +11,7 @@ from gearplay.solver.trajectory import ContactStatistics
 from gearplay.study.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
 from gearplay.study.signals.levels import band_level
 from gearplay.study.signals.lines import find_hump, find_line
-from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
+from gearplay.results.spectra import Spectrum, ensemble_spectrum
 
 Floats = NDArray[np.float64]
 AnyTarget = LineTarget | HumpTarget | LevelTarget | StatisticTarget

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from gearplay.model.wording import translate
 from gearplay.study.calibration.plan import Plan
-from gearplay.study.plan_files import Source, bundled, plan_document
+from gearplay.files.plan_files import Source, bundled, plan_document
 from gearplay.vocabulary.errors import InputError
 
 PACKAGE = "gearplay.study.calibration"

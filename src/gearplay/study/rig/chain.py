@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearplay.model.rig import Accelerometer, Collector, Rig, load_rig
 from gearplay.study.rig.collector import convert, filter_response, keep_back_aliases, thin_out
 from gearplay.study.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.study.rig.chain import apply_chain, internal_factor
 from gearplay.study.rig.collector import HALF_TAPS
-from gearplay.study.signals.record import Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from gearplay.study.signals.checks import (
     check_window,
     default_segment,
 )
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

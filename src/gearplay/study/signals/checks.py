@@ -6,7 +6,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.vocabulary.errors import Fault, InputError, join_path
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum
 from gearplay.study.signals.checks import check_band, check_channel, check_choice, check_count, refuse
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

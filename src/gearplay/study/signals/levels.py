@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.study.signals.checks import check_window
-from gearplay.study.signals.spectra import Spectrum
+from gearplay.results.spectra import Spectrum
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from gearplay.study.signals.checks import (
     check_positive,
     refuse,
 )
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.tone_fit import COSINES, Transform, squared_window, windowed_transform
 from gearplay.study.signals.tone_search import Tone, find_tones, power_threshold
 

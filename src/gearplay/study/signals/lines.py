@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.study.signals.spectra import Spectrum, smoothed
+from gearplay.results.spectra import Spectrum, smoothed
 from gearplay.vocabulary.errors import Fault, InputError
 
 
@@ -61,7 +61,7 @@ def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> L
 
     Raises `InputError` where the band holds fewer than three lines.
 
-    >>> from gearplay.study.signals.spectra import amplitude_spectrum
+    >>> from gearplay.results.spectra import amplitude_spectrum
     >>> t = np.arange(4000) / 1000.0
     >>> line = find_line(amplitude_spectrum(2.0 * np.sin(2.0 * np.pi * 40.1 * t), 1000.0), 40.0)
     >>> round(line.frequency, 3), round(line.amplitude, 2)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gearplay.study.signals.angle import AngleRecord, ShaftAngle
 from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum
 from gearplay.study.signals.checks import TWO_PI, check_overlap, check_positive, refuse
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.resampling import resampled
 from gearplay.study.signals.spectrogram import spectrogram
 

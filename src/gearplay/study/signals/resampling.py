@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gearplay.study.signals.angle import MOST_SAMPLES, AngleRecord, ShaftAngle, shaft_angle
 from gearplay.study.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from gearplay.study.signals.checks import (
     check_window,
     refuse,
 )
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearplay.study.signals.checks import check_channel
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.study.signals.angle import ShaftAngle
 from gearplay.study.signals.checks import TWO_PI, check_count, refuse
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.resampling import resampled
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
-from gearplay.study.plan_values import factor, number_in_si, value_at
+from gearplay.model.plan_values import factor, number_in_si, value_at
 from gearplay.study.sweeps.plan import Axis
 from gearplay.study.sweeps.plan_design import Design, Random
 from gearplay.vocabulary.errors import Fault, InputError

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.study.plan_values import factor, value_in_si
+from gearplay.model.plan_values import factor, value_in_si
 from gearplay.study.sweeps.draws import check_draws, draw, sample_size, varied_number
 from gearplay.study.sweeps.plan import MOST, Axis, SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from gearplay.model.case import Case
 from gearplay.model.wording import translate
-from gearplay.study.plan_files import Source, plan_document
+from gearplay.files.plan_files import Source, plan_document
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
-from gearplay.study.plan_values import changed, value_at
+from gearplay.model.plan_values import changed, value_at
 from gearplay.study.sweeps.chains import Chain
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.points import Points, points_of

@@ -18,7 +18,7 @@ from acceptance.test_damaged_measurements import (
     write_plain_mat,
     write_tdms,
 )
-from gearplay.output.measurements import (
+from gearplay.files.measurements import (
     apart,
     hdf5_vectors,
     mat_elements,
@@ -29,8 +29,8 @@ from gearplay.output.measurements import (
     tdms_segments,
     write_record,
 )
-from gearplay.output.measurements.building import Request
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.building import Request
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
 Change = Callable[[bytes], bytes]

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearplay.output.measurements import read_measurement
-from gearplay.study.signals.record import Record
+from gearplay.files.measurements import read_measurement
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from acceptance.test_damaged_measurements import write_binary_uff, write_mdf4, write_tdms
-from gearplay.output.measurements import door, mdf4_signals, read_measurement, refusing, write_record
-from gearplay.output.measurements.building import Request, make_channel
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements import door, mdf4_signals, read_measurement, refusing, write_record
+from gearplay.files.measurements.building import Request, make_channel
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, ResourceError
 
 RECORD = Record(
@@ -147,7 +147,7 @@ def test_other_formats_need_no_optional_package(csv_file: Path, monkeypatch: pyt
 def test_a_failing_disk_or_memory_is_a_sentence(
     error: Exception, kind: type[Exception], csv_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gearplay.output.measurements import csv_file as reader
+    from gearplay.files.measurements import csv_file as reader
 
     def fail(request: Request) -> Record:
         raise error

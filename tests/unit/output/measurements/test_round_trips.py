@@ -15,8 +15,8 @@ from acceptance.test_damaged_measurements import (
     write_plain_mat,
     write_tdms,
 )
-from gearplay.output.measurements import FORMATS, read_measurement, write_record
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements import FORMATS, read_measurement, write_record
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError
 
 RATE = 12800.0

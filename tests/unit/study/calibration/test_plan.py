@@ -6,7 +6,7 @@ from calibration_problems import MEASURED, small_plan
 from gearplay.study.calibration.plan import to_value
 from gearplay.study.calibration.reading import load_plan
 from gearplay.study.calibration.trials import Problem
-from gearplay.study.plan_files import bundled
+from gearplay.files.plan_files import bundled
 from gearplay.study.published.article import conditions, printed
 from gearplay.vocabulary.errors import InputError
 

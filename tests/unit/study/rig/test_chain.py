@@ -9,7 +9,7 @@ import pytest
 from gearplay.model.rig import Collector, load_rig
 from gearplay.study.rig.chain import apply_chain, internal_factor
 from gearplay.study.rig.collector import convert, thin_out
-from gearplay.study.signals.record import Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError
 
 FAST = 8e5  # Hz, internal rate of the default rig

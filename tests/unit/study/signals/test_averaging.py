@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearplay.study.signals.averaging import averaged_spectrum, mean_square, power_density
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 FS = 1000.0
 NOISE = np.random.default_rng(4).standard_normal(6000) + 0.7

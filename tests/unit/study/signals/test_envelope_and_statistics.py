@@ -7,7 +7,7 @@ import pytest
 
 from gearplay.study.signals.averaging import mean_square, power_density
 from gearplay.study.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.spectrogram import spectrogram
 from gearplay.study.signals.statistics import signal_statistics
 

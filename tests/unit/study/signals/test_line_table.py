@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearplay.study.signals.line_table import line_table
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 
 FS, N = 2000.0, 8000
 T = np.arange(N) / FS

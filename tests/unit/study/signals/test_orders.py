@@ -11,7 +11,7 @@ from gearplay.study.signals.angle import (
     shaft_angle,
 )
 from gearplay.study.signals.orders import order_map, order_spectrum, track_orders
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.resampling import resampled
 from gearplay.study.signals.synchronous import synchronous_average
 

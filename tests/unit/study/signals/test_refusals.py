@@ -10,7 +10,7 @@ from gearplay.study.signals.averaging import averaged_spectrum, power_density
 from gearplay.study.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
 from gearplay.study.signals.line_table import line_table
 from gearplay.study.signals.orders import order_map, order_spectrum, track_orders
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.spectrogram import spectrogram
 from gearplay.study.signals.statistics import signal_statistics
 from gearplay.study.signals.synchronous import synchronous_average

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearplay.output.plots import MOST_POINTS, new_axes
+from gearplay.pictures.plots import MOST_POINTS, new_axes
 from gearplay.output.signal_figures import (
     draw_record,
     plot_averaged_spectrum,
@@ -15,7 +15,7 @@ from gearplay.output.signal_figures import (
 )
 from gearplay.study.signals.averaging import power_density
 from gearplay.study.signals.orders import track_orders
-from gearplay.study.signals.record import Channel
+from gearplay.files.record import Channel
 from gearplay.study.signals.spectrogram import spectrogram
 from gearplay.vocabulary.errors import InputError
 

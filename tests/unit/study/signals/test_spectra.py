@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearplay.study.signals.lines import find_hump, find_line
-from gearplay.study.signals.spectra import amplitude_spectrum, ensemble_spectrum, smoothed
+from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum, smoothed
 from gearplay.vocabulary.errors import InputError
 
 SAMPLING = 1000.0

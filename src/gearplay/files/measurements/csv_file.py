@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.building import (
+from gearplay.files.measurements.building import (
     TIME_UNITS,
     Request,
     distinct,
@@ -16,9 +16,9 @@ from gearplay.output.measurements.building import (
     make_channel,
     make_record,
 )
-from gearplay.output.measurements.csv_layout import Layout, is_comment, is_number, sniff, split_rows
-from gearplay.output.measurements.refusing import check_samples, damaged, quoted
-from gearplay.study.signals.record import Record
+from gearplay.files.measurements.csv_layout import Layout, is_comment, is_number, sniff, split_rows
+from gearplay.files.measurements.refusing import check_samples, damaged, quoted
+from gearplay.files.record import Record
 
 _ROWS_AT_ONCE: Final = 50_000
 _ADD_A_LINE_END: Final = "If the file is whole, add a line end after the last number; else export it again"

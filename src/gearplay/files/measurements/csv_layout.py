@@ -8,8 +8,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Final
 
-from gearplay.output.measurements.building import TIME_UNITS, split_unit
-from gearplay.output.measurements.refusing import damaged
+from gearplay.files.measurements.building import TIME_UNITS, split_unit
+from gearplay.files.measurements.refusing import damaged
 
 COMMENTS: Final = ("#", "%", "//")
 """What lines that are no data begin with."""

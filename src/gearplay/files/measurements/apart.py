@@ -17,9 +17,9 @@ from typing import IO, Any, Final
 
 import numpy as np
 
-from gearplay.output.measurements.building import Request
-from gearplay.output.measurements.refusing import check_samples, damaged
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.building import Request
+from gearplay.files.measurements.refusing import check_samples, damaged
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, MeasurementError
 
 PATIENCE: Final = 30.0
@@ -29,7 +29,7 @@ PACE: Final = 5e6
 """Slowest reading that is waited for [bytes/s]."""
 
 _STARTING: Final = 120.0
-_CHILD: Final = "from gearplay.output.measurements.apart_child import serve; serve()"
+_CHILD: Final = "from gearplay.files.measurements.apart_child import serve; serve()"
 
 
 class Reader:

@@ -4,8 +4,8 @@ import struct
 from pathlib import Path
 from typing import Final
 
-from gearplay.output.measurements.recognise import HDF5_MARK
-from gearplay.output.measurements.refusing import damaged
+from gearplay.files.measurements.recognise import HDF5_MARK
+from gearplay.files.measurements.refusing import damaged
 
 USER_BLOCKS: Final = (0, 512, 1024, 2048)
 """Where the superblock may begin [bytes]; MAT files of version 7.3 have 512 bytes before it."""

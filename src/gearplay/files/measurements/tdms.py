@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.building import (
+from gearplay.files.measurements.building import (
     TIME_UNITS,
     Request,
     distinct,
@@ -14,9 +14,9 @@ from gearplay.output.measurements.building import (
     make_channel,
     make_record,
 )
-from gearplay.output.measurements.refusing import check_samples, damaged, fenced, need, quoted
-from gearplay.output.measurements.tdms_segments import Declared, walk
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.refusing import check_samples, damaged, fenced, need, quoted
+from gearplay.files.measurements.tdms_segments import Declared, walk
+from gearplay.files.record import Channel, Record
 
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 """Properties that hold a channel's unit."""

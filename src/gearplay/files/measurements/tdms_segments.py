@@ -11,7 +11,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Final
 
-from gearplay.output.measurements.refusing import MOST_NODES, damaged, quoted
+from gearplay.files.measurements.refusing import MOST_NODES, damaged, quoted
 
 LEAD_IN: Final = 28
 UNKNOWN: Final = 0xFFFFFFFFFFFFFFFF

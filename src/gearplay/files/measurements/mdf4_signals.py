@@ -10,9 +10,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.building import Request, distinct, even_sampling, make_channel, make_record
-from gearplay.output.measurements.refusing import check_samples, damaged, fenced, need, quoted
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.building import Request, distinct, even_sampling, make_channel, make_record
+from gearplay.files.measurements.refusing import check_samples, damaged, fenced, need, quoted
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import shorten
 
 _FIXED_LENGTH: Final = 0

@@ -6,8 +6,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements import hdf5
-from gearplay.output.measurements.building import (
+from gearplay.files.measurements import hdf5
+from gearplay.files.measurements.building import (
     Request,
     distinct,
     even_sampling,
@@ -16,10 +16,10 @@ from gearplay.output.measurements.building import (
     make_record,
     stated_rate,
 )
-from gearplay.output.measurements.mat_elements import Variable, read_variables
-from gearplay.output.measurements.recognise import HDF5_MARK
-from gearplay.output.measurements.refusing import damaged
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.mat_elements import Variable, read_variables
+from gearplay.files.measurements.recognise import HDF5_MARK
+from gearplay.files.measurements.refusing import damaged
+from gearplay.files.record import Channel, Record
 
 RECORD: Final = "record"
 """Name of the structure array that `write_record` writes: name, unit, sampling, start, values of each channel."""

@@ -12,13 +12,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from gearplay.output.files import check_new, write_with
-from gearplay.output.measurements.hdf5_vectors import OURS, checksum
-from gearplay.output.measurements.mat import RECORD
-from gearplay.output.measurements.recognise import FORMATS
-from gearplay.output.measurements.refusing import need
-from gearplay.output.measurements.wav import NAMES_CHUNK
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.atomic import check_new, write_with
+from gearplay.files.measurements.hdf5_vectors import OURS, checksum
+from gearplay.files.measurements.mat import RECORD
+from gearplay.files.measurements.recognise import FORMATS
+from gearplay.files.measurements.refusing import need
+from gearplay.files.measurements.wav import NAMES_CHUNK
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError
 
 _PACKED_FROM: Final = 1000

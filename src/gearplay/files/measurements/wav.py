@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.building import Request, distinct, make_channel, make_record
-from gearplay.output.measurements.refusing import MOST_NODES, check_samples, damaged, quoted
-from gearplay.study.signals.record import Record
+from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.refusing import MOST_NODES, check_samples, damaged, quoted
+from gearplay.files.record import Record
 
 NAMES_CHUNK: Final = b"gear"
 """Chunk of our own that holds names, units and start as JSON; other programs skip it."""

@@ -1,9 +1,9 @@
 """MDF 4: the blocks are walked, then `mdf4_signals` reads in a process of its own."""
 
-from gearplay.output.measurements.apart import read_apart
-from gearplay.output.measurements.building import Request
-from gearplay.output.measurements.mdf4_blocks import check_blocks
-from gearplay.study.signals.record import Record
+from gearplay.files.measurements.apart import read_apart
+from gearplay.files.measurements.building import Request
+from gearplay.files.measurements.mdf4_blocks import check_blocks
+from gearplay.files.record import Record
 
 
 def read(request: Request) -> Record:

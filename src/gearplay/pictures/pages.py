@@ -12,7 +12,7 @@ def render_page(
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("gearplay.output", "templates"),
+        loader=PackageLoader("gearplay.pictures", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.refusing import check_samples, damaged, quoted
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.refusing import check_samples, damaged, quoted
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError, escape_controls, shorten
 
 Floats = NDArray[np.float64]

@@ -9,11 +9,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Final, cast
 
-from gearplay.output.files import shown_path
-from gearplay.output.measurements.building import Request
-from gearplay.output.measurements.recognise import FORMATS, HEAD, recognise
-from gearplay.output.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, damaged
-from gearplay.study.signals.record import Record
+from gearplay.files.atomic import shown_path
+from gearplay.files.measurements.building import Request
+from gearplay.files.measurements.recognise import FORMATS, HEAD, recognise
+from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, damaged
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
 
 Reader = Callable[[Request], Record]
@@ -77,7 +77,7 @@ def read_measurement(
         raise damaged(
             place, f"is a text file of {size} bytes; at most 512 MiB are read", "Split it, or give it as HDF5"
         )
-    module = import_module(f"gearplay.output.measurements.{READERS[kind]}")
+    module = import_module(f"gearplay.files.measurements.{READERS[kind]}")
     read = cast("Reader", module.read)
     try:
         record = read(Request(place, size, chosen, sampling))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gearplay.output.files import make_folder, shown_path
+from gearplay.files.atomic import make_folder, shown_path
 from gearplay.vocabulary.errors import Fault, InputError
 
 NAME = ".lock"

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.building import (
+from gearplay.files.measurements.building import (
     TIME_UNITS,
     Request,
     distinct,
@@ -22,8 +22,8 @@ from gearplay.output.measurements.building import (
     make_record,
     stated_rate,
 )
-from gearplay.output.measurements.refusing import DENSEST, MOST_NODES, check_samples, damaged, fenced, quoted
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, check_samples, damaged, fenced, quoted
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import shorten
 
 OURS: Final = "gearplay_channels"

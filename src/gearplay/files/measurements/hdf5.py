@@ -1,9 +1,9 @@
 """HDF5, netCDF-4 and MAT 7.3: the superblock is checked, then `hdf5_vectors` reads in a process of its own."""
 
-from gearplay.output.measurements.apart import read_apart
-from gearplay.output.measurements.building import Request
-from gearplay.output.measurements.hdf5_superblock import check_superblock
-from gearplay.study.signals.record import Record
+from gearplay.files.measurements.apart import read_apart
+from gearplay.files.measurements.building import Request
+from gearplay.files.measurements.hdf5_superblock import check_superblock
+from gearplay.files.record import Record
 
 
 def read(request: Request, *, kind: str = "hdf5") -> Record:

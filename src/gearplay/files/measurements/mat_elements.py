@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.measurements.refusing import DENSEST, LARGEST_FILE, MOST_NODES, damaged
+from gearplay.files.measurements.refusing import DENSEST, LARGEST_FILE, MOST_NODES, damaged
 
 HEADER: Final = 128
 _MATRIX, _PACKED, _UTF8 = 14, 15, 16

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from gearplay.output.measurements.refusing import damaged
+from gearplay.files.measurements.refusing import damaged
 
 FORMATS: Final = {
     "csv": (".csv", ".tsv", ".txt", ".asc"),

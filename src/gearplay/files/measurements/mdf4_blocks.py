@@ -11,7 +11,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Final
 
-from gearplay.output.measurements.refusing import DENSEST, MOST_NODES, damaged, quoted
+from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, damaged, quoted
 
 IDENTIFICATION: Final = 64
 HEADER: Final = 24

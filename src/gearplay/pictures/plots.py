@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.signals.spectra import Spectrum, ensemble_spectrum
+from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

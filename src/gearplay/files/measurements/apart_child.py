@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 from typing import IO, Any
 
-from gearplay.output.measurements import hdf5_vectors, mdf4_signals
-from gearplay.output.measurements.building import Request
-from gearplay.study.signals.record import Channel, Record
+from gearplay.files.measurements import hdf5_vectors, mdf4_signals
+from gearplay.files.measurements.building import Request
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import NO_VALUE, InputError, MeasurementError
 
 

@@ -1,7 +1,0 @@
-"""Measured records behind one door: `read_measurement` reads eight kinds of files, `write_record` writes six."""
-
-from gearplay.output.measurements.door import read_measurement
-from gearplay.output.measurements.recognise import FORMATS
-from gearplay.output.measurements.writing import check_record_path, write_record
-
-__all__ = ["FORMATS", "check_record_path", "read_measurement", "write_record"]

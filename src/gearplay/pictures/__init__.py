@@ -1,0 +1,1 @@
+"""Pictures and pages: one style, one way to PNG, one base of reports."""
