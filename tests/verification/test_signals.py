@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gearplay.study.signals.line_table import line_table
-from gearplay.study.signals.orders import order_spectrum, track_orders
+from gearplay.signals.line_table import line_table
+from gearplay.signals.orders import order_spectrum, track_orders
 from gearplay.files.record import Channel
-from gearplay.study.signals.synchronous import synchronous_average
+from gearplay.signals.synchronous import synchronous_average
 
 FS, N = 2000.0, 4000
 T = np.arange(N) / FS
@@ -127,7 +127,7 @@ def test_a_known_order_of_a_run_up_keeps_its_place_and_amplitude() -> None:
 
 
 def test_the_tacho_gives_the_same_orders_as_the_speed() -> None:
-    from gearplay.study.signals.angle import angle_from_tacho
+    from gearplay.signals.angle import angle_from_tacho
 
     c = Channel("a", 1.5 * np.cos(2 * np.pi * 3.0 * TURNS), 10_000.0)
     tacho = Channel("tacho", ((8.0 * TURNS) % 1.0 < 0.5).astype(float), 10_000.0, "V")

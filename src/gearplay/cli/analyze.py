@@ -40,15 +40,15 @@ def analyze(
 ) -> None:
     """Show the statistics, the lines with their uncertainty, and figures of one channel."""
     from gearplay.files.measurements import read_measurement
-    from gearplay.study.signals.line_table import line_table
-    from gearplay.study.signals.statistics import signal_statistics
+    from gearplay.signals.line_table import line_table
+    from gearplay.signals.statistics import signal_statistics
 
     held = read_measurement(record, sampling=sampling)
     chosen, turning = held.channel(channel), _speed(held, speed)
     table = line_table(chosen, lines) if lines else None
     figures: list[Path] = []
     if out is not None:
-        from gearplay.output.signal_figures import draw_record
+        from gearplay.signals.figures import draw_record
 
         figures = draw_record(chosen, out, speed=turning, expected=lines or (), band=band)
     document: dict[str, Any] = {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.checks import check_window
+from gearplay.signals.checks import check_window
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]

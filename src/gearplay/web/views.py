@@ -20,7 +20,7 @@ from gearplay.model.geometry import (
     senses,
 )
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.signals.extremes import extremes
+from gearplay.signals.extremes import extremes
 from gearplay.results.spectra import ensemble_spectrum
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,8 @@ import xarray as xr
 from gearplay.model.geometry import mesh_frequency
 from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.solver.simulate import run_batch
-from gearplay.study.signals.extremes import extremes
-from gearplay.study.signals.lines import find_line
+from gearplay.signals.extremes import extremes
+from gearplay.signals.lines import find_line
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.app import make_app

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.output.calibrations.spans import short
-from gearplay.output.signal_figures import shown_unit
+from gearplay.signals.figures import shown_unit
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.vocabulary.quantities import DIMENSIONS
 

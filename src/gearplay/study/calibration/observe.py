@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gearplay.solver.trajectory import ContactStatistics
 from gearplay.study.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
-from gearplay.study.signals.levels import band_level
-from gearplay.study.signals.lines import find_hump, find_line
+from gearplay.signals.levels import band_level
+from gearplay.signals.lines import find_hump, find_line
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 
 Floats = NDArray[np.float64]

@@ -12,11 +12,11 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
-from gearplay.study.signals.levels import band_level, band_levels
-from gearplay.study.signals.lines import find_hump, find_line
+from gearplay.signals.levels import band_level, band_levels
+from gearplay.signals.lines import find_hump, find_line
 from gearplay.files.record import Channel
 from gearplay.results.spectra import amplitude_spectrum
-from gearplay.study.signals.statistics import signal_statistics
+from gearplay.signals.statistics import signal_statistics
 from gearplay.study.sweeps.plan import SweepPlan
 from gearplay.study.sweeps.plan_kept import (
     ContactReduction,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gearplay.study.signals.averaging import averaged_spectrum, mean_square, power_density
+from gearplay.signals.averaging import averaged_spectrum, mean_square, power_density
 from gearplay.files.record import Channel
 
 FS = 1000.0
@@ -49,7 +49,7 @@ def test_density_is_that_of_scipy(averaging: str, detrend: str, theirs: object) 
 
 def test_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = power_density(Channel("a", NOISE, FS), segment=256).values
-    monkeypatch.setattr("gearplay.study.signals.averaging.CHUNK", 600)
+    monkeypatch.setattr("gearplay.signals.averaging.CHUNK", 600)
     np.testing.assert_allclose(power_density(Channel("a", NOISE, FS), segment=256).values, whole, rtol=1e-12)
 
 

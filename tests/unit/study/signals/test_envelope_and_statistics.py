@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from gearplay.study.signals.averaging import mean_square, power_density
-from gearplay.study.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
+from gearplay.signals.averaging import mean_square, power_density
+from gearplay.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
 from gearplay.files.record import Channel
-from gearplay.study.signals.spectrogram import spectrogram
-from gearplay.study.signals.statistics import signal_statistics
+from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.statistics import signal_statistics
 
 FS = 2000.0
 T = np.arange(8000) / FS

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gearplay.study.signals.line_table import line_table
+from gearplay.signals.line_table import line_table
 from gearplay.files.record import Channel
 
 FS, N = 2000.0, 8000

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from gearplay.study.signals.angle import (
+from gearplay.signals.angle import (
     angle_from_angle,
     angle_from_speed,
     angle_from_tacho,
     pulse_times,
     shaft_angle,
 )
-from gearplay.study.signals.orders import order_map, order_spectrum, track_orders
+from gearplay.signals.orders import order_map, order_spectrum, track_orders
 from gearplay.files.record import Channel
-from gearplay.study.signals.resampling import resampled
-from gearplay.study.signals.synchronous import synchronous_average
+from gearplay.signals.resampling import resampled
+from gearplay.signals.synchronous import synchronous_average
 
 FS = 5000.0
 T = np.arange(20_000) / FS

@@ -5,15 +5,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gearplay.study.signals.angle import angle_from_speed, angle_from_tacho
-from gearplay.study.signals.averaging import averaged_spectrum, power_density
-from gearplay.study.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
-from gearplay.study.signals.line_table import line_table
-from gearplay.study.signals.orders import order_map, order_spectrum, track_orders
+from gearplay.signals.angle import angle_from_speed, angle_from_tacho
+from gearplay.signals.averaging import averaged_spectrum, power_density
+from gearplay.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
+from gearplay.signals.line_table import line_table
+from gearplay.signals.orders import order_map, order_spectrum, track_orders
 from gearplay.files.record import Channel
-from gearplay.study.signals.spectrogram import spectrogram
-from gearplay.study.signals.statistics import signal_statistics
-from gearplay.study.signals.synchronous import synchronous_average
+from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.statistics import signal_statistics
+from gearplay.signals.synchronous import synchronous_average
 from gearplay.vocabulary.errors import InputError
 
 GOOD = Channel("acc", np.random.default_rng(0).standard_normal(2000), 1000.0, "m/s^2")

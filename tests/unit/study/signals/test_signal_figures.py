@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from gearplay.pictures.plots import MOST_POINTS, new_axes
-from gearplay.output.signal_figures import (
+from gearplay.signals.figures import (
     draw_record,
     plot_averaged_spectrum,
     plot_channel,
     plot_order_tracks,
     plot_spectrogram,
 )
-from gearplay.study.signals.averaging import power_density
-from gearplay.study.signals.orders import track_orders
+from gearplay.signals.averaging import power_density
+from gearplay.signals.orders import track_orders
 from gearplay.files.record import Channel
-from gearplay.study.signals.spectrogram import spectrogram
+from gearplay.signals.spectrogram import spectrogram
 from gearplay.vocabulary.errors import InputError
 
 T = np.arange(20_000) / 5000.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gearplay.study.signals.lines import find_hump, find_line
+from gearplay.signals.lines import find_hump, find_line
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum, smoothed
 from gearplay.vocabulary.errors import InputError
 

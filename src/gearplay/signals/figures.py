@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.pictures.plots import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes, plain
-from gearplay.study.signals.angle import ShaftAngle
-from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
-from gearplay.study.signals.checks import TWO_PI, check_channel, refuse
-from gearplay.study.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
-from gearplay.study.signals.extremes import extremes
-from gearplay.study.signals.line_table import LineTable, line_table
-from gearplay.study.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
+from gearplay.signals.angle import ShaftAngle
+from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
+from gearplay.signals.checks import TWO_PI, check_channel, refuse
+from gearplay.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
+from gearplay.signals.extremes import extremes
+from gearplay.signals.line_table import LineTable, line_table
+from gearplay.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
 from gearplay.files.record import Channel
-from gearplay.study.signals.spectrogram import Spectrogram, spectrogram
-from gearplay.study.signals.statistics import signal_statistics
-from gearplay.study.signals.synchronous import SynchronousAverage, synchronous_average
+from gearplay.signals.spectrogram import Spectrogram, spectrogram
+from gearplay.signals.statistics import signal_statistics
+from gearplay.signals.synchronous import SynchronousAverage, synchronous_average
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

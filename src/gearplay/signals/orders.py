@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.angle import AngleRecord, ShaftAngle
-from gearplay.study.signals.averaging import AveragedSpectrum, averaged_spectrum
-from gearplay.study.signals.checks import TWO_PI, check_overlap, check_positive, refuse
+from gearplay.signals.angle import AngleRecord, ShaftAngle
+from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum
+from gearplay.signals.checks import TWO_PI, check_overlap, check_positive, refuse
 from gearplay.files.record import Channel
-from gearplay.study.signals.resampling import resampled
-from gearplay.study.signals.spectrogram import spectrogram
+from gearplay.signals.resampling import resampled
+from gearplay.signals.spectrogram import spectrogram
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.checks import TWO_PI
+from gearplay.signals.checks import TWO_PI
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

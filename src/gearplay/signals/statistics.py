@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.study.signals.checks import check_channel
+from gearplay.signals.checks import check_channel
 from gearplay.files.record import Channel
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
+from gearplay.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
 from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.checks import check_window
+from gearplay.signals.checks import check_window
 from gearplay.results.spectra import Spectrum
 
 Floats = NDArray[np.float64]

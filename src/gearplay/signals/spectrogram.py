@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.checks import (
+from gearplay.signals.checks import (
     check_channel,
     check_choice,
     check_count,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.signals.tone_fit import (
+from gearplay.signals.tone_fit import (
     REACH,
     Complexes,
     Indices,
