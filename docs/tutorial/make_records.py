@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from gearplay.model.reading import load_case, replace
-from gearplay.model.rig import load_rig
+from gearplay.rig.plan import load_rig
 from gearplay.files.measurements import write_record
-from gearplay.study.rig import measure
+from gearplay.rig import measure
 from gearplay.files.record import Record
 
 FOLDER = Path(__file__).parents[2] / "src/gearplay/study/calibration/plans/records"

@@ -18,7 +18,7 @@ _HOME = {
     "simulate": "gearplay.results.result",
     "Result": "gearplay.results.result",
     "read_result": "gearplay.results.result",
-    "measure": "gearplay.api.measurement",
+    "measure": "gearplay.rig.door",
     "Record": "gearplay.files.record",
     "Channel": "gearplay.files.record",
     "read_measurement": "gearplay.files.measurements",
@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     from gearplay.results.result import Result, read_result, simulate
     from gearplay.api.branches import branch, branches, periodic_orbit
     from gearplay.api.calibration import calibrate
-    from gearplay.api.measurement import measure
+    from gearplay.rig.door import measure
     from gearplay.api.nonlinear import (
         basins,
         bifurcation,

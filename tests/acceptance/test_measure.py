@@ -11,7 +11,7 @@ import typer
 from gearplay.cli import measure as command
 from gearplay.model.reading import load_case
 from gearplay.files import measurements
-from gearplay.study.rig import measure
+from gearplay.rig import measure
 from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError
 

@@ -34,10 +34,10 @@ def measure(
 ) -> None:
     """Simulate a case and record it as a test rig would."""
     from gearplay.model.reading import load_case
-    from gearplay.model.rig import load_rig
+    from gearplay.rig.plan import load_rig
     from gearplay.files.measurements import check_record_path, write_record
     from gearplay.solver.simulate import prepare
-    from gearplay.study.rig import measure as record_of
+    from gearplay.rig import measure as record_of
 
     chosen, built = load_case(case, changes or ()), load_rig(rig)
     check_record_path(out, overwrite=overwrite)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
-from gearplay.model.rig import Accelerometer
+from gearplay.rig.plan import Accelerometer
 from gearplay.vocabulary import quantities as q
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]

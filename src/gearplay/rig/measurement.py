@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.rig import Placement, Rig, load_rig, placements
+from gearplay.rig.plan import Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.rig.chain import apply_chain, internal_factor
-from gearplay.study.rig.collector import HALF_TAPS
+from gearplay.rig.chain import apply_chain, internal_factor
+from gearplay.rig.collector import HALF_TAPS
 from gearplay.files.record import Record
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 

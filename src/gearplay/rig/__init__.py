@@ -1,6 +1,6 @@
 """The virtual rig: what a sensor and a collector would have recorded of a simulated motion."""
 
-from gearplay.study.rig.chain import apply_chain
-from gearplay.study.rig.measurement import measure
+from gearplay.rig.chain import apply_chain
+from gearplay.rig.measurement import measure
 
 __all__ = ["apply_chain", "measure"]

@@ -7,8 +7,8 @@ from typing import Any
 from gearplay.results.result import Source
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.model.rig import Rig
-from gearplay.study.rig import measure as record_of
+from gearplay.rig.plan import Rig
+from gearplay.rig import measure as record_of
 from gearplay.files.record import Record
 
 
