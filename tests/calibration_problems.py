@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.study.calibration.observe import Observed
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.reading import load_plan
-from gearplay.study.calibration.trials import Problem, Seen, TrialError
+from gearplay.calibration.observe import Observed
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.trials import Problem, Seen, TrialError
 
 NOISE = 0.02  # decades, of one member
 

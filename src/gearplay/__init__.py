@@ -23,8 +23,8 @@ _HOME = {
     "Channel": "gearplay.files.record",
     "read_measurement": "gearplay.files.measurements",
     "write_record": "gearplay.files.measurements",
-    "calibrate": "gearplay.api.calibration",
-    "load_plan": "gearplay.study.calibration.reading",
+    "calibrate": "gearplay.calibration.door",
+    "load_plan": "gearplay.calibration.reading",
     "sweep": "gearplay.api.sweep",
     "basins": "gearplay.api.nonlinear",
     "bifurcation": "gearplay.api.nonlinear",
@@ -82,7 +82,7 @@ __all__ = [
 if TYPE_CHECKING:
     from gearplay.results.result import Result, read_result, simulate
     from gearplay.api.branches import branch, branches, periodic_orbit
-    from gearplay.api.calibration import calibrate
+    from gearplay.calibration.door import calibrate
     from gearplay.rig.door import measure
     from gearplay.api.nonlinear import (
         basins,
@@ -98,7 +98,7 @@ if TYPE_CHECKING:
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace
     from gearplay.files.measurements import read_measurement, write_record
-    from gearplay.study.calibration.reading import load_plan
+    from gearplay.calibration.reading import load_plan
     from gearplay.study.nonlinear.torsional import torsional_pair
     from gearplay.files.record import Channel, Record
     from gearplay.vocabulary.errors import (

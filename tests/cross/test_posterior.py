@@ -4,7 +4,7 @@ import dynesty
 import numpy as np
 import pytest
 
-from gearplay.study.calibration.posterior import temper
+from gearplay.calibration.posterior import temper
 
 
 def log_likelihood(at: np.ndarray) -> np.ndarray:

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
-from gearplay.study.calibration.calibrate import fit_from, fit_model
-from gearplay.study.calibration.emulator import Emulator
-from gearplay.study.calibration.objective import Comparison, Datum, data_of
-from gearplay.study.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
-from gearplay.study.calibration.recovery import recover, summary, synthetic
-from gearplay.study.calibration.trials import Problem, Trial
-from gearplay.study.calibration.verdict import OPEN, Standing, duels, leave_one_out
+from gearplay.calibration.calibrate import fit_from, fit_model
+from gearplay.calibration.emulator import Emulator
+from gearplay.calibration.objective import Comparison, Datum, data_of
+from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
+from gearplay.calibration.recovery import recover, summary, synthetic
+from gearplay.calibration.trials import Problem, Trial
+from gearplay.calibration.verdict import OPEN, Standing, duels, leave_one_out
 
 Floats = NDArray[np.float64]
 Measured = Callable[[str, float, str], None]

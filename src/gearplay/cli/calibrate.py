@@ -37,11 +37,11 @@ def calibrate(
     The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
     finds its parameters again.
     """
-    from gearplay.api import calibration
+    from gearplay.calibration import door as calibration
     from gearplay.files.folder_lock import locked
     from gearplay.solver.simulate import prepare
-    from gearplay.study.calibration.reading import load_plan, plan_folder
-    from gearplay.study.calibration.trials import Problem
+    from gearplay.calibration.reading import load_plan, plan_folder
+    from gearplay.calibration.trials import Problem
 
     loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
@@ -70,7 +70,7 @@ def calibrate(
 
 def _shortened(plan: str, evaluations: int) -> Any:
     """Return the plan with another number of trials, its phases in proportion."""
-    from gearplay.study.calibration.reading import load_plan
+    from gearplay.calibration.reading import load_plan
 
     loaded = load_plan(plan)
     share = evaluations / loaded.effort.evaluations
@@ -83,7 +83,7 @@ def _shortened(plan: str, evaluations: int) -> Any:
 
 
 def _forget(folder: Path) -> None:
-    from gearplay.output.calibrations.store import FILE
+    from gearplay.calibration.store import FILE
 
     (folder / FILE).unlink(missing_ok=True)
     shutil.rmtree(folder / "parts", ignore_errors=True)

@@ -16,7 +16,7 @@ Source = str | os.PathLike[str] | Mapping[str, Any]
 def bundled(package: str) -> list[str]:
     """Return the names of the plans that come with a package of the study floor.
 
-    >>> bundled("gearplay.study.calibration")
+    >>> bundled("gearplay.calibration")
     ['han2021', 'tutorial']
     """
     folder = files(package) / "plans"

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.output.calibrations.spans import short
+from gearplay.calibration.spans import short
 from gearplay.pictures.plots import COUPLED, UNCOUPLED, plain, tidy
 
 PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",

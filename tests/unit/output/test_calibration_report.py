@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case, replace
-from gearplay.output.calibrations.figures import colors_of, density_of, left_out_figure, pairs_of
-from gearplay.output.calibrations.report import write_calibration
-from gearplay.output.calibrations.spans import Span, short, unit_at, wrapped
-from gearplay.study.calibration.calibrate import Fit, Row
-from gearplay.study.calibration.objective import data_of, printed_measurements
-from gearplay.study.calibration.plan import Model, Plan
-from gearplay.study.calibration.posterior import Interval
-from gearplay.study.calibration.reading import load_plan
-from gearplay.study.calibration.trials import Problem
-from gearplay.study.calibration.verdict import LeftOut, Standing
+from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
+from gearplay.calibration.report import write_calibration
+from gearplay.calibration.spans import Span, short, unit_at, wrapped
+from gearplay.calibration.calibrate import Fit, Row
+from gearplay.calibration.objective import data_of, printed_measurements
+from gearplay.calibration.plan import Model, Plan
+from gearplay.calibration.posterior import Interval
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.trials import Problem
+from gearplay.calibration.verdict import LeftOut, Standing
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
 LINE = {"kind": "line", "name": "mesh", "order": 1}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import short, wrapped
+from gearplay.calibration.spans import short, wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,

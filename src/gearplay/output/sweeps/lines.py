@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import wrapped
+from gearplay.calibration.spans import wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     TEXT,

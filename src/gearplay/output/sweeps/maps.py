@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import short, wrapped
+from gearplay.calibration.spans import short, wrapped
 from gearplay.pictures.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.plots import plain
 from gearplay.output.sweeps.jam import JamLine, jam_lines

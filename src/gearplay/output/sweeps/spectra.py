@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.reading import replace
-from gearplay.output.calibrations.spans import wrapped
+from gearplay.calibration.spans import wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,

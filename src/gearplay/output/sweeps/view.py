@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import short
+from gearplay.calibration.spans import short
 from gearplay.signals.figures import shown_unit
 from gearplay.study.sweeps.evaluate import Sweep
 from gearplay.vocabulary.quantities import DIMENSIONS

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import short
+from gearplay.calibration.spans import short
 from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
 from gearplay.pictures.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain
 from gearplay.output.sweeps.view import shown_in

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.report import finite
+from gearplay.calibration.report import finite
 from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.pictures.pages import data_uri, render_page
 from gearplay.output.tolerances import figures as figures_of

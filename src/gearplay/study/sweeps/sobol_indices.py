@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.emulator import Emulator, terms
-from gearplay.study.calibration.emulator import design as polynomials
+from gearplay.calibration.emulator import Emulator, terms
+from gearplay.calibration.emulator import design as polynomials
 from gearplay.study.sweeps.draws import sample_size, unit_points
 from gearplay.study.sweeps.exceedance import as_table, member_means, member_variance, noise_share
 from gearplay.study.sweeps.plan_design import Design

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from calibration_problems import KnownProblem, small_plan
-from gearplay.study.calibration.objective import Comparison, data_of, printed_measurements
-from gearplay.study.calibration.observe import Observed
-from gearplay.study.calibration.trials import Trial
+from gearplay.calibration.objective import Comparison, data_of, printed_measurements
+from gearplay.calibration.observe import Observed
+from gearplay.calibration.trials import Trial
 
 PLAN = small_plan()
 DATA = data_of(PLAN, printed_measurements(PLAN))

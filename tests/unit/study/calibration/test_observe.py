@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from gearplay.study.calibration.observe import Ensemble, observe
-from gearplay.study.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
+from gearplay.calibration.observe import Ensemble, observe
+from gearplay.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
 
 SAMPLING, SECONDS = 1000.0, 8.0
 T = np.arange(int(SAMPLING * SECONDS)) / SAMPLING

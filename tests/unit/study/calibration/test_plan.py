@@ -3,15 +3,15 @@ from typing import Any
 import pytest
 
 from calibration_problems import MEASURED, small_plan
-from gearplay.study.calibration.plan import to_value
-from gearplay.study.calibration.reading import load_plan
-from gearplay.study.calibration.trials import Problem
+from gearplay.calibration.plan import to_value
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.trials import Problem
 from gearplay.files.plan_files import bundled
 from gearplay.study.published.article import conditions, printed
 from gearplay.vocabulary.errors import InputError
 
 
-@pytest.mark.parametrize("name", bundled("gearplay.study.calibration"))
+@pytest.mark.parametrize("name", bundled("gearplay.calibration"))
 def test_bundled_plans_fit_their_cases(name: str) -> None:
     plan = load_plan(name)
     for model in plan.models:

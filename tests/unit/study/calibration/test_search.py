@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from calibration_problems import KnownProblem, ListStore, small_plan
-from gearplay.study.calibration.objective import Comparison, data_of, printed_measurements
-from gearplay.study.calibration.search import POLISH, SEARCH, STARTUP, run_search
+from gearplay.calibration.objective import Comparison, data_of, printed_measurements
+from gearplay.calibration.search import POLISH, SEARCH, STARTUP, run_search
 
 PLAN = small_plan()
 PROBLEM = KnownProblem(PLAN, PLAN.models[0])

@@ -6,10 +6,10 @@ import numpy as np
 
 from gearplay.model import geometry
 from gearplay.files.measurements import read_measurement
-from gearplay.study.calibration.objective import printed_measurements
-from gearplay.study.calibration.observe import Ensemble, Observed, observe
-from gearplay.study.calibration.plan import Condition, Plan, StatisticTarget
-from gearplay.study.calibration.trials import Problem
+from gearplay.calibration.objective import printed_measurements
+from gearplay.calibration.observe import Ensemble, Observed, observe
+from gearplay.calibration.plan import Condition, Plan, StatisticTarget
+from gearplay.calibration.trials import Problem
 from gearplay.files.record import Channel, Floats
 from gearplay.vocabulary.errors import Fault, InputError
 

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.output.calibrations import figures as figures_of
-from gearplay.output.calibrations.spans import Span, Spans, datum_unit, spans_of
+from gearplay.calibration import figures as figures_of
+from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
 from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.pictures.pages import data_uri, render_page
-from gearplay.study.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.posterior import KNOWN
-from gearplay.study.calibration.statement import Statement, statement_of
-from gearplay.study.calibration.verdict import CLEAR, OPEN, STRONG
+from gearplay.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.posterior import KNOWN
+from gearplay.calibration.statement import Statement, statement_of
+from gearplay.calibration.verdict import CLEAR, OPEN, STRONG
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (

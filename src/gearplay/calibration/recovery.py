@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.objective import Comparison, data_of
-from gearplay.study.calibration.observe import FREQUENCY, Observed
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.posterior import Interval, Surrogate, sample_posterior
-from gearplay.study.calibration.trials import Problem, Seen, Trial
+from gearplay.calibration.objective import Comparison, data_of
+from gearplay.calibration.observe import FREQUENCY, Observed
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.posterior import Interval, Surrogate, sample_posterior
+from gearplay.calibration.trials import Problem, Seen, Trial
 
 Floats = NDArray[np.float64]
 TRUE_SEED = 30_000_001  # added to the plan's: members no trial has seen

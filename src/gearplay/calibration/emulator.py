@@ -12,7 +12,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.objective import Comparison
+from gearplay.calibration.objective import Comparison
 
 Floats = NDArray[np.float64]
 DEGREES = (1, 2, 3, 4, 5)

@@ -10,13 +10,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.emulator import refine
-from gearplay.study.calibration.objective import Comparison, Measurements, data_of
-from gearplay.study.calibration.plan import Model, Plan
-from gearplay.study.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
-from gearplay.study.calibration.search import run_search
-from gearplay.study.calibration.trials import Problem, Trial, TrialStore
-from gearplay.study.calibration.verdict import (
+from gearplay.calibration.emulator import refine
+from gearplay.calibration.objective import Comparison, Measurements, data_of
+from gearplay.calibration.plan import Model, Plan
+from gearplay.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
+from gearplay.calibration.search import run_search
+from gearplay.calibration.trials import Problem, Trial, TrialStore
+from gearplay.calibration.verdict import (
     LeftOut,
     Standing,
     information_criterion,

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.observe import AMPLITUDE, DISPLACEMENT, FREQUENCY, VALUE, Observed
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.trials import Trial
+from gearplay.calibration.observe import AMPLITUDE, DISPLACEMENT, FREQUENCY, VALUE, Observed
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.trials import Trial
 
 Floats = NDArray[np.float64]
 Measurements = Mapping[str, Mapping[str, Mapping[str, Observed]]]  # by condition, target, key

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.solver.trajectory import ContactStatistics
-from gearplay.study.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
+from gearplay.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
 from gearplay.signals.levels import band_level
 from gearplay.signals.lines import find_hump, find_line
 from gearplay.results.spectra import Spectrum, ensemble_spectrum

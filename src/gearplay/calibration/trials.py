@@ -15,8 +15,8 @@ from gearplay.model.reading import load_case, replace
 from gearplay.rig.plan import Accelerometer
 from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.calibration.observe import Ensemble, Observed, observe
-from gearplay.study.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.calibration.observe import Ensemble, Observed, observe
+from gearplay.calibration.plan import Model, Parameter, Plan, Simulation, to_value
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
 from gearplay.rig.sensor import sensor_response
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError

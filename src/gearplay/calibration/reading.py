@@ -7,11 +7,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from gearplay.model.wording import translate
-from gearplay.study.calibration.plan import Plan
+from gearplay.calibration.plan import Plan
 from gearplay.files.plan_files import Source, bundled, plan_document
 from gearplay.vocabulary.errors import InputError
 
-PACKAGE = "gearplay.study.calibration"
+PACKAGE = "gearplay.calibration"
 
 
 def plan_folder(source: str | os.PathLike[str]) -> Path:

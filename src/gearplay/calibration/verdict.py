@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.posterior import Posterior, Surrogate, sample_posterior
+from gearplay.calibration.posterior import Posterior, Surrogate, sample_posterior
 
 Floats = NDArray[np.float64]
 STRONG = 3.0  # ln of odds 20 : 1, "strong" after Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773

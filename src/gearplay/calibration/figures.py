@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.output.calibrations.spans import Span, Spans, label_of, short, wrapped
+from gearplay.calibration.spans import Span, Spans, label_of, short, wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
@@ -20,8 +20,8 @@ from gearplay.pictures.canvas import (
     to_png,
 )
 from gearplay.pictures.plots import CLEARANCE, TEST, plain
-from gearplay.study.calibration.calibrate import Fit, Row
-from gearplay.study.calibration.plan import Plan
+from gearplay.calibration.calibrate import Fit, Row
+from gearplay.calibration.plan import Plan
 
 Floats = NDArray[np.float64]
 MARKERS = "os^Dv<>Pp*X"

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from gearplay.model.field_units import unit_at
 from gearplay.pictures.plots import plain
-from gearplay.study.calibration.calibrate import Fit, Row
-from gearplay.study.calibration.observe import AMPLITUDE, FREQUENCY
-from gearplay.study.calibration.plan import Plan, StatisticTarget, to_value
-from gearplay.study.calibration.trials import Problem
+from gearplay.calibration.calibrate import Fit, Row
+from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
+from gearplay.calibration.plan import Plan, StatisticTarget, to_value
+from gearplay.calibration.trials import Problem
 
 STATISTIC_UNITS = {
     "rms": "m/s²",

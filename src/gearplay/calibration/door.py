@@ -8,18 +8,18 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearplay.output.calibrations.conditions import measurements_of
-from gearplay.output.calibrations.report import finite, write_calibration
-from gearplay.output.calibrations.store import StudyStore, digest_of
+from gearplay.calibration.conditions import measurements_of
+from gearplay.calibration.report import finite, write_calibration
+from gearplay.calibration.store import StudyStore, digest_of
 from gearplay.files.atomic import write_text
 from gearplay.output.study_report import FolderStore
-from gearplay.study.calibration.calibrate import Report, run_calibration
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.reading import load_plan, plan_folder
-from gearplay.study.calibration.recovery import recover as run_recovery
-from gearplay.study.calibration.recovery import summary
-from gearplay.study.calibration.search import run_even
-from gearplay.study.calibration.trials import Problem
+from gearplay.calibration.calibrate import Report, run_calibration
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.reading import load_plan, plan_folder
+from gearplay.calibration.recovery import recover as run_recovery
+from gearplay.calibration.recovery import summary
+from gearplay.calibration.search import run_even
+from gearplay.calibration.trials import Problem
 
 
 def calibrate(

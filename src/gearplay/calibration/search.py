@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.calibration.emulator import Emulator, refine
-from gearplay.study.calibration.objective import Comparison
-from gearplay.study.calibration.trials import Problem, Trial, TrialStore
+from gearplay.calibration.emulator import Emulator, refine
+from gearplay.calibration.objective import Comparison
+from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.vocabulary.optional import load_optional
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from gearplay.study.calibration.observe import Observed
-from gearplay.study.calibration.plan import Plan
-from gearplay.study.calibration.trials import Seen, Trial
+from gearplay.calibration.observe import Observed
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.trials import Seen, Trial
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 
