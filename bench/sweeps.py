@@ -49,10 +49,10 @@ def alone(duration, cases):
 
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
-    from gearplay.api.sweep import Policy, sweep
+    from gearplay.sweeps.door import Policy, sweep
     from gearplay.solver.simulate import prepare
-    from gearplay.study.sweeps.evaluate import Sweep
-    from gearplay.study.sweeps.reading import load_sweep
+    from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.plans.reading import load_sweep
 
     plan = load_sweep(plan_of(cases, duration))
     prepare(Sweep(plan).template.base)

@@ -25,7 +25,7 @@ _HOME = {
     "write_record": "gearplay.files.measurements",
     "calibrate": "gearplay.calibration.door",
     "load_plan": "gearplay.calibration.reading",
-    "sweep": "gearplay.api.sweep",
+    "sweep": "gearplay.sweeps.door",
     "basins": "gearplay.api.nonlinear",
     "bifurcation": "gearplay.api.nonlinear",
     "branch": "gearplay.api.branches",
@@ -93,7 +93,7 @@ if TYPE_CHECKING:
         portrait,
         section,
     )
-    from gearplay.api.sweep import sweep
+    from gearplay.sweeps.door import sweep
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case, replace

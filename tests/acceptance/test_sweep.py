@@ -25,17 +25,17 @@ from typing import Any, BinaryIO
 import psutil
 import pytest
 
-from gearplay.api import sweep as door
+from gearplay.sweeps import door as door
 from gearplay.cli.main import run
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
 from gearplay.files.atomic import shown_path
 from gearplay.files.folder_lock import locked
-from gearplay.output.sweeps.store import RowStore
+from gearplay.sweeps.running.store import RowStore
 from gearplay.solver.simulate import worker_count
-from gearplay.study.sweeps import engines
-from gearplay.study.sweeps.evaluate import REDUCED, REFUSED, Outcome, Sweep
-from gearplay.study.sweeps.reading import load_sweep
+from gearplay.sweeps.running import engines
+from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
+from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.vocabulary.errors import InputError
 
 CASES, KILLS = 300, 100
@@ -608,7 +608,7 @@ def test_a_folder_that_cannot_be_written(
         words = complaint(tmp_path / "new")
     assert words.endswith("must be a folder that can be written (Permission denied). Choose another place.")
     with monkeypatch.context() as patch:
-        patch.setattr("gearplay.output.sweeps.store.sqlite3.connect", read_only)
+        patch.setattr("gearplay.sweeps.running.store.sqlite3.connect", read_only)
         words = complaint(tmp_path / "newer")
     assert "(attempt to write a readonly database)" in words
     assert "\n" not in words

@@ -9,8 +9,8 @@ import pytest
 from gearplay.cli.main import run
 from gearplay.model.toml_files import write_toml
 from gearplay.files.plan_files import bundled
-from gearplay.study.sweeps.evaluate import Sweep
-from gearplay.study.sweeps.reading import PACKAGE, load_sweep
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.plans.reading import PACKAGE, load_sweep
 
 PLAN: dict[str, Any] = {
     "title": "tolerances",

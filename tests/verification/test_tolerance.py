@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy.stats import norm, truncnorm
 
 from gearplay.model.reading import load_case
-from gearplay.study.sweeps.allowable import largest_scale
-from gearplay.study.sweeps.distribution import LEVELS, distribution
-from gearplay.study.sweeps.draws import draw, unit_points
-from gearplay.study.sweeps.exceedance import exceedance
-from gearplay.study.sweeps.plan_design import Design
-from gearplay.study.sweeps.sobol_indices import emulated_indices, sobol_indices
+from gearplay.sweeps.tolerances.allowable import largest_scale
+from gearplay.sweeps.tolerances.distribution import LEVELS, distribution
+from gearplay.sweeps.cases.draws import draw, unit_points
+from gearplay.sweeps.tolerances.exceedance import exceedance
+from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.tolerances.sobol_indices import emulated_indices, sobol_indices
 
 Floats = NDArray[np.float64]
 Measured = Callable[[str, float, str], None]

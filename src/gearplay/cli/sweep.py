@@ -54,10 +54,10 @@ def sweep(
 
     Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
     """
-    from gearplay.api.sweep import Policy, freeze
-    from gearplay.api.tolerance import limit_of
-    from gearplay.study.sweeps.evaluate import Sweep
-    from gearplay.study.sweeps.reading import load_sweep
+    from gearplay.sweeps.door import Policy, freeze
+    from gearplay.sweeps.tolerances.answer import limit_of
+    from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.plans.reading import load_sweep
 
     made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
     if made.plan.tolerance is not None:
@@ -89,8 +89,8 @@ def resume(
     json: Json = False,
 ) -> None:
     """Go on with a sweep in its folder, and gather what its shards have done."""
-    from gearplay.api.sweep import Policy, plan_in
-    from gearplay.study.sweeps.evaluate import Sweep
+    from gearplay.sweeps.door import Policy, plan_in
+    from gearplay.sweeps.running.evaluate import Sweep
 
     policy = Policy(
         engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
@@ -108,11 +108,11 @@ def _run(
     overwrite: bool = False,
     zarr: bool = False,
 ) -> None:
-    from gearplay.api.sweep import PRODUCT, gather, gather_cube, run_in
-    from gearplay.api.tolerance import answer
+    from gearplay.sweeps.door import PRODUCT, gather, gather_cube, run_in
+    from gearplay.sweeps.tolerances.answer import answer
     from gearplay.files.folder_lock import locked
-    from gearplay.output.sweeps.product import check_size, is_large
-    from gearplay.output.sweeps.report import write_sweep_report
+    from gearplay.sweeps.running.product import check_size, is_large
+    from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.solver.simulate import prepare
     from gearplay.vocabulary.optional import load_optional
 
@@ -180,7 +180,7 @@ def _sentences(words: Any) -> list[str]:
 def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from dataclasses import asdict
 
-    from gearplay.api.sweep import forecast
+    from gearplay.sweeps.door import forecast
     from gearplay.solver.simulate import prepare
 
     with compiling_notice():
@@ -207,7 +207,7 @@ def _changed(plan: Any, changes: list[str]) -> Any:
     if not changes:
         return plan
     from gearplay.model.overrides import parse_override
-    from gearplay.study.sweeps.reading import load_sweep
+    from gearplay.sweeps.plans.reading import load_sweep
 
     document = plan.model_dump(mode="json", exclude_none=True)
     document["set"] = {**document["set"], **dict(parse_override(text) for text in changes)}
@@ -238,8 +238,8 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 
 def _forget(folder: Path) -> None:
-    from gearplay.api.sweep import PLAN, PRODUCT
-    from gearplay.output.sweeps.store import PATTERN
+    from gearplay.sweeps.door import PLAN, PRODUCT
+    from gearplay.sweeps.running.store import PATTERN
 
     for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
         (folder / name).unlink(missing_ok=True)

@@ -154,7 +154,7 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
 
 def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points."""
-    from gearplay.api.sweep import Policy, sweep
+    from gearplay.sweeps.door import Policy, sweep
 
     case = replace(limited_case(job), {"run.ensemble": 1})
     columns, rows = (_whole(job, name, 2, 60) for name in ("columns", "rows"))

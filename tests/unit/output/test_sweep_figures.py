@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearplay.output.sweeps import clouds as sweep_clouds
-from gearplay.output.sweeps import figures as sweep_figures
-from gearplay.output.sweeps import lines as sweep_lines
-from gearplay.output.sweeps import maps as sweep_maps
-from gearplay.output.sweeps import spectra as sweep_spectra
-from gearplay.output.sweeps.figures import MOST, pictures_of, sweep_figures_of
-from gearplay.output.sweeps.product import write_product
-from gearplay.output.sweeps.report import write_sweep_report
+from gearplay.sweeps.report import scatter as sweep_clouds
+from gearplay.sweeps.report import figures as sweep_figures
+from gearplay.sweeps.report import curves as sweep_lines
+from gearplay.sweeps.report import maps as sweep_maps
+from gearplay.sweeps.report import spectra as sweep_spectra
+from gearplay.sweeps.report.figures import MOST, pictures_of, sweep_figures_of
+from gearplay.sweeps.running.product import write_product
+from gearplay.sweeps.report.page import write_sweep_report
 from sweep_products import (
     BACKLASH,
     BOUNCE,

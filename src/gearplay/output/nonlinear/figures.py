@@ -8,7 +8,7 @@ import numpy as np
 
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.plots import COUPLED, UNCOUPLED, plain
-from gearplay.output.sweeps.view import shown_in
+from gearplay.sweeps.report.drawable import shown_in
 from gearplay.study.nonlinear.basins import FAILED, IRREGULAR, Basins
 from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.api.sweep import sweep
+from gearplay.sweeps.door import sweep
 from gearplay.solver.simulate import prepare, run_one
-from gearplay.study.sweeps.evaluate import Sweep
-from gearplay.study.sweeps.plan import SweepPlan
-from gearplay.study.sweeps.reading import load_sweep
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.vocabulary.errors import Fault, InputError
 
 RPM = np.pi / 30.0
@@ -151,7 +151,7 @@ def test_a_lead_that_fails_is_rows_with_its_reason(refused: bool, monkeypatch: p
         monkeypatch.setattr(type(done), "message", property(lambda _: "stuck"))
         return done
 
-    monkeypatch.setattr("gearplay.study.sweeps.evaluate.run_one", run)
+    monkeypatch.setattr("gearplay.sweeps.running.evaluate.run_one", run)
     outcomes = made.evaluate(0)
     assert len(begun) == 1
     assert len(outcomes) == 3

@@ -12,10 +12,10 @@ from gearplay.model.pack import pack
 from gearplay.solver.carry import End
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
-from gearplay.study.sweeps.evaluate import REDUCED, Sweep
-from gearplay.study.sweeps.plan_kept import ContactReduction
-from gearplay.study.sweeps.reading import load_sweep
-from gearplay.study.sweeps.reduce import Reducer
+from gearplay.sweeps.running.evaluate import REDUCED, Sweep
+from gearplay.sweeps.plans.kept import ContactReduction
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.reduce import Reducer
 from gearplay.vocabulary.errors import InputError
 
 RATE, MEMBER = 5e3, 1

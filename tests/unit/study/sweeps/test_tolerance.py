@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from gearplay.model.reading import load_case
-from gearplay.study.sweeps.allowable import (
+from gearplay.sweeps.tolerances.allowable import (
     ALL,
     FOUND,
     NONE,
@@ -18,16 +18,16 @@ from gearplay.study.sweeps.allowable import (
     search_plan,
     step_of,
 )
-from gearplay.study.sweeps.distribution import distribution
-from gearplay.study.sweeps.draws import draw, sample_size, unit_points
-from gearplay.study.sweeps.exceedance import as_table, exceedance, member_variance, proportion
-from gearplay.study.sweeps.plan import SweepPlan
-from gearplay.study.sweeps.plan_design import Design
-from gearplay.study.sweeps.plan_kept import scalar_names
-from gearplay.study.sweeps.plan_tolerance import Tolerance, tolerance_problems
-from gearplay.study.sweeps.reading import load_sweep
-from gearplay.study.sweeps.sobol_indices import emulated_indices, independent_rows, indices_of, sobol_indices
-from gearplay.study.sweeps.tolerance import answers_of, cuts_of
+from gearplay.sweeps.tolerances.distribution import distribution
+from gearplay.sweeps.cases.draws import draw, sample_size, unit_points
+from gearplay.sweeps.tolerances.exceedance import as_table, exceedance, member_variance, proportion
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.plans.kept import scalar_names
+from gearplay.sweeps.plans.tolerance import Tolerance, tolerance_problems
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.tolerances.sobol_indices import emulated_indices, independent_rows, indices_of, sobol_indices
+from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
 from gearplay.vocabulary.errors import InputError
 
 NAMES = ("a", "b", "c")

@@ -1,0 +1,216 @@
+"""Drawn points of a sweep: even or random points of the unit cube, correlated, as quantiles of each parameter's distribution."""
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.reading import replace
+from gearplay.model.plan_values import factor, number_in_si, value_at
+from gearplay.sweeps.plans.plan import Axis
+from gearplay.sweeps.plans.design import Design, Random
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.optional import load_optional
+
+Floats = NDArray[np.float64]
+LEAST_SHARE = 0.001
+"""Least share of a normal distribution between its limits."""
+
+
+def varied_number(varied: Axis | Random, raw: Any, where: str, base: Case) -> float:
+    """Return what a bound of something varied is in SI, or as a factor, after trying it in the case."""
+    if varied.mode == "scale":
+        return factor(raw, where)
+    return number_in_si(base, (varied.path, *varied.also), raw, where)
+
+
+def sample_size(design: Design) -> int:
+    """Return the number of points of a design."""
+    return design.count * (len(design.parameters) + 2) if design.kind == "saltelli" else design.count
+
+
+def draw(design: Design, base: Case) -> Floats:
+    """Return a design's points in SI (or factors), shape [sample, parameter].
+
+    Raises `InputError` for correlations that contradict each other or limits without room between them.
+    """
+    scores = correlated(unit_points(design), correlation_matrix(design))
+    columns = [quantile(p, limits_of(p, at, base), scores[:, at]) for at, p in enumerate(design.parameters)]
+    return np.column_stack(columns)
+
+
+def check_draws(design: Design, sample: Floats, base: Case) -> None:
+    """Raise `InputError` where the case does not take the least or the largest value that the draws of a parameter reach."""
+    for at, p in enumerate(design.parameters):
+        for reached in (float(sample[:, at].min()), float(sample[:, at].max())):
+            _try_draw(p, at, reached, base)
+
+
+def _try_draw(p: Random, at: int, reached: float, base: Case) -> None:
+    """Raise `InputError` where the case does not take a value that the draws reach."""
+    document = base.resolved()
+    try:
+        replace(
+            base,
+            {
+                path: reached * value_at(document, path) if p.mode == "scale" else reached
+                for path in (p.path, *p.also)
+            },
+        )
+    except InputError as error:
+        fault = error.faults[0]
+        where = f"design.parameters.{at}: the draws of {p.name} reach {fault.path}"
+        cure = "Give low or high, or less deviation"
+        raise InputError(Fault(where, fault.value, fault.rule, cure)) from None
+
+
+def unit_points(design: Design) -> Floats:
+    """Return even points of the unit cube, shape [sample, parameter], by the design's kind and seed."""
+    dimension = len(design.parameters)
+    if design.kind == "monte-carlo":
+        return np.random.default_rng(design.seed).random((design.count, dimension))
+    if design.kind == "saltelli":
+        sampler = load_optional("SALib.sample.sobol", "sweeps")
+        problem = {
+            "num_vars": dimension,
+            "names": [p.name for p in design.parameters],
+            "bounds": [[0, 1]] * dimension,
+        }
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # counts that are no power of 2 are less balanced, not wrong
+            found = sampler.sample(problem, design.count, calc_second_order=False, seed=design.seed)
+        return np.asarray(found, dtype=np.float64)
+    from scipy.stats import qmc
+
+    if design.kind == "latin-hypercube":
+        return np.asarray(qmc.LatinHypercube(dimension, rng=design.seed).random(design.count))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return np.asarray(qmc.Sobol(dimension, rng=design.seed).random(design.count))
+
+
+def correlation_matrix(design: Design) -> Floats | None:
+    """Return the correlations of normal scores, shape [parameter, parameter]; None where there are none."""
+    if not design.correlations:
+        return None
+    names = [p.name for p in design.parameters]
+    matrix = np.eye(len(names))
+    for each in design.correlations:
+        i, j = (names.index(name) for name in each.between)
+        matrix[i, j] = matrix[j, i] = each.value
+    return matrix
+
+
+def correlated(unit: Floats, matrix: Floats | None) -> Floats:
+    """Return unit points whose normal scores have the wanted correlations (Gaussian copula)."""
+    if matrix is None:
+        return unit
+    from scipy.special import ndtr, ndtri
+
+    try:
+        root = np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        rule = "must not contradict each other: together they are no correlation matrix"
+        raise InputError(
+            Fault("design.correlations", np.round(matrix, 3).tolist(), rule, "Lower some")
+        ) from None
+    return np.asarray(ndtr(ndtri(np.clip(unit, 1e-15, 1.0 - 1e-15)) @ root.T))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A distribution's numbers in SI, or factors; infinite where it has no such limit."""
+
+    low: float
+    high: float
+    mean: float
+    deviation: float
+    peak: float
+
+
+def limits_of(p: Random, at: int, base: Case) -> Limits:
+    """Return the numbers of the design's parameter ``at``; `InputError` where they contradict each other."""
+    where = f"design.parameters.{at}"
+    plain = {
+        n: varied_number(p, getattr(p, n), f"{where}.{n}", base)
+        for n in ("low", "high", "mean", "peak")
+        if getattr(p, n) is not None
+    }
+    if p.deviation is not None:
+        exponent = p.distribution == "log-normal"
+        plain["deviation"] = (
+            factor(p.deviation, f"{where}.deviation")
+            if exponent
+            else varied_number(p, p.deviation, f"{where}.deviation", base)
+        )
+    found = Limits(
+        plain.get("low", -math.inf),
+        plain.get("high", math.inf),
+        plain.get("mean", 0.0),
+        plain.get("deviation", 1.0),
+        plain.get("peak", 0.5 * (plain.get("low", 0.0) + plain.get("high", 0.0))),
+    )
+    if not found.low < found.high:
+        raise InputError(Fault(f"{where}.high", p.high, "must be above low", "Swap them"))
+    if p.distribution == "triangular" and not found.low <= found.peak <= found.high:
+        raise InputError(Fault(f"{where}.peak", p.peak, "must lie between low and high", "Correct it"))
+    if p.distribution == "log-uniform" and found.low <= 0.0:
+        raise InputError(
+            Fault(f"{where}.low", p.low, "must be above 0 for a log-uniform distribution", "Raise it")
+        )
+    if p.distribution == "log-normal" and found.mean <= 0.0:
+        raise InputError(
+            Fault(f"{where}.mean", p.mean, "must be above 0 for a log-normal distribution", "Raise it")
+        )
+    if "normal" in p.distribution and not found.deviation > 0.0:
+        raise InputError(
+            Fault(f"{where}.deviation", p.deviation, "must be above 0", "Give the standard deviation")
+        )
+    if "normal" in p.distribution and _share_inside(p, found) < LEAST_SHARE:
+        rule = f"must leave at least {LEAST_SHARE:g} of its distribution between low and high"
+        raise InputError(Fault(where, p.name, rule, "Correct low, high, mean or deviation"))
+    return found
+
+
+def _scores(p: Random, limits: Limits) -> tuple[float, float]:
+    """Return the limits of a normal or log-normal distribution in standard deviations from its centre."""
+    if p.distribution == "normal":
+        low, high = limits.low - limits.mean, limits.high - limits.mean
+    else:
+        low = math.log(limits.low / limits.mean) if limits.low > 0.0 else -math.inf
+        high = math.log(limits.high / limits.mean) if limits.high > 0.0 else -math.inf
+    return low / limits.deviation, high / limits.deviation
+
+
+def _share_inside(p: Random, limits: Limits) -> float:
+    from scipy.special import ndtr
+
+    low, high = _scores(p, limits)
+    return float(ndtr(high) - ndtr(low) if low < 0.0 else ndtr(-low) - ndtr(-high))
+
+
+def quantile(p: Random, limits: Limits, u: Floats) -> Floats:
+    """Return the quantiles of a parameter's distribution at probabilities ``u``, shape [sample]."""
+    low, high = limits.low, limits.high
+    if p.distribution == "uniform":
+        return low + (high - low) * u
+    if p.distribution == "log-uniform":
+        return np.asarray(low * (high / low) ** u)
+    if p.distribution == "triangular":
+        share = (limits.peak - low) / (high - low)
+        rising = low + np.sqrt(u * (high - low) * (limits.peak - low))
+        falling = high - np.sqrt((1.0 - u) * (high - low) * (high - limits.peak))
+        return np.where(u < share, rising, falling)
+    from scipy.special import ndtr, ndtri
+
+    least, most = _scores(p, limits)
+    below, above = float(ndtr(least)), float(ndtr(most))
+    scores = ndtri(np.clip(below + u * (above - below), 1e-300, 1.0 - 1e-16))
+    scores = limits.deviation * np.clip(scores, least, most)
+    return np.asarray(
+        limits.mean * np.exp(scores) if p.distribution == "log-normal" else limits.mean + scores
+    )

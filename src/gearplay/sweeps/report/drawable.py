@@ -1,0 +1,313 @@
+"""The product of a sweep as pictures take it: axes in units that engineers read, tables of values, what is held fixed."""
+
+import math
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.calibration.spans import short
+from gearplay.signals.figures import shown_unit
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.vocabulary.quantities import DIMENSIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Place = Mapping[str, int]
+"""Positions along axes, by name."""
+
+SAMPLE, MEMBER, DIRECTION = "sample", "member", "direction"
+DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
+SPEED = "rad/s"
+FIRM = "\N{NO-BREAK SPACE}"
+DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
+WIDE = 1.5  # decades from which on a scale is logarithmic
+
+
+def shown_in(unit: str, largest: float) -> tuple[str, float]:
+    """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
+
+    >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0)
+    (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0))
+    """
+    if unit == "m" and largest > 1.001e-3:
+        return ("mm", 1e3) if largest <= 1.0 else ("m", 1.0)
+    quantity = DISPLAY.get(unit)
+    if quantity is None:
+        return shown_unit(unit), 1.0
+    return shown_unit(quantity.display_unit).replace("um", "µm"), quantity.display_factor
+
+
+def is_logarithmic(values: Floats) -> bool:
+    """Return whether an axis's values, in order, stand more evenly in logarithms than as they are.
+
+    >>> is_logarithmic(np.geomspace(1e-5, 1e-3, 7)), is_logarithmic(np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]))
+    (True, True)
+    >>> is_logarithmic(np.linspace(1e-5, 1e-3, 7)), is_logarithmic(np.array([1.0, 100.0]))
+    (False, False)
+    """
+    if len(values) < 3 or not 0.0 < values[0] < values[-1]:
+        return False
+    steps, ratios = np.diff(values), np.diff(np.log(values))
+    return bool(np.std(ratios) / np.mean(ratios) < 0.5 * np.std(steps) / np.mean(steps))
+
+
+def edges_of(values: Floats, *, log: bool) -> Floats:
+    """Return the edges of the cells around values in order, shape [value + 1]; none below 0 where no value is.
+
+    >>> edges_of(np.array([1.0, 2.0, 4.0]), log=False).tolist(), edges_of(np.array([1.0, 100.0]), log=True).tolist()
+    ([0.5, 1.5, 3.0, 5.0], [0.1, 10.0, 1000.0])
+    """
+    at = np.log10(values) if log else values
+    middle = 0.5 * (at[1:] + at[:-1])
+    found = np.concatenate([[at[0] - (middle[0] - at[0])], middle, [at[-1] + (at[-1] - middle[-1])]])
+    if log:
+        return np.asarray(10.0**found)
+    return np.maximum(found, 0.0) if at[0] >= 0.0 else found
+
+
+def spread_places(count: int, most: int) -> list[int]:
+    """Return at most so many positions of ``count``, spread evenly, both ends among them.
+
+    >>> spread_places(15, 4), spread_places(2, 4)
+    ([0, 5, 9, 14], [0, 1])
+    """
+    return sorted({round(x) for x in np.linspace(0, count - 1, min(count, most))})
+
+
+@dataclass(frozen=True)
+class Along:
+    """An axis or a drawn parameter as it is shown: values in ``unit``, ``factor`` of it in one of SI.
+
+    Categories have the values 0, 1, ... and ``labels``.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    values: Floats
+    labels: tuple[str, ...] = ()
+    log: bool = False
+    scaled: bool = False
+
+    @property
+    def words(self) -> str:
+        """The name as text."""
+        return self.name.replace("_", " ") + (", factor" if self.scaled else "")
+
+    @property
+    def label(self) -> str:
+        """Name and unit, for an axis of a picture."""
+        return self.words if self.labels else f"{self.words} [{self.unit}]"
+
+    def text(self, place: int) -> str:
+        """Return one value in words, ``speed 60 rpm``, whose blanks are no place to break a line."""
+        return f"{self.words}{FIRM}{self.value(place)}"
+
+    def value(self, place: int) -> str:
+        """Return one value with its unit."""
+        if self.labels:
+            return self.labels[place]
+        return f"{self.values[place]:.4g}" + ("" if self.unit == "1" else f"{FIRM}{self.unit}")
+
+
+def along_of(coordinate: "xr.DataArray", *, ordered: bool = True) -> Along:
+    """Return a coordinate as it is shown; a drawn one is not in order."""
+    name, values = str(coordinate.name), np.asarray(coordinate.values)
+    scaled = str(coordinate.attrs.get("long_name", "")).startswith("factor of ")
+    if values.dtype.kind not in "if":
+        labels = tuple(short(str(value), 30) for value in values)
+        return Along(name, "1", 1.0, np.arange(float(len(values))), labels)
+    numbers = values.astype(np.float64)
+    unit, factor = shown_in(str(coordinate.attrs.get("units", "1")), float(np.max(np.abs(numbers))))
+    log = is_logarithmic(numbers if ordered else np.quantile(numbers, np.linspace(0.0, 1.0, 9)))
+    return Along(name, unit, factor, factor * numbers, (), log, scaled)
+
+
+class View:
+    """A sweep's product made ready for pictures.
+
+    Numeric axes are in order and without repetitions; an axis of one value is left out and named in ``alone``. ``axes`` are the
+    dimensions that vary (``direction`` is one of categories), ``drawn`` the parameters along ``sample``; ``scalars`` are the
+    numbers that differ between cases, frequencies of lines last; ``spectra`` and ``histories`` have a dimension of their own.
+    """
+
+    def __init__(self, sweep: Sweep, dataset: "xr.Dataset") -> None:
+        self.sweep = sweep
+        self.alone: dict[str, Along] = {}
+        self.axes: dict[str, Along] = {}
+        for dim in map(str, dataset["status"].dims):
+            values = dataset[dim].values
+            if values.dtype.kind in "if":
+                order = np.unique(values, return_index=True)[1]
+                if not np.array_equal(order, np.arange(len(values))):
+                    dataset = dataset.isel({dim: order})
+            if dataset.sizes[dim] == 1:
+                dataset = dataset.isel({dim: 0})
+                self.alone |= {} if dim in (SAMPLE, MEMBER) else {dim: _alone(dataset[dim])}
+            elif dim not in (SAMPLE, MEMBER):
+                self.axes[dim] = along_of(dataset[dim])
+        self.dataset = dataset
+        points = set(dataset["status"].dims)
+        self.members, self.samples = (int(dataset.sizes.get(d, 1)) for d in (MEMBER, SAMPLE))
+        self.drawn = {
+            str(name): along_of(coordinate, ordered=False)
+            for name, coordinate in dataset.coords.items()
+            if coordinate.dims == (SAMPLE,) and name != SAMPLE and np.ptp(coordinate.values) > 0
+        }
+        self._units: dict[str, tuple[str, float]] = {}
+        scalars, self.spectra, self.histories = [], [], []
+        for name, variable in dataset.data_vars.items():
+            if variable.dtype.kind != "f" or not self._measure(str(name)):
+                continue
+            own = [d for d in variable.dims if d not in points]
+            if not own:
+                scalars.append(str(name))
+            elif dataset[own[0]].attrs.get("units") == "Hz":
+                self.spectra.append(str(name))
+            else:
+                self.histories.append(str(name))
+        self.scalars = sorted(scalars, key=lambda name: dataset[name].attrs.get("units") == "Hz")
+
+    def _measure(self, name: str) -> bool:
+        """Note the unit of a variable; return whether it has different values."""
+        values = self.dataset[name].values
+        known = values[np.isfinite(values)]
+        if not known.size:
+            return False
+        low, high = float(known.min()), float(known.max())
+        self._units[name] = shown_in(str(self.dataset[name].attrs.get("units", "1")), max(-low, high))
+        return high - low > 1e-9 * max(-low, high)
+
+    @property
+    def numeric(self) -> list[str]:
+        """Numeric axes, speeds first, then the longest."""
+        found = [name for name, axis in self.axes.items() if not axis.labels]
+        return sorted(
+            found, key=lambda n: (self.dataset[n].attrs.get("units") != SPEED, -len(self.axes[n].values))
+        )
+
+    @property
+    def categories(self) -> list[str]:
+        """Axes of categories, ``direction`` last."""
+        found = [name for name, axis in self.axes.items() if axis.labels]
+        return sorted(found, key=lambda name: name == DIRECTION)
+
+    def label(self, name: str) -> str:
+        """Return the long name of a variable with its unit."""
+        return f"{self.dataset[name].attrs.get('long_name', name)} [{self._units[name][0]}]"
+
+    def unit(self, name: str) -> str:
+        """Return the unit in which a variable is shown."""
+        return self._units[name][0]
+
+    def held(self, free: Iterable[str]) -> dict[str, int]:
+        """Return the middle of every axis but the ``free`` ones."""
+        left = set(free)
+        return {name: len(axis.values) // 2 for name, axis in self.axes.items() if name not in left}
+
+    def raw(self, name: str, at: int) -> Any:
+        """Return one value of an axis as the case takes it, SI or a factor."""
+        return self.dataset[name].values[at].item()
+
+    def where(self, place: Place) -> str:
+        """Return positions in words: ``model coupled, speed 60 rpm``."""
+        return ", ".join(self.axes[name].text(at) for name, at in place.items())
+
+    def brief(self, place: Place) -> str:
+        """Return positions in few letters: ``coupled, 60 rpm``."""
+        return ", ".join(self.axes[name].value(at) for name, at in place.items())
+
+    def held_words(self, held: Place) -> str:
+        """Return in words what is the same all over a picture: positions held, and axes of one value."""
+        alone = [axis.text(0) for axis in self.alone.values()]
+        return ", ".join(words for words in (self.where(held), *alone) if words)
+
+    def values(self, name: str, dims: Sequence[str], place: Place) -> Floats:
+        """Return a variable in its unit over ``dims`` at a place, all members and drawn points, what is not finite as NaN."""
+        chosen = self.dataset[name].isel(dict(place))
+        kept = [*dims, *(d for d in (SAMPLE, MEMBER) if d in chosen.dims and d not in dims)]
+        found = self._units[name][1] * chosen.transpose(*kept).values
+        return np.where(np.isfinite(found), found, np.nan)
+
+    def bands(self, name: str, dims: Sequence[str], place: Place) -> tuple[Floats, Floats, Floats]:
+        """Return mean, least and greatest of the members; median, 5 % and 95 % of drawn points."""
+        found = self.values(name, dims, place)
+        if self.samples > 1 and SAMPLE not in dims:
+            if self.members > 1:
+                found = _quietly(np.nanmean, found)
+            median, low, high = _quietly(np.nanquantile, found, q=[0.5, 0.05, 0.95])
+            return median, low, high
+        if self.members > 1:
+            return _quietly(np.nanmean, found), _quietly(np.nanmin, found), _quietly(np.nanmax, found)
+        return found, found, found
+
+    def table(self, name: str, dims: Sequence[str], place: Place) -> Floats:
+        """Return a variable over ``dims``: the mean of the members, the median of drawn points."""
+        return self.bands(name, dims, place)[0]
+
+    def at_cases(self, name: str, places: Mapping[str, NDArray[np.intp]]) -> Floats:
+        """Return a variable in its unit at listed positions along every axis and ``sample``, the mean of the members."""
+        import xarray as xr
+
+        pointed = {dim: xr.DataArray(at, dims="case") for dim, at in places.items()}
+        found = self._units[name][1] * self.dataset[name].isel(pointed).transpose("case", ...).values
+        found = np.where(np.isfinite(found), found, np.nan)
+        return np.asarray(_quietly(np.nanmean, found)) if found.ndim > 1 else found
+
+    def failed(self, dims: Sequence[str], place: Place) -> Flags:
+        """Return where no case was finished, over ``dims``."""
+        wrong = self.dataset["status"].isel(dict(place)) != 0
+        return np.asarray(wrong.all([d for d in wrong.dims if d not in dims]).transpose(*dims).values)
+
+    @property
+    def band_words(self) -> str:
+        """What a curve and its band are, empty where there is one case per point."""
+        if self.samples > 1:
+            return f"median and 5 to 95 % of {self.samples} drawn points"
+        return f"mean and range of {self.members} members" if self.members > 1 else ""
+
+    @property
+    def member_words(self) -> str:
+        """What the number of a case is, empty where it has one member."""
+        return f"mean of {self.members} members" if self.members > 1 else ""
+
+    @property
+    def mean_words(self) -> str:
+        """What a number of a table is, empty where there is one case per point."""
+        return self.band_words.replace("and 5 to 95 % ", "").replace("and range ", "")
+
+
+def _alone(coordinate: "xr.DataArray") -> Along:
+    return along_of(coordinate.expand_dims("one"))
+
+
+def _quietly(reduce: Any, values: Floats, **more: Any) -> Any:
+    """Reduce the last dimension; where all cases failed there is no number, and no warning."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"All-NaN|Mean of empty", RuntimeWarning)
+        return reduce(values, axis=-1, **more)
+
+
+def logarithmic_range(values: Floats) -> tuple[float, float] | None:
+    """Return the ends of a logarithmic scale for values that span more than `WIDE` decades, None where it should be linear.
+
+    Few values may be 0, and what is more than `DECADES` below the highest is at the lower end.
+
+    >>> logarithmic_range(np.array([0.01, 1.0, np.nan])), logarithmic_range(np.array([-1.0, 100.0]))
+    ((0.01, 1.0), None)
+    """
+    known = values[np.isfinite(values)]
+    above = known[known > 0.0]
+    if not above.size or (known < 0.0).any() or above.size < 0.9 * known.size:
+        return None
+    low, high = float(above.min()), float(above.max())
+    if math.log10(high / low) <= WIDE:
+        return None
+    return max(low, high * 10.0**-DECADES), high

@@ -1,0 +1,100 @@
+"""Where in a map a mesh can jam: the line 2 sin(alpha0) (sum of both radial clearances) = b0."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.sweeps.running.evaluate import Sweep
+
+Floats = NDArray[np.float64]
+POINTS = 400
+
+
+@dataclass(frozen=True)
+class JamLine:
+    """The line of one mesh over two varied quantities [SI or factors], shape [point].
+
+    On one side of it `jam_ratio` is above 1: to the right (1), to the left (-1) or neither (0), and above, below or neither.
+    """
+
+    mesh: str
+    across: Floats
+    up: Floats
+    sides: tuple[int, int]
+
+
+def _paths(base: Case, j: int) -> tuple[set[str], str]:
+    """Return the fields in which the excess of mesh j is linear, and that of its angle."""
+    mesh = base.meshes[j]
+    sleeves = {f"sleeves.{n}.radial_clearance" for n in (mesh.driver, mesh.driven) if n in base.sleeves}
+    return {f"meshes.{j}.backlash"} | sleeves, f"meshes.{j}.pressure_angle"
+
+
+def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
+    """Return 2 sin(alpha0) (sum of both radial clearances) - b0 [m] of mesh j at varied values by name, numbers or arrays.
+
+    What is not varied is the base case's. Above 0 where `geometry.jam_ratio` is above 1.
+    """
+    base = sweep.template.base
+    mesh = base.meshes[j]
+    fields = {
+        path: values[name] if scaled is None else scaled * values[name]
+        for path, name, scaled in sweep.template.fields
+        if name in values
+    }
+    play: Any = 0.0
+    for name in (mesh.driver, mesh.driven):
+        if name in base.sleeves:
+            path = f"sleeves.{name}.radial_clearance"
+            play = play + fields.get(path, base.sleeves[name].radial_clearance)
+    angle = fields.get(f"meshes.{j}.pressure_angle", mesh.pressure_angle)
+    return 2.0 * np.sin(angle) * play - fields.get(f"meshes.{j}.backlash", mesh.backlash)
+
+
+def jam_lines(
+    sweep: Sweep,
+    across: tuple[str, float, float],
+    up: tuple[str, float, float],
+    fixed: Mapping[str, float],
+) -> list[JamLine]:
+    """Return the line of every mesh whose backlash or clearances vary along one of two axes.
+
+    ``across`` and ``up`` are names with the lowest and highest value drawn, ``fixed`` the values along other axes [SI or
+    factors]. There is no line where a drawn parameter has a part in it: it would be another for every point.
+    """
+    base, found = sweep.template.base, []
+    for j, mesh in enumerate(base.meshes):
+        linear, angle = _paths(base, j)
+        by_name: dict[str, set[str]] = {}
+        for path, name, _ in sweep.template.fields:
+            if path in linear or path == angle:
+                by_name.setdefault(name, set()).add(path)
+        solvable = [axis[0] for axis in (up, across) if axis[0] in by_name and angle not in by_name[axis[0]]]
+        if not solvable or by_name.keys() - {across[0], up[0]} - fixed.keys():
+            continue
+        wanted, (other, low, high) = solvable[0], across if solvable[0] == up[0] else up
+        grid = (np.geomspace if low > 0.0 and high > 10.0 * low else np.linspace)(low, high, POINTS)
+        known = dict(fixed) | {other: grid}
+        at_zero = jam_excess(sweep, j, known | {wanted: 0.0}) + np.zeros(POINTS)
+        slope = jam_excess(sweep, j, known | {wanted: 1.0}) - at_zero
+        if np.any(np.abs(slope) < 1e-300):  # what varies cancels itself, or its base value is 0
+            continue
+        solved = -at_zero / slope
+        x, y = (grid, solved) if wanted == up[0] else (solved, grid)
+        middle = {across[0]: float(x[POINTS // 2]), up[0]: float(y[POINTS // 2])}
+        sides = [
+            _side(sweep, j, dict(fixed) | middle, name, 1e-3 * (top - bottom))
+            for name, bottom, top in (across, up)
+        ]
+        found.append(JamLine(f"{mesh.driver}-{mesh.driven}", x, y, (sides[0], sides[1])))
+    return found
+
+
+def _side(sweep: Sweep, j: int, values: Mapping[str, float], name: str, step: float) -> int:
+    """Return in which direction along one axis the excess grows."""
+    ahead, behind = (jam_excess(sweep, j, {**values, name: values[name] + s}) for s in (step, -step))
+    return int(np.sign(ahead - behind)) if abs(ahead - behind) > 1e-18 else 0

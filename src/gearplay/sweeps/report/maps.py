@@ -1,0 +1,227 @@
+"""Maps of a sweep: one number over two axes, small multiples over others, and the line beyond which a mesh can jam."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.calibration.spans import short, wrapped
+from gearplay.pictures.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.plots import plain
+from gearplay.sweeps.report.jam import JamLine, jam_lines
+from gearplay.sweeps.report.drawable import Along, Place, View, edges_of, logarithmic_range, spread_places
+
+Floats = NDArray[np.float64]
+JAM, GREY, HATCH = "#e0263c", "#e9ebee", "#aab0b9"
+MAP = "viridis"
+JAM_WORDS = "jam line 2 sin α₀ (c₁ + c₂) = b₀"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One of several small pictures: where it is along the other axes, and that in words."""
+
+    place: dict[str, int]
+    title: str
+
+
+def panels_of(view: View, free: Sequence[str], most: int) -> tuple[list[list[Panel]], str]:
+    """Return panels in rows and columns over what is not ``free``, and in words what is held fixed in all of them.
+
+    Rows are a category's values, columns those of a further numeric axis, ``most`` of each; without one of them, all in a row.
+    """
+    category = next((name for name in view.categories if name not in free), "")
+    further = next((name for name in view.numeric if name not in free), "")
+    if not further:
+        further = next((name for name in view.categories if name not in (*free, category)), "")
+    if category and not further:
+        category, further = "", category
+    held = view.held((*free, category, further))
+    rows, columns = _places(view, category, most), _places(view, further, most)
+    grid = [[Panel(held | row | column, view.where(row | column)) for column in columns] for row in rows]
+    return grid, view.held_words(held)
+
+
+def _places(view: View, name: str, most: int) -> list[dict[str, int]]:
+    """Return some places along an axis, spread evenly; without a name the one place that is everywhere."""
+    return [{name: at} for at in spread_places(len(view.axes[name].values), most)] if name else [{}]
+
+
+def title_of(view: View, words: str, held: str, told: str = "") -> str:
+    """Return a picture's title: the plan's, what is drawn, what is held fixed, what a number is."""
+    own = short(view.sweep.plan.title or "Sweep", 70)
+    return "; ".join(part for part in (f"{own}: {words}", f"at {held}" if held else "", told) if part)
+
+
+def scale_axis(ax: Any, axis: Along, *, up: bool = False, label: bool = True) -> None:
+    """Give one axis of a picture its label, scale, limits and, for categories, names."""
+    own = ax.yaxis if up else ax.xaxis
+    edges = np.array([-0.5, len(axis.labels) - 0.5]) if axis.labels else edges_of(axis.values, log=axis.log)
+    if axis.log:
+        (ax.set_yscale if up else ax.set_xscale)("log")
+        round_ticks(own, edges[0], edges[-1])
+    (ax.set_ylim if up else ax.set_xlim)(edges[0], edges[-1])
+    if axis.labels:
+        places = spread_places(len(axis.labels), 8)
+        names = [plain(wrapped(axis.labels[place], max(7, 48 // len(places)))) for place in places]
+        own.set_ticks(places, names, fontsize=SMALL)
+    if label:
+        (ax.set_ylabel if up else ax.set_xlabel)(plain(wrapped(axis.label, 30)), fontsize=TEXT)
+
+
+def round_ticks(axis: Any, low: float, high: float) -> None:
+    """Label a logarithmic axis with plain round numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    decades = np.log10(high / low)
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=9))
+    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def norm_of(tables: Sequence[Floats]) -> tuple[Any, str] | None:
+    """Return one scale of colour for several tables, and at which end it is open; None where there is no number."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    every = np.concatenate([table.ravel() for table in tables])
+    known = every[np.isfinite(every)]
+    if not known.size:
+        return None
+    ends = logarithmic_range(known)
+    if ends is not None:
+        return LogNorm(*ends), "min" if known.min() < ends[0] * 0.999 else "neither"
+    low, high = float(known.min()), float(known.max())
+    return Normalize(low, high if high > low else low + (abs(low) or 1.0)), "neither"
+
+
+def logarithmic(norm: Any) -> bool:
+    """Return whether a scale of colour is logarithmic."""
+    from matplotlib.colors import LogNorm
+
+    return isinstance(norm, LogNorm)
+
+
+def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "neither") -> None:
+    """Draw the bar of a common scale of colour beside all panels."""
+    bar = figure.colorbar(picture, ax=axes, pad=0.015, aspect=30, extend=extend)
+    bar.set_label(plain(wrapped(label, 48)), fontsize=SMALL)
+    if logarithmic(picture.norm):
+        round_ticks(bar.ax.yaxis, picture.norm.vmin, picture.norm.vmax)
+    bar.ax.tick_params(labelsize=SMALL)
+
+
+def draw_cells(ax: Any, x: Floats, y: Floats, table: Floats, norm: Any) -> Any:
+    """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end."""
+    shown = np.maximum(table, norm.vmin)
+    ax.set_facecolor(GREY)
+    ax.grid(False)
+    return ax.pcolormesh(x, y, np.ma.masked_invalid(shown), norm=norm, cmap=MAP, rasterized=True)
+
+
+def draw_failed(ax: Any, x: Floats, y: Floats, failed: NDArray[np.bool_]) -> None:
+    """Hatch the cells whose cases failed, those side by side as one."""
+    for row, (low, high) in zip(failed, pairwise(y), strict=True):
+        ends = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(np.int8), [0]])))
+        spans = [(x[a], x[b] - x[a]) for a, b in ends.reshape(-1, 2)]
+        if spans:
+            ax.broken_barh(
+                spans, (low, high - low), facecolor=GREY, edgecolor=HATCH, hatch="////", linewidth=0
+            )
+
+
+def map_figure(view: View, name: str, across: str, up: str) -> bytes | None:
+    """Draw a variable over two axes, panels over the others on one scale of colour; None where no case has a number.
+
+    Hatched cells failed, grey ones have no number. Where backlash or radial clearance of a mesh is drawn, the line on which
+    2 sin(alpha0) (sum of both radial clearances) = b0.
+    """
+    grid, held = panels_of(view, (across, up), 4)
+    flat = [panel for row in grid for panel in row]
+    tables = [view.table(name, (up, across), panel.place) for panel in flat]
+    scale = norm_of(tables)
+    if scale is None:
+        return None
+    rows, columns = len(grid), len(grid[0])
+    height = 1.35 + rows * {1: 3.6, 2: 2.9, 3: 2.3}.get(columns, 2.0)
+    figure, axes = make_figure(rows, columns, height, width=WIDTH if columns > 1 else 6.4)
+    x_axis, y_axis = view.axes[across], view.axes[up]
+    x, y = edges_of(x_axis.values, log=x_axis.log), edges_of(y_axis.values, log=y_axis.log)
+    handles: dict[str, Any] = {}
+    picture = None
+    for number, (ax, panel, table) in enumerate(zip(axes.flat, flat, tables, strict=True)):
+        picture = draw_cells(ax, x, y, table, scale[0])
+        failed = view.failed((up, across), panel.place)
+        draw_failed(ax, x, y, failed)
+        if failed.any():
+            handles["failed"] = _patch()
+        scale_axis(ax, x_axis, label=number >= len(flat) - columns)
+        scale_axis(ax, y_axis, up=True, label=number % columns == 0)
+        ax.tick_params(
+            labelsize=SMALL, labelbottom=number >= len(flat) - columns, labelleft=number % columns == 0
+        )
+        ax.set_title(plain(wrapped(panel.title, 46 if columns < 3 else 26)), fontsize=SMALL, loc="left")
+        for line in jam_lines_of(view, across, up, panel.place):
+            if _draw_jam(ax, x_axis, y_axis, line):
+                handles[JAM_WORDS] = legend_mark(JAM, line="-")
+    color_bar(figure, axes, picture, view.label(name), scale[1])
+    set_title(figure, title_of(view, name, held, view.mean_words))
+    if handles:
+        set_legend(figure, handles)
+    return to_png(figure)
+
+
+def _patch() -> Any:
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor=GREY, edgecolor=HATCH, hatch="////", linewidth=0)
+
+
+def jam_lines_of(view: View, across: str, up: str, place: Place) -> list[JamLine]:
+    """Return the jam lines of a panel in SI; without an axis ``up`` they are upright."""
+    ends: list[tuple[str, float, float]] = []
+    for name in (across, up):
+        if not name:
+            ends.append((name, 0.0, 1.0))
+            continue
+        axis = view.axes[name]
+        if axis.labels:
+            return []
+        edges = edges_of(axis.values, log=axis.log) / axis.factor
+        ends.append((name, float(edges[0]), float(edges[-1])))
+    fixed = {
+        name: float(axis.values[place.get(name, 0)] / axis.factor)
+        for name, axis in (view.axes | view.alone).items()
+        if (name in place or name in view.alone) and not axis.labels
+    }
+    return jam_lines(view.sweep, ends[0], ends[1], fixed)
+
+
+def _draw_jam(ax: Any, x_axis: Along, y_axis: Along, line: JamLine) -> bool:
+    """Draw the line and say on which side the mesh can jam; return whether any of it is inside the picture."""
+    from matplotlib.patheffects import withStroke
+
+    x, y = x_axis.factor * line.across, y_axis.factor * line.up
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
+    if inside.size < 2:
+        return False
+    halo = [withStroke(linewidth=3.2, foreground="white", alpha=0.85)]
+    ax.plot(x, y, color=JAM, linewidth=1.6, path_effects=halo, zorder=4)
+    ax.set(xlim=(left, right), ylim=(low, high))
+    places = ax.transAxes.inverted().transform(ax.transData.transform(np.column_stack([x, y])[inside]))
+    central = int(np.argmin(np.abs(places - 0.5).sum(axis=1)))
+    at, place, (right_of, above) = inside[central], places[central], line.sides
+    room = [
+        1.0 - p if side > 0 else p if side < 0 else 1.0 for p, side in zip(place, line.sides, strict=True)
+    ]
+    if room[0] < 0.35 or room[1] < 0.18:
+        return True
+    ax.annotate(
+        f"{line.mesh}\ncan jam", (x[at], y[at]), textcoords="offset points", xytext=(5 * right_of, 5 * above),
+        ha=("right", "center", "left")[right_of + 1], va=("top", "center", "bottom")[above + 1], fontsize=7, color=JAM,
+        path_effects=[withStroke(linewidth=2.5, foreground="white", alpha=0.9)], zorder=5,
+    )  # fmt: skip
+    return True

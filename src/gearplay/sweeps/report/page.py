@@ -1,0 +1,205 @@
+"""The report of a sweep: what was varied, how the cases ended, what was kept in short, and the pictures."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearplay.model.toml_files import write_toml
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
+from gearplay.sweeps.report.figures import Picture, pictures_of
+from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.plans.design import Random
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_REASONS = 20
+MOST_LISTED = 8  # values of an axis written out
+
+
+def write_sweep_report(sweep: Sweep, dataset: "xr.Dataset", folder: Path) -> None:
+    """Write ``report.html``, one page that needs nothing else, and its pictures as ``figures/*.png`` into ``folder``.
+
+    Every file is whole or absent.
+
+    Raises `InputError` where the folder cannot be written.
+    """
+    pictures = pictures_of(sweep, dataset)
+    if pictures:
+        make_folder(folder / "figures")
+    for stale in (folder / "figures").glob("*.png"):
+        if stale.stem not in {picture.name for picture in pictures}:
+            stale.unlink()
+    for picture in pictures:
+        write_bytes(folder / "figures" / f"{picture.name}.png", picture.png)
+    write_text(folder / "report.html", render(sweep, dataset, pictures))
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number for the page, a dash where there is none.
+
+    >>> number(0.12345), number(float("nan"))
+    ('0.1235', '–')
+    """
+    return f"{value:.{digits}g}" if math.isfinite(value) else "–"
+
+
+def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> str:
+    """Return the report as one self-contained HTML page."""
+    status, failures = dataset["status"].values, failures_of(dataset)
+    return render_page(
+        "sweep.html",
+        filters={"number": number},
+        title=sweep.plan.title or "Sweep",
+        plan=sweep.plan,
+        base=sweep.template.base,
+        varied=varied_of(sweep, dataset),
+        cases=int(status.size),
+        failed=int((status > 0).sum()),
+        missing=int((status < 0).sum()),
+        failures=failures[:MOST_REASONS],
+        reasons=len(failures),
+        rows=summary_of(dataset),
+        pictures=[(p, data_uri(p.png)) for p in pictures],
+        document=plan_text(sweep),
+        version=dataset.attrs.get("gearplay_version", ""),
+        digest=dataset.attrs.get("base_case_sha256", sweep.template.base.sha256),
+    )
+
+
+def plan_text(sweep: Sweep) -> str:
+    """Return the plan as TOML, which `load_sweep` reads back to an equal one; empty tables and lists are left out."""
+    document = sweep.plan.model_dump(mode="json", exclude_none=True)
+    for table in (
+        document,
+        *document["axes"],
+        document.get("design", {}),
+        *document.get("design", {}).get("parameters", []),
+    ):
+        for key in [key for key, value in table.items() if value in ([], {}, "")]:
+            del table[key]
+    return write_toml(document)
+
+
+def varied_of(sweep: Sweep, dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    """Return a row for each dimension and drawn parameter: name, paths, unit, number of values and these in words."""
+    found = []
+    paths = {
+        each.name: (each.path, *each.also)
+        for each in (*sweep.plan.axes, *(sweep.plan.design.parameters if sweep.plan.design else ()))
+    }
+    for dim in map(str, dataset["status"].dims):
+        if dim == SAMPLE:
+            found += [
+                _drawn(p, dataset[p.name], paths)
+                for p in (sweep.plan.design.parameters if sweep.plan.design else ())
+            ]
+        elif dim == MEMBER:
+            count = dataset.sizes[dim]
+            found.append(_row(dim, (), "", count, "members of the ensemble, each with its own initial state"))
+        else:
+            axis = along_of(dataset[dim], ordered=False)
+            unit = "" if axis.labels else axis.unit
+            found.append(
+                _row(dim, paths.get(dim, ()), unit, len(axis.values), _listed(axis), scaled=axis.scaled)
+            )
+    return found
+
+
+def _row(
+    name: str, paths: Sequence[str], unit: str, count: int, values: str, *, scaled: bool = False
+) -> dict[str, Any]:
+    return {"name": name, "paths": paths, "unit": unit, "count": count, "values": values, "scaled": scaled}
+
+
+def _drawn(drawn: Random, coordinate: "xr.DataArray", paths: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    axis = along_of(coordinate, ordered=False)
+    values = f"{drawn.distribution}, {number(axis.values.min())} to {number(axis.values.max())}"
+    return _row(drawn.name, paths[drawn.name], axis.unit, len(axis.values), values, scaled=axis.scaled)
+
+
+def _listed(axis: Along) -> str:
+    words = axis.labels or tuple(number(v) for v in axis.values)
+    if len(words) <= MOST_LISTED:
+        return ", ".join(words)
+    if axis.labels:
+        return ", ".join(words[:MOST_LISTED]) + f" and {len(words) - MOST_LISTED} more"
+    low, high = number(axis.values.min()), number(axis.values.max())
+    return f"{low} to {high}{', logarithmic' if axis.log else ''}"
+
+
+def failures_of(dataset: "xr.Dataset") -> list[tuple[str, int, str]]:
+    """Return reasons of failed cases, the most frequent first: reason, count and where the first of them is."""
+    status, reasons = dataset["status"].values, dataset["reason"].values
+    places = np.argwhere(status > 0)
+    named = [str(reasons[tuple(place)]) or _meaning(dataset, int(status[tuple(place)])) for place in places]
+    first = {reason: at for at, reason in reversed(list(enumerate(named)))}
+    dims = [str(d) for d in dataset["status"].dims]
+    return [
+        (reason, count, where(dataset, dims, places[first[reason]]))
+        for reason, count in sorted(Counter(named).items(), key=lambda item: -item[1])
+    ]
+
+
+def _meaning(dataset: "xr.Dataset", status: int) -> str:
+    attributes = dataset["status"].attrs
+    words = str(attributes.get("flag_meanings", "")).split()
+    meanings = dict(zip(np.atleast_1d(attributes.get("flag_values", [])).tolist(), words, strict=False))
+    return str(meanings.get(status, f"status {status}")).replace("_", " ")
+
+
+def where(dataset: "xr.Dataset", dims: Sequence[str], place: Sequence[int]) -> str:
+    """Return a place of the dataset in words: ``speed 60 rpm, backlash 100 µm``."""
+    words = []
+    for dim, at in zip(dims, map(int, place), strict=True):
+        if dim in (SAMPLE, MEMBER):
+            words.append(f"{dim}{FIRM}{at}")
+        elif dim in dataset.coords:
+            words.append(along_of(dataset[dim], ordered=False).text(at))
+        if dim == SAMPLE:
+            drawn = [c for name, c in dataset.coords.items() if c.dims == (SAMPLE,) and name != SAMPLE]
+            words += [along_of(coordinate, ordered=False).text(at) for coordinate in drawn]
+    return ", ".join(words)
+
+
+def summary_of(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    """Return a row for each variable: least, median and greatest value in its unit, and where the extremes are."""
+    rows = []
+    for name, variable in dataset.data_vars.items():
+        if variable.dtype.kind != "f":
+            continue
+        values = variable.values
+        known = np.isfinite(values)
+        row: dict[str, Any] = {
+            "name": str(name),
+            "words": str(variable.attrs.get("long_name", "")),
+            "count": int(known.sum()),
+        }
+        unit = str(variable.attrs.get("units", "1"))
+        if not known.any():
+            rows.append(
+                row | {"unit": shown_in(unit, 0.0)[0], "low": math.nan, "median": math.nan, "high": math.nan}
+            )
+            rows[-1] |= {"at_low": "", "at_high": ""}
+            continue
+        row["unit"], factor = shown_in(unit, float(np.abs(values[known]).max()))
+        dims = [str(d) for d in variable.dims]
+        for key, at in (
+            ("low", np.argmin(np.where(known, values, np.inf))),
+            ("high", np.argmax(np.where(known, values, -np.inf))),
+        ):
+            place = np.unravel_index(at, values.shape)
+            row[key], row[f"at_{key}"] = (
+                factor * float(values[place]),
+                where(dataset, dims, [int(i) for i in place]),
+            )
+        if row["low"] == row["high"]:
+            row["at_low"] = row["at_high"] = "everywhere"
+        rows.append(row | {"median": factor * float(np.median(values[known]))})
+    return rows

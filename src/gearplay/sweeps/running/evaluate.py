@@ -1,0 +1,135 @@
+"""One point of a sweep, simulated and reduced; the same code in a thread, a process, or on a cluster."""
+
+import threading
+import time
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.pack import pack
+from gearplay.model.reading import replace
+from gearplay.solver.carry import End
+from gearplay.solver.simulate import run_one
+from gearplay.solver.status import Status
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.running.reduce import Reducer
+from gearplay.sweeps.cases.template import Template
+from gearplay.vocabulary.errors import GearplayError
+
+Floats = NDArray[np.float64]
+REFUSED, REDUCED = 100, 101
+"""Status of a point whose case was refused, and of one that was simulated but lacks a reduction; the others are those of
+`solver.status`."""
+
+
+class Outcome(NamedTuple):
+    """A finished point: its number, the address of its result, how it ended and what was kept, shape [number]."""
+
+    number: int
+    address: bytes
+    status: int
+    reason: str
+    row: Floats
+    seconds: float
+
+
+class Sweep:
+    """A plan made ready to run.
+
+    Raises `InputError` for a plan that does not fit its case.
+    """
+
+    def __init__(self, plan: SweepPlan) -> None:
+        self.plan = plan
+        self.template = Template(plan)
+        self.reducer = Reducer(plan, self.template.base, pack(self.template.base))
+
+    def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Outcome]:
+        """Simulate and reduce the points of a job; nothing once stopped. A point that fails is an outcome with its reason."""
+        outcomes: list[Outcome] = []
+        points = self.template.points.job(job)
+        try:
+            origin, failed = self._lead(points[0], stop)
+            if failed is not None:
+                status, reason = failed
+                words = f"what runs before the first case did not finish: {reason}"
+                return [self._failed(i, status, words, 0.0) for i in points]
+            for index in points:
+                outcome, origin = self._point(index, origin, stop)
+                outcomes.append(outcome)
+                if outcome.status not in (0, REDUCED) and len(points) > 1:
+                    reason = f"the case before it did not finish: {outcome.reason}"
+                    rest = points[len(outcomes) :]
+                    return outcomes + [self._failed(i, outcome.status, reason, 0.0) for i in rest]
+        except _StoppedError:
+            return []
+        return outcomes
+
+    def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
+        """Run what comes before a chain's first case, if anything does; return its end, or status and reason where it failed."""
+        chain, (values, member) = self.template.chain, self.template.points.at(index)
+        changes = chain.lead(values["direction"]) if chain is not None else None
+        if changes is None:
+            return None, None
+        try:
+            case = replace(self.template.base, {**self.template.changes(values), **changes, **self._steady()})
+            run = run_one(case, member, signals=[], stop=stop)
+        except GearplayError as error:
+            return None, (REFUSED, str(error).splitlines()[0])
+        if run.status == Status.INTERRUPTED:
+            raise _StoppedError
+        return run.end, None if run.success else (int(run.status), run.message)
+
+    def _steady(self) -> dict[str, float]:
+        chain = self.template.chain
+        return {} if chain is None else {f"{chain.drive}.ramp": 0.0, f"{chain.drive}.start_speed": 0.0}
+
+    def _point(
+        self, index: int, origin: End | None, stop: threading.Event | None
+    ) -> tuple[Outcome, End | None]:
+        started, end = time.perf_counter(), None
+        try:
+            case, member = self.template.case_at(index)
+            run = run_one(case, member, signals=self.reducer.signals, stop=stop, origin=origin)
+            if run.status == Status.INTERRUPTED:
+                raise _StoppedError
+            if not run.success:
+                failed = self._failed(index, int(run.status), run.message, time.perf_counter() - started)
+                return failed, None
+            (row, lacking), end = self.reducer.row(case, run, slowness=self._slowness(index)), run.end
+        except GearplayError as error:
+            reason = str(error).splitlines()[0]
+            return self._failed(index, REFUSED, reason, time.perf_counter() - started), end
+        address = self.template.address_of(index)
+        outcome = Outcome(
+            index, address, REDUCED if lacking else 0, lacking, row, time.perf_counter() - started
+        )
+        return outcome, end if self.template.chain else None
+
+    def _failed(self, index: int, status: int, reason: str, seconds: float) -> Outcome:
+        nothing = np.full(self.reducer.size, np.nan)
+        return Outcome(index, self.template.address_of(index), status, reason, nothing, seconds)
+
+    def _slowness(self, index: int) -> float:
+        chain, values = self.template.chain, self.template.points.at(index)[0]
+        if chain is None:
+            return 1.0
+        return chain.slowness(values[chain.carry.axis], values["direction"])
+
+
+class _StoppedError(Exception):
+    """The wish to stop reached a run."""
+
+
+@lru_cache(maxsize=4)
+def sweep_of(plan: str) -> Sweep:
+    """Return the sweep of a plan written as JSON; kept, so that a worker makes it once."""
+    return Sweep(SweepPlan.model_validate_json(plan))
+
+
+def evaluate_many(plan: str, jobs: list[int]) -> list[Outcome]:
+    """Evaluate jobs of a plan written as JSON: what leaves the process."""
+    sweep = sweep_of(plan)
+    return [outcome for job in jobs for outcome in sweep.evaluate(job)]

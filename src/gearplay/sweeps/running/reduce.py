@@ -1,0 +1,265 @@
+"""What is kept of a simulation: a fixed row of numbers, made where the simulation runs."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
+from gearplay.signals.levels import band_level, band_levels
+from gearplay.signals.lines import find_hump, find_line
+from gearplay.files.record import Channel
+from gearplay.results.spectra import amplitude_spectrum
+from gearplay.signals.statistics import signal_statistics
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.kept import (
+    ContactReduction,
+    HistoryReduction,
+    HumpReduction,
+    JamReduction,
+    LevelReduction,
+    LineReduction,
+    SpectrumReduction,
+    StatisticReduction,
+)
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+OfSignal = (
+    StatisticReduction | LineReduction | HumpReduction | LevelReduction | SpectrumReduction | HistoryReduction
+)
+INCREMENTS = {"ax": "vx", "ay": "vy"}
+CONTACT_UNITS = {
+    "share_of_time": "1",
+    "impacts_per_second": "1/s",
+    "mean_impact_speed": "m/s",
+    "rms_impact_speed": "m/s",
+    "max_impact_speed": "m/s",
+    "peak_force": "N",
+    "max_penetration": "m",
+}
+
+
+@dataclass(frozen=True)
+class Kept:
+    """One variable of the row: its name, unit and meaning, and the values along its own dimension, if it has one."""
+
+    name: str
+    unit: str
+    long_name: str
+    along: str = ""
+    along_unit: str = ""
+    grid: tuple[float, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Numbers that it takes in the row."""
+        return len(self.grid) if self.along else 1
+
+
+class Reducer:
+    """The reductions of a plan for cases of one build.
+
+    Raises `InputError` for a signal, element or contact that the case does not have.
+    """
+
+    def __init__(self, plan: SweepPlan, case: Case, packed: Packed) -> None:
+        self.reductions = plan.reduce
+        self.signals = sorted({name for each in plan.reduce for name in _needed(each, case, packed)})
+        run = case.run
+        samples = max(1, int(run.duration * run.sampling + 0.5))
+        for each in plan.reduce:
+            _check_band(each, run.duration, run.sampling)
+        self.shares = [_kept(each, samples, run.sampling) for each in plan.reduce]
+        self.layout = [kept for share in self.shares for kept in share]
+        _check_names(plan, self.layout)
+
+    @property
+    def size(self) -> int:
+        """Numbers in a row."""
+        return sum(kept.size for kept in self.layout)
+
+    def row(self, case: Case, run: Trajectory, *, slowness: float = 1.0) -> tuple[Floats, str]:
+        """Return the row of one finished run, shape [number], and why some of it is NaN ("" where all was made).
+
+        Orders count from ``slowness`` times the nominal speed.
+        """
+        fundamental = slowness * geometry.mesh_frequency(case) if case.meshes else math.nan
+        parts, reasons = [], []
+        for each, kept in zip(self.reductions, self.shares, strict=True):
+            size = sum(part.size for part in kept)
+            try:
+                made = np.concatenate([np.atleast_1d(part) for part in _values(each, fundamental, run)])
+                if made.size != size:
+                    rule = f"must keep the {size} numbers of the base case in every case"
+                    cure = "Do not keep a history where run.duration or run.sampling varies"
+                    raise InputError(Fault("numbers", made.size, rule, cure))
+            except InputError as error:
+                made = np.full(size, math.nan)
+                reasons.append(f"reduce.{each.name}: {error}")
+            parts.append(made.astype(np.float64))
+        return np.concatenate(parts), reasons[0].splitlines()[0] if reasons else ""
+
+
+def _check_names(plan: SweepPlan, layout: list[Kept]) -> None:
+    """Refuse names of the product that mean two things: a reduction may make several."""
+    drawn = plan.design.parameters if plan.design else ()
+    taken = {each.name for each in (*plan.axes, *drawn)}
+    for kept in layout:
+        for name in filter(None, (kept.name, kept.along)):
+            if name in taken:
+                raise InputError(
+                    Fault("reduce", name, "must be a name of its own in the product", "Rename one")
+                )
+            taken.add(name)
+
+
+def _check_band(reduction: Any, duration: float, sampling: float) -> None:
+    """Refuse frequencies that the record of the base case does not hold, and parts finer than its lines."""
+    half, resolution, where = 0.5 * sampling, 1.0 / duration, f"reduce.{reduction.name}"
+    band = getattr(reduction, "band", None)
+    top, field = (band[1], "band") if band is not None else (getattr(reduction, "near", None) or 0.0, "near")
+    if top > half:
+        rule = f"must be at most {half:g} Hz, half of run.sampling"
+        raise InputError(Fault(f"{where}.{field}", f"{top:g} Hz", rule, "Lower it, or raise run.sampling"))
+    if band is None:
+        return
+    if isinstance(reduction, SpectrumReduction):
+        most = int((band[1] - band[0]) / resolution * (1.0 + 1e-9))
+        if reduction.count > most:
+            rule = f"must be at most {most}: a record of {duration:g} s has a line each {resolution:g} Hz"
+            raise InputError(
+                Fault(f"{where}.count", reduction.count, rule, "Lower it, or lengthen run.duration")
+            )
+    elif band[1] - band[0] < 3.0 * resolution:
+        rule = f"must be at least {3.0 * resolution:g} Hz wide: a record of {duration:g} s has a line each {resolution:g} Hz"
+        raise InputError(
+            Fault(
+                f"{where}.band", f"{band[0]:g} to {band[1]:g} Hz", rule, "Widen it, or lengthen run.duration"
+            )
+        )
+
+
+def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
+    """Return the solver's signals for one reduction, ``element.signal``."""
+    if isinstance(reduction, ContactReduction):
+        known = packed.contact_labels
+        if reduction.contact not in known:
+            raise _unknown(reduction, "contact", reduction.contact, known)
+        return []
+    if isinstance(reduction, JamReduction):
+        names = [f"{reduction.mesh}:drive", f"{reduction.mesh}:back"]
+        if names[0] not in packed.contact_labels:
+            raise _unknown(reduction, "mesh", reduction.mesh, packed.labels.get("mesh", ()))
+        return [f"{reduction.mesh}.contact_state"]
+    wanted = f"{reduction.at}.{INCREMENTS.get(reduction.signal, reduction.signal)}"
+    try:
+        choose_columns(packed, [wanted])
+    except InputError:
+        if reduction.signal in RESULT_VARIABLES:
+            known = tuple(c.label for c in all_columns(packed) if c.signal == reduction.signal)
+            raise _unknown(reduction, "at", reduction.at, tuple(dict.fromkeys(known))) from None
+        raise _unknown(reduction, "signal", reduction.signal, tuple(RESULT_VARIABLES)) from None
+    if isinstance(reduction, LineReduction) and reduction.order is not None and not case.meshes:
+        rule = "must be near, for a case without a mesh"
+        raise InputError(Fault(f"reduce.{reduction.name}.order", reduction.order, rule, "Give near in Hz"))
+    return [wanted]
+
+
+def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> InputError:
+    rule = f"must have the signal {reduction.signal}" if field == "at" else "must be of this case"
+    return InputError(
+        Fault(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
+    )
+
+
+def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:
+    """Return what one reduction puts into the row."""
+    name = reduction.name
+    if isinstance(reduction, ContactReduction):
+        words = f"{reduction.statistic.replace('_', ' ')} of {reduction.contact}"
+        return [Kept(name, CONTACT_UNITS[reduction.statistic], words)]
+    if isinstance(reduction, JamReduction):
+        return [Kept(name, "1", f"share of time with both flanks of {reduction.mesh} pressed")]
+    quantity = RESULT_VARIABLES[reduction.signal]
+    of = f"{quantity.long_name}, {reduction.at}"
+    if isinstance(reduction, StatisticReduction):
+        unit = "1" if reduction.statistic in ("kurtosis", "crest_factor") else quantity.unit
+        return [Kept(name, unit, f"{reduction.statistic.replace('_', ' ')} of {of}")]
+    if isinstance(reduction, LineReduction):
+        near = f"order {reduction.order}" if reduction.order else f"{reduction.near:g} Hz"
+        return _pair(name, quantity.unit, f"line near {near}, {of}")
+    if isinstance(reduction, HumpReduction):
+        return _pair(
+            name, quantity.unit, f"highest hump of {reduction.band[0]:g} to {reduction.band[1]:g} Hz, {of}"
+        )
+    if isinstance(reduction, LevelReduction):
+        return [
+            Kept(name, quantity.unit, f"rms within {reduction.band[0]:g} to {reduction.band[1]:g} Hz, {of}")
+        ]
+    if isinstance(reduction, HistoryReduction):
+        times = tuple((np.arange(_length(reduction, samples)) / sampling).tolist())
+        return [Kept(name, quantity.unit, of, f"{name}_time", "s", times)]
+    edges = _edges(reduction)
+    centres = tuple((0.5 * (edges[1:] + edges[:-1])).tolist())
+    words = f"rms within {edges[1] - edges[0]:g} Hz around each frequency, {of}"
+    return [Kept(name, quantity.unit, words, f"{name}_frequency", "Hz", centres)]
+
+
+def _pair(name: str, unit: str, words: str) -> list[Kept]:
+    return [
+        Kept(f"{name}_amplitude", unit, f"amplitude: {words}"),
+        Kept(f"{name}_frequency", "Hz", f"frequency: {words}"),
+    ]
+
+
+def _length(reduction: HistoryReduction, samples: int) -> int:
+    return samples - 1 if reduction.signal in INCREMENTS else samples
+
+
+def _edges(reduction: SpectrumReduction) -> Floats:
+    return np.linspace(*reduction.band, reduction.count + 1)
+
+
+def _signal(reduction: OfSignal, run: Trajectory) -> Floats:
+    """Return the samples of a reduction's signal, shape [time]; accelerations as increments of velocity."""
+    velocity = INCREMENTS.get(reduction.signal)
+    if velocity is None:
+        return run.signal(reduction.signal, reduction.at)
+    return np.diff(run.signal(velocity, reduction.at)) * run.sampling
+
+
+def _values(reduction: Any, fundamental: float, run: Trajectory) -> list[Any]:
+    if isinstance(reduction, ContactReduction):
+        table = getattr(run.statistics, reduction.statistic)
+        return [table[run.statistics.labels.index(reduction.contact)]]
+    if isinstance(reduction, JamReduction):
+        return [float(np.mean(run.signal("contact_state", reduction.mesh) == 3.0))]
+    samples = _signal(reduction, run)
+    if isinstance(reduction, HistoryReduction):
+        return [samples]
+    if isinstance(reduction, StatisticReduction):
+        return [_statistic(reduction.statistic, samples, run.sampling)]
+    spectrum = amplitude_spectrum(samples, run.sampling)
+    if isinstance(reduction, LevelReduction):
+        return [band_level(spectrum, samples.size, *reduction.band)]
+    if isinstance(reduction, SpectrumReduction):
+        return [band_levels(spectrum, samples.size, _edges(reduction))]
+    if isinstance(reduction, HumpReduction):
+        line = find_hump(spectrum, *reduction.band, width=reduction.width)
+    else:
+        near = reduction.near if reduction.near is not None else (reduction.order or 1) * fundamental
+        line = find_line(spectrum, near, search=reduction.search)
+    return [line.amplitude, line.frequency]
+
+
+def _statistic(name: str, samples: Floats, sampling: float) -> float:
+    """Return a statistic about zero for levels, about the mean for shape; 0 where nothing moves."""
+    found = getattr(signal_statistics(Channel(name, samples, sampling)), name)
+    return float(found) if math.isfinite(found) else math.nan

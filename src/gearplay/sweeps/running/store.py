@@ -1,0 +1,168 @@
+"""Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
+
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+
+from gearplay.files.atomic import shown_path
+from gearplay.sweeps.running.evaluate import Outcome
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+
+PATTERN = "rows*.sqlite"
+_TABLE = (
+    "create table if not exists rows "
+    "(address blob primary key, status integer not null, reason text not null, seconds real not null, row blob not null)"
+)
+
+
+def store_name(shard: tuple[int, int] | None) -> str:
+    """Return the file name of a writer: of the whole sweep, or of shard i of n.
+
+    >>> store_name(None), store_name((2, 8))
+    ('rows.sqlite', 'rows-2-of-8.sqlite')
+    """
+    return "rows.sqlite" if shard is None else f"rows-{shard[0]}-of-{shard[1]}.sqlite"
+
+
+class RowStore:
+    """One writer's file. Each job is one transaction: what `add` returned from is not lost by a kill.
+
+    One process holds the file (write-ahead log, exclusive). Raises `InputError` where it is damaged or in use, `ResourceError`
+    where the disk is full.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with _in_words(path):
+            self.connection = sqlite3.connect(path, isolation_level=None)
+            try:
+                self.connection.execute("pragma locking_mode = exclusive")
+                self.connection.execute("pragma journal_mode = wal")
+                self.connection.execute("pragma synchronous = normal")
+                self.connection.execute(_TABLE)
+            except sqlite3.Error:
+                self.connection.close()
+                raise
+
+    def add(self, outcomes: Sequence[Outcome]) -> None:
+        """Store what was finished together, in one transaction."""
+        rows = [(o.address, o.status, o.reason, o.seconds, o.row.tobytes()) for o in outcomes]
+        with _in_words(self.path):
+            self.connection.execute("begin")
+            self.connection.executemany("insert or ignore into rows values (?, ?, ?, ?, ?)", rows)
+            self.connection.execute("commit")
+
+    def close(self) -> None:
+        """Bring the log into the file and let go of it."""
+        with _in_words(self.path):
+            self.connection.close()
+
+
+def read_rows(
+    folder: Path, size: int, shard: tuple[int, int] | None = None
+) -> Iterator[tuple[bytes, int, str, float, bytes]]:
+    """Yield (address, status, reason, seconds, row) of every writer's file; rows of another ``size`` are left out.
+
+    A shard leaves out those of its fellows, who may hold theirs; they have none of its points.
+
+    Raises `InputError` for a damaged file or one that another process holds.
+    """
+    for path in _files(folder, shard):
+        with _in_words(path), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            if not _has_rows(connection):
+                continue
+            for found in connection.execute("select address, status, reason, seconds, row from rows"):
+                if len(found[4]) == 8 * size:
+                    yield found
+
+
+class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
+    """The rows of every writer's file by address, read when asked for: more of them than the memory holds may be there.
+
+    Raises `InputError` for a damaged file or one that another process holds.
+    """
+
+    def __init__(self, folder: Path, size: int) -> None:
+        self.size, self.open = size, ExitStack()
+        self.connections: list[tuple[Path, sqlite3.Connection]] = []
+        for path in _files(folder, None):
+            with _in_words(path):
+                connection = self.open.enter_context(closing(sqlite3.connect(path, isolation_level=None)))
+                if _has_rows(connection):
+                    self.connections.append((path, connection))
+
+    def __getitem__(self, address: bytes) -> tuple[int, str, bytes]:
+        for path, connection in self.connections:
+            with _in_words(path):
+                asked = connection.execute(
+                    "select status, reason, row from rows where address = ?", (address,)
+                )
+                found: tuple[int, str, bytes] | None = asked.fetchone()
+            if found is not None and len(found[2]) == 8 * self.size:
+                return found
+        raise KeyError(address)
+
+    def __iter__(self) -> Iterator[bytes]:
+        seen: set[bytes] = set()
+        for path, connection in self.connections:
+            with _in_words(path):
+                for (address,) in connection.execute(
+                    "select address from rows where length(row) = ?", (8 * self.size,)
+                ):
+                    if address not in seen:
+                        seen.add(address)
+                        yield address
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self.open.close()
+
+
+def _files(folder: Path, shard: tuple[int, int] | None) -> list[Path]:
+    """Return the writers' files that a run may open: all, or for a shard all but those of its fellows, who may hold theirs."""
+    fellows = set() if shard is None else {store_name((i, shard[1])) for i in range(1, shard[1] + 1)}
+    return [
+        path
+        for path in sorted(folder.glob(PATTERN))
+        if path.name not in fellows or (shard is not None and path.name == store_name(shard))
+    ]
+
+
+def _has_rows(connection: sqlite3.Connection) -> bool:
+    """Return whether a file has its table: a writer killed at once leaves an empty one."""
+    found = connection.execute("select 1 from sqlite_master where type = 'table' and name = 'rows'")
+    return found.fetchone() is not None
+
+
+@contextmanager
+def _in_words(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.Error as error:
+        words = str(error)
+        if "full" in words or "disk I/O" in words:
+            raise ResourceError(
+                f"out = {path}: the disk is full or cannot be written ({words}). "
+                "What is stored stays valid: free some space, then gearplay resume goes on."
+            ) from None
+        if "locked" in words:
+            rule = f"its {path.name} must not be in use by another process"
+            raise InputError(
+                Fault("out", shown_path(path.parent), rule, "Wait for it, or choose another folder")
+            ) from None
+        rule = f"its {path.name} must be a sweep's readable store ({words})"
+        raise InputError(
+            Fault("out", shown_path(path.parent), rule, "Choose another folder with --out")
+        ) from None
+
+
+def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:
+    """Remove points that failed, so that they run again; a shard leaves other shards' files alone."""
+    for path in _files(folder, shard):
+        with _in_words(path), closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            if _has_rows(connection):
+                connection.execute("delete from rows where status != 0")

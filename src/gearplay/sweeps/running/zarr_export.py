@@ -1,0 +1,122 @@
+"""The product of a sweep as a Zarr store, written block by block: it may be larger than the memory."""
+
+import math
+import os
+import shutil
+import warnings
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearplay.files.atomic import make_folder, shown_path
+from gearplay.sweeps.running.product import (
+    MISSING,
+    Rows,
+    attributes_of,
+    coordinates_of,
+    variables_of,
+)
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.optional import load_optional
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BLOCK = 64e6
+"""Size of a block in memory [bytes]."""
+MOST_REASONS = 5
+TEXT = np.dtypes.StringDType()
+
+
+def write_cube(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
+    """Write the product of a sweep as a Zarr store, beside and renamed; what is missing has status -1 and NaN.
+
+    It is an export that can be made again, never the source of truth: a chunk that is lost later reads as missing too.
+
+    Returns how many cases failed or are missing, and up to five reasons.
+
+    Raises `InputError` where the folder cannot be written or is full.
+    """
+    load_optional("zarr", "cluster")
+    beside = path.with_name(f".{path.name}.part")
+    make_folder(path.parent)
+    try:
+        shutil.rmtree(beside, ignore_errors=True)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module="zarr")  # text has no final specification in Zarr 3 yet
+            ended = _write(sweep, rows, beside)
+        shutil.rmtree(path, ignore_errors=True)
+        os.replace(beside, path)
+    except OSError as error:
+        rule = f"must be writable ({error.strerror or error})"
+        raise InputError(
+            Fault("out", shown_path(path), rule, "Free some space or choose another place")
+        ) from None
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return ended
+
+
+def _write(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
+    import xarray as xr
+
+    points = sweep.template.points
+    pieces = blocks(points.shape, max(1, int(BLOCK / (8 * sweep.reducer.size + 10))))
+    first = next(pieces)
+    blank = _blank(sweep, tuple(part.stop - part.start for part in first))
+    blank.to_zarr(
+        path, mode="w", compute=False, consolidated=False, encoding={"status": {"fill_value": MISSING}}
+    )
+    failed, reasons = 0, set[str]()
+    for piece in chain([first], pieces):
+        region = dict(zip(points.dims, piece, strict=True))
+        block = xr.Dataset(variables_of(sweep, rows, piece))
+        block["reason"] = block["reason"].astype(TEXT)
+        block.to_zarr(path, mode="r+", region=region, consolidated=False)
+        bad = block["status"].values != 0
+        failed += int(bad.sum())
+        if len(reasons) < MOST_REASONS:
+            reasons |= set(block["reason"].values[bad].tolist())
+    zarr = load_optional("zarr", "cluster")
+    zarr.consolidate_metadata(path)  # or xarray warns of every store that it opens
+    return failed, sorted(reasons)[:MOST_REASONS]
+
+
+def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:
+    """Yield blocks that cover an array in C order, at most ``most`` values each; all but those at the ends are alike.
+
+    >>> [[(part.start, part.stop) for part in block] for block in blocks((2, 3), 2)]
+    [[(0, 1), (0, 2)], [(0, 1), (2, 3)], [(1, 2), (0, 2)], [(1, 2), (2, 3)]]
+    """
+    sizes, left = [1] * len(shape), most
+    for at in reversed(range(len(shape))):
+        sizes[at] = min(shape[at], max(1, left))
+        left //= sizes[at]
+    for place in np.ndindex(*(math.ceil(length / size) for length, size in zip(shape, sizes, strict=True))):
+        yield tuple(
+            slice(at * size, min((at + 1) * size, length))
+            for at, size, length in zip(place, sizes, shape, strict=True)
+        )
+
+
+def _blank(sweep: Sweep, block: tuple[int, ...]) -> "xr.Dataset":
+    """Return the dataset with all its names and none of its values, in chunks of the size of a block."""
+    import xarray as xr
+
+    lazy = load_optional("dask.array", "cluster")
+
+    points = sweep.template.points
+    empty = variables_of(sweep, {}, tuple(slice(0, 0) for _ in points.shape))
+    found = {}
+    lengths = {kept.name: kept.size for kept in sweep.reducer.layout if kept.along}
+    for name, (dims, values, attributes) in empty.items():
+        own = (lengths[name],) if name in lengths else ()
+        fill = {"status": MISSING, "reason": ""}.get(name, np.nan)
+        kind = TEXT if name == "reason" else values.dtype
+        array = lazy.full((*points.shape, *own), fill, dtype=kind, chunks=(*block, *own))
+        found[name] = (dims, array, attributes)
+    return xr.Dataset(found, coords=coordinates_of(sweep), attrs=attributes_of(sweep))

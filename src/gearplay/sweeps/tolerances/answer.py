@@ -1,0 +1,69 @@
+"""The tolerance answers of a sweep: what `[tolerance]` in its plan asks for, in the sweep's folder."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearplay.sweeps.door import Policy, Report, sweep
+from gearplay.sweeps.tolerances.page import values_of, write_tolerance
+from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
+from gearplay.sweeps.running.evaluate import Sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FOLDER = "tolerance"
+
+
+def limit_of(made: Sweep) -> float:
+    """Return the limit of a plan's tolerance in the measure's unit; `InputError` where its unit does not fit."""
+    tolerance = made.plan.tolerance
+    assert tolerance is not None
+    unit = next(kept.unit for kept in made.reducer.layout if kept.name == tolerance.measure)
+    return tolerance.limit_in(unit)
+
+
+def answer(
+    made: Sweep,
+    product: "xr.Dataset",
+    folder: Path,
+    *,
+    policy: Policy | None = None,
+    progress: Report | None = None,
+    stop: threading.Event | None = None,
+) -> dict[str, Any]:
+    """Write the tolerance page of a finished sweep into its folder and return the document behind it.
+
+    The search for the largest factor simulates; its sweeps are kept in ``tolerance/`` and go on after an interruption.
+    """
+    plan, tolerance, search = made.plan, made.plan.tolerance, None
+    assert tolerance is not None
+    limit = limit_of(made)
+
+    def at(*, fresh: bool) -> Callable[[float], Floats]:
+        def evaluate(factor: float) -> Floats:
+            name = f"{'fresh' if fresh else 'factor'}-{factor!r}"
+            place = folder / FOLDER / name
+            found = sweep(
+                search_plan(plan, tolerance, factor, fresh=fresh),
+                folder=place,
+                policy=policy,
+                progress=progress,
+                stop=stop,
+            )
+            return values_of(found, tolerance.measure)
+
+        return evaluate
+
+    if tolerance.scale:
+        search = largest_scale(
+            at(fresh=False),
+            limit,
+            probability=tolerance.probability,
+            confidence=tolerance.confidence,
+            factors=tolerance.factors,
+            steps=tolerance.steps,
+            check=at(fresh=True),
+        )
+    return write_tolerance(plan, tolerance, product, folder, search=search)

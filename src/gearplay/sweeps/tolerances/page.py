@@ -1,0 +1,211 @@
+"""The output of a tolerance study: page, figures, and one JSON document that says it all."""
+
+import itertools
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.calibration.report import finite
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.pictures.pages import data_uri, render_page
+from gearplay.sweeps.tolerances import figures as figures_of
+from gearplay.sweeps.tolerances import words as words_of
+from gearplay.sweeps.tolerances.figures import Scale, percent
+from gearplay.sweeps.tolerances.allowable import Allowable
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.tolerance import Tolerance
+from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
+from gearplay.vocabulary.version import VERSION
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+MOST_DRAWN = 6  # conditions with figures of their own
+MOST_LISTED = 500  # conditions in the table of the page
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One combination of the axes with what was found there; ``at`` has its values in SI, ``label`` as they are read."""
+
+    at: dict[str, Any]
+    label: str
+    values: Floats
+    scale: Scale
+    answers: Answers
+
+
+def values_of(product: "xr.Dataset", measure: str) -> Floats:
+    """Return a measure of a product, shape [axis, ..., sample, member]; one member where there is no such dimension."""
+    array = product[measure]
+    last = ["sample", *(["member"] if "member" in array.dims else [])]
+    found = array.transpose(*(d for d in array.dims if d not in last), *last).values.astype(np.float64)
+    return np.asarray(found if "member" in array.dims else found[..., None])
+
+
+def write_tolerance(
+    plan: SweepPlan,
+    tolerance: Tolerance,
+    product: "xr.Dataset",
+    folder: Path,
+    *,
+    search: Allowable | None = None,
+) -> dict[str, Any]:
+    """Write tolerance.html, tolerance.json and the figures into ``folder``; return the document.
+
+    ``product`` is that of the plan, which has a design; ``search`` the answer of `largest_scale`. Every file is whole or
+    absent. A plan with axes has an answer for each of their combinations, figures for the first few. Numbers that do not
+    exist are null in the document and a dash on the page.
+
+    Raises `InputError` for a limit in another unit than the measure's, or a folder that cannot be written.
+    """
+    assert plan.design is not None
+    limit = tolerance.limit_in(str(product[tolerance.measure].attrs["units"]))
+    found = list(conditions_of(plan, tolerance, product, limit))
+    scales = {p.name: _scale_of(product, p.name) for p in plan.design.parameters}
+    document = document_of(plan, tolerance, product, found, scales, search, limit)
+    figures = draw_figures(tolerance, found, search)
+    make_folder(folder / "figures")
+    for name, png in figures.items():
+        write_bytes(folder / "figures" / f"{name}.png", png)
+    write_text(folder / "tolerance.json", json.dumps(document, indent=1, allow_nan=False))
+    write_text(folder / "tolerance.html", render(plan, found, scales, document, figures))
+    return document
+
+
+def conditions_of(
+    plan: SweepPlan, tolerance: Tolerance, product: "xr.Dataset", limit: float
+) -> Iterator[Condition]:
+    """Yield the answers at each combination of the axes."""
+    assert plan.design is not None
+    array = product[tolerance.measure]
+    drawn = np.column_stack([product[p.name].values.astype(np.float64) for p in plan.design.parameters])
+    table, unit = values_of(product, tolerance.measure), str(array.attrs["units"])
+    axes = [str(d) for d in array.dims if d not in ("sample", "member")]
+    name = str(array.attrs["long_name"])
+    for place in itertools.product(*(range(product.sizes[a]) for a in axes)):
+        values = table[place]
+        largest = float(np.nanmax(np.abs(values), initial=abs(limit), where=np.isfinite(values)))
+        at = {a: product[a].values[i] for a, i in zip(axes, place, strict=True)}
+        label = ", ".join(
+            f"{a} {value if isinstance(value, str) else _scale_of(product, a).words(float(value))}"
+            for a, value in at.items()
+        )
+        answers = answers_of(
+            plan.design, drawn, values, limit, confidence=tolerance.confidence, seed=plan.design.seed
+        )
+        yield Condition(at, label, values, Scale.of(name, unit, largest), answers)
+
+
+def _scale_of(product: "xr.Dataset", name: str) -> Scale:
+    values = product[name].values
+    largest = float(np.max(np.abs(values))) if values.dtype.kind in "if" and values.size else 0.0
+    return Scale.of(name, str(product[name].attrs.get("units", "1")), largest)
+
+
+def document_of(
+    plan: SweepPlan,
+    tolerance: Tolerance,
+    product: "xr.Dataset",
+    found: list[Condition],
+    scales: dict[str, Scale],
+    search: Allowable | None,
+    limit: float,
+) -> dict[str, Any]:
+    """Return the whole study as one JSON-able document, numbers in SI."""
+    assert plan.design is not None
+    attributes = product[tolerance.measure].attrs
+    sought = None
+    if search is not None:
+        sentences = words_of.search_words(search, " and ".join(tolerance.scale))
+        sought = {**asdict(search), "confirmed": search.confirmed, "words": sentences}
+    document: dict[str, Any] = finite(
+        {
+            "title": plan.title,
+            "measure": {
+                "name": tolerance.measure,
+                "unit": attributes["units"],
+                "long_name": attributes["long_name"],
+            },
+            "limit": limit,
+            "tolerance": tolerance.model_dump(mode="json"),
+            "design": {"kind": plan.design.kind, "count": plan.design.count, "seed": plan.design.seed},
+            "members": plan.members,
+            "conditions": [_condition_document(each, tolerance, scales) for each in found],
+            "search": sought,
+            "gearplay_version": VERSION,
+        }
+    )
+    return document
+
+
+def _condition_document(found: Condition, tolerance: Tolerance, scales: dict[str, Scale]) -> dict[str, Any]:
+    answers, measure, wanted = found.answers, tolerance.measure, tolerance.probability
+    words = words_of.exceedance_words(answers.exceedance, measure, found.scale, wanted)
+    words += words_of.indices_words(answers.indices)
+    if answers.cuts:
+        words.append(words_of.cut_words(answers.cuts[0], scales[answers.cuts[0].name]))
+    verdict = words_of.verdict_of(answers.exceedance, wanted)
+    return {"at": found.at, "label": found.label, "verdict": verdict, "words": words, **asdict(answers)}
+
+
+def draw_figures(tolerance: Tolerance, found: list[Condition], search: Allowable | None) -> dict[str, bytes]:
+    """Draw every figure of the page: name -> PNG."""
+    figures: dict[str, bytes] = {}
+    for at, each in enumerate(found[:MOST_DRAWN]):
+        tail = f"-{at + 1}" if len(found) > 1 else ""
+        where = f", {each.label}" if each.label else ""
+        figures[f"distribution{tail}"] = figures_of.distribution_figure(
+            each.values, each.answers.distribution, each.answers.exceedance, each.scale,
+            f"Distribution of {tolerance.measure}{where}", wanted=tolerance.probability,
+        )  # fmt: skip
+        indices = each.answers.indices
+        if not indices.reason:
+            made = "" if indices.source == "sobol" else f" of a polynomial of degree {indices.degree}"
+            figures[f"indices{tail}"] = figures_of.indices_figure(
+                indices, f"Where the scatter of {tolerance.measure} comes from: Sobol indices{made}{where}"
+            )
+    if search is not None:
+        title = f"How far {' and '.join(tolerance.scale)} may grow: {tolerance.measure} within its limit"
+        figures["search"] = figures_of.search_figure(search, title)
+    return figures
+
+
+def _number(value: Any, digits: int = 4) -> str:
+    """Return a number for the page, a dash where there is none."""
+    return f"{value:.{digits}g}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
+
+
+def _percent(value: Any) -> str:
+    return percent(value) if isinstance(value, (int, float)) and math.isfinite(value) else "–"
+
+
+def render(
+    plan: SweepPlan,
+    found: list[Condition],
+    scales: dict[str, Scale],
+    document: dict[str, Any],
+    figures: dict[str, bytes],
+) -> str:
+    """Return the page, self-contained HTML."""
+    images = {name: data_uri(png) for name, png in figures.items()}
+    return render_page(
+        "tolerance.html",
+        filters={"number": _number, "percent": _percent},
+        title=plan.title or "Tolerance study",
+        plan=plan,
+        found=found[:MOST_LISTED],
+        more=max(0, len(found) - MOST_LISTED),
+        drawn=MOST_DRAWN,
+        scales=scales,
+        document=document,
+        images=images,
+        caption=words_of.CAPTION,
+    )

@@ -1,0 +1,214 @@
+"""Which drawn parameter the scatter of a measure comes from: first-order and total Sobol indices.
+
+The first-order index is the share of the variance that would go if the parameter were known, the total index the share that
+would stay if all others were (Sobol', Math. Comput. Simul. 55 (2001) 271). A ``saltelli`` design has estimators of its own
+(Saltelli et al., Comput. Phys. Commun. 181 (2010) 259; Jansen's for the total index), in SALib. Of other designs a polynomial
+is fitted and its variance split (Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964): only as good as the polynomial, so its
+leave-one-out error is told beside.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.calibration.emulator import Emulator, terms
+from gearplay.calibration.emulator import design as polynomials
+from gearplay.sweeps.cases.draws import sample_size, unit_points
+from gearplay.sweeps.tolerances.exceedance import as_table, member_means, member_variance, noise_share
+from gearplay.sweeps.plans.design import Design
+from gearplay.vocabulary.optional import load_optional
+
+Floats = NDArray[np.float64]
+FEWEST_BLOCKS = 8  # of a saltelli design, without a failed case
+POINTS_PER_TERM = 4  # finished points that a polynomial of degree 1 needs at least, for each of its terms
+MOST_FITTED = 4096  # points that a polynomial is fitted to
+DRAWS = 400  # of coefficients, for the scatter of a polynomial's indices
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol indices of each parameter, with half-widths of their confidence intervals; empty, with a ``reason``, for none.
+
+    ``source`` is "sobol" or "polynomial". ``used`` counts the points they are made from, ``left_out`` those left out because a
+    case failed. ``noise`` is the share of the variance of the members' mean that no parameter explains, judged by the
+    members (NaN with one member); each total index of a saltelli design contains it. ``unexplained`` is the leave-one-out
+    variance of the polynomial over that of the measure, NaN for a saltelli design.
+    """
+
+    source: str
+    names: tuple[str, ...]
+    confidence: float
+    used: int
+    left_out: int
+    first: tuple[float, ...] = ()
+    first_error: tuple[float, ...] = ()
+    total: tuple[float, ...] = ()
+    total_error: tuple[float, ...] = ()
+    noise: float = math.nan
+    degree: int = 0
+    unexplained: float = math.nan
+    reason: str = ""
+
+    @property
+    def ranking(self) -> list[int]:
+        """Places of the parameters, the one with the largest total index first."""
+        return sorted(range(len(self.total)), key=lambda at: -self.total[at])
+
+
+def _none(source: str, design: Design, confidence: float, used: int, left_out: int, reason: str) -> Indices:
+    names = tuple(p.name for p in design.parameters)
+    return Indices(source, names, confidence, used, left_out, reason=reason)
+
+
+def independent_rows(design: Design) -> NDArray[np.int64]:
+    """Return the places of the points that are draws of their own: of a saltelli block the first and the last, else all.
+
+    The points between repeat values of those two, so they say nothing new of the distribution.
+    """
+    block = len(design.parameters) + 2
+    rows = np.arange(sample_size(design))
+    return rows[(rows % block == 0) | (rows % block == block - 1)] if design.kind == "saltelli" else rows
+
+
+def indices_of(design: Design, values: Floats, *, confidence: float = 0.95, seed: int = 0) -> Indices:
+    """Return the Sobol indices in the way that the design allows: `sobol_indices` or `emulated_indices`."""
+    make = sobol_indices if design.kind == "saltelli" else emulated_indices
+    return make(design, values, confidence=confidence, seed=seed)
+
+
+def sobol_indices(design: Design, values: Floats, *, confidence: float = 0.95, seed: int = 0) -> Indices:
+    """Return Sobol indices from the points of a saltelli design, values of shape [sample] or [sample, member].
+
+    Members are averaged first. A block of points in which one failed is left out whole. The intervals are SALib's bootstrap
+    over blocks, the same for the same ``seed``.
+
+    Raises `InputError` where SALib is not installed.
+    """
+    table, block = _checked(design, values), len(design.parameters) + 2
+    blocks = member_means(table).reshape(-1, block)
+    whole = np.isfinite(blocks).all(axis=1)
+    kept, left_out = blocks[whole], int((~whole).sum()) * block
+    if len(kept) < FEWEST_BLOCKS:
+        reason = f"only {len(kept)} complete blocks of points: {FEWEST_BLOCKS} or more are needed"
+        return _none("sobol", design, confidence, kept.size, left_out, reason)
+    ends = kept[:, [0, -1]]
+    if not _varies(ends):
+        return _none("sobol", design, confidence, kept.size, left_out, "the measure does not vary")
+    analyzer = load_optional("SALib.analyze.sobol", "sweeps")
+    names = [p.name for p in design.parameters]
+    found = analyzer.analyze(
+        {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)},
+        kept.ravel(),
+        calc_second_order=False,
+        num_resamples=max(20, min(400, 5_000_000 // len(kept))),
+        conf_level=confidence,
+        seed=seed + 1,  # to SALib 0 means: differently each time
+    )
+    whole_table = table.reshape(-1, block, table.shape[1])[whole][:, [0, -1]].reshape(-1, table.shape[1])
+    return Indices(
+        "sobol",
+        tuple(names),
+        confidence,
+        kept.size,
+        left_out,
+        first=_floats(found["S1"]),
+        first_error=_floats(found["S1_conf"]),
+        total=_floats(found["ST"]),
+        total_error=_floats(found["ST_conf"]),
+        noise=_noise(whole_table),
+    )
+
+
+def emulated_indices(design: Design, values: Floats, *, confidence: float = 0.95, seed: int = 0) -> Indices:
+    """Return Sobol indices of a polynomial fitted to any design of independent parameters.
+
+    The variance of a Legendre product of degrees d over the cube is ``prod 1 / (2 d + 1)``; what the error of a coefficient
+    adds to its square is taken off. The whole is the polynomial's variance and its leave-one-out error's. Intervals: the
+    scatter of the coefficients that this error means.
+    """
+    table = _checked(design, values)
+    if design.correlations:
+        reason = "the drawn parameters are correlated: their shares of the variance cannot be told apart"
+        return _none("polynomial", design, confidence, 0, 0, reason)
+    unit, means = unit_points(design)[:MOST_FITTED], member_means(table[:MOST_FITTED])
+    known = np.isfinite(means)
+    unit, means, left_out = unit[known], means[known], int((~known).sum())
+    parameters = len(design.parameters)
+    fewest = POINTS_PER_TERM * (parameters + 1)
+    if len(means) < fewest:
+        reason = f"only {len(means)} finished points: {fewest} or more are needed"
+        return _none("polynomial", design, confidence, len(means), left_out, reason)
+    if not _varies(means):
+        return _none("polynomial", design, confidence, len(means), left_out, "the measure does not vary")
+    centre, scale = float(np.mean(means)), float(np.std(means, ddof=1))
+    fitted = Emulator.fit(unit, ((means - centre) / scale)[:, None])
+    rest = float(fitted.scatter[0]) ** 2
+    errors = math.sqrt(rest) * np.linalg.inv(np.linalg.qr(polynomials(unit, fitted.degree))[1])
+    coefficients = fitted.coefficients[:, 0]
+    generator = np.random.default_rng(seed)
+    drawn = coefficients + (errors @ generator.normal(size=(len(errors), DRAWS))).T
+    first, total, whole = _parts(parameters, fitted.degree)
+    own = coefficients**2 - np.sum(errors**2, axis=1)
+    scatter = drawn**2 / (drawn**2 @ whole + rest)[:, None]
+    variance = float(own @ whole) + rest
+    half = _normal(confidence)
+    return Indices(
+        "polynomial",
+        tuple(p.name for p in design.parameters),
+        confidence,
+        len(means),
+        left_out,
+        first=_floats(first @ own / variance),
+        first_error=_floats(half * np.std(scatter @ first.T, axis=0, ddof=1)),
+        total=_floats(total @ own / variance),
+        total_error=_floats(half * np.std(scatter @ total.T, axis=0, ddof=1)),
+        noise=_noise(table),
+        degree=fitted.degree,
+        unexplained=rest / variance,
+    )
+
+
+def _floats(values: Floats) -> tuple[float, ...]:
+    return tuple(float(x) for x in values)
+
+
+def _parts(parameters: int, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Return what squared coefficients add to first-order and total variances, shape [parameter, term], and to the whole."""
+    exponents = terms(parameters, degree)
+    variance = np.prod(1.0 / (2.0 * exponents + 1.0), axis=1)
+    takes_part = (exponents > 0).T
+    alone = takes_part & (takes_part.sum(axis=0) == 1)
+    return alone * variance, takes_part * variance, takes_part.any(axis=0) * variance
+
+
+def _checked(design: Design, values: Floats) -> Floats:
+    table = as_table(values)
+    if len(table) != sample_size(design):
+        raise ValueError(
+            f"values must have a row for each of the {sample_size(design)} points, not {len(table)}"
+        )
+    return table
+
+
+def _varies(values: Floats) -> bool:
+    return bool(np.ptp(values) > 1e-12 * np.max(np.abs(values)))
+
+
+def _normal(confidence: float) -> float:
+    from scipy.special import ndtri
+
+    return float(ndtri(0.5 + 0.5 * confidence))
+
+
+def _noise(table: Floats) -> float:
+    """Return the share of the variance of the members' mean that is scatter among members."""
+    counts = np.isfinite(table).sum(axis=1)
+    means = member_means(table)
+    known = np.isfinite(means)
+    if known.sum() < 2:
+        return math.nan
+    spread = float(np.var(means[known], ddof=1))
+    own = member_variance(table) * float(np.mean(1.0 / counts[known]))
+    return noise_share(own, spread)

@@ -1,0 +1,164 @@
+"""What a tolerance study found, in sentences: for the page, the command line and the document alike."""
+
+import math
+
+from gearplay.sweeps.tolerances.figures import Scale, percent
+from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable
+from gearplay.sweeps.tolerances.exceedance import Exceedance
+from gearplay.sweeps.tolerances.sobol_indices import Indices
+from gearplay.sweeps.tolerances.tolerance import Cut
+
+KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
+CAPTION = {
+    KEPT: "The limit is kept.",
+    EXCEEDED: "The limit is not kept.",
+    OPEN: "The sample cannot tell whether the limit is kept: draw more points.",
+}
+
+
+def _counted(number: int, name: str) -> str:
+    """Return a number of things.
+
+    >>> _counted(1, "case"), _counted(2, "case")
+    ('1 case', '2 cases')
+    """
+    return f"{number} {name}" + ("" if number == 1 else "s")
+
+
+def verdict_of(found: Exceedance, wanted: float) -> str:
+    """Return "kept" or "exceeded" where the whole interval lies on one side of ``wanted``, failed cases included; else "open".
+
+    >>> from gearplay.sweeps.tolerances.exceedance import exceedance
+    >>> import numpy as np
+    >>> verdict_of(exceedance(np.zeros(100), 1.0), 0.95), verdict_of(exceedance(np.zeros(10), 1.0), 0.95)
+    ('kept', 'open')
+    """
+    allowed = 1.0 - wanted
+    if found.bounds[1] <= allowed:
+        return KEPT
+    return EXCEEDED if found.bounds[0] > allowed else OPEN
+
+
+def exceedance_words(found: Exceedance, measure: str, scale: Scale, wanted: float) -> list[str]:
+    """Return the verdict, the probability with its interval, and what failed cases could change."""
+    cases = f"{_counted(found.cases, 'case')} of {_counted(found.samples, 'drawn point')}"
+    if not found.cases:
+        return [f"No case finished: nothing can be said of {measure}."]
+    lines = [
+        f"{CAPTION[verdict_of(found, wanted)]} {measure} exceeds {scale.words(found.limit, 4)} with probability "
+        f"{percent(found.probability)} ({percent(found.confidence)} interval {percent(found.low)} to {percent(found.high)}, "
+        f"{cases}); allowed: {percent(1.0 - wanted)}."
+    ]
+    if found.failed:
+        lines.append(
+            f"{_counted(found.failed, 'case')} failed and left out; whatever became of them, the probability lies between "
+            f"{percent(found.bounds[0])} and {percent(found.bounds[1])}."
+        )
+    return lines
+
+
+def indices_words(found: Indices) -> list[str]:
+    """Return which parameter matters most, what no parameter explains, and how far a polynomial can be trusted."""
+    if found.reason:
+        return [f"No Sobol indices: {found.reason}."]
+    top = found.ranking[0]
+    made = "a saltelli design" if found.source == "sobol" else f"a polynomial of degree {found.degree}"
+    noise = found.noise if found.source == "sobol" and math.isfinite(found.noise) else 0.0
+    told = found.total[top] - found.total_error[top] > noise
+    who = (
+        f"{found.names[top]} matters most"
+        if told
+        else f"No parameter can be told to matter; first comes {found.names[top]}"
+    )
+    first = f"first order {found.first[top]:.2f} ± {found.first_error[top]:.2f}"
+    total = f"total index {found.total[top]:.2f} ± {found.total_error[top]:.2f}, {first}"
+    shown = total if found.source == "sobol" or found.degree > 1 else f"{first}, no interactions seen"
+    lines = [f"{who}: {shown} (from {made}, {found.used} points)."]
+    if math.isfinite(found.unexplained):
+        lines.append(
+            f"The polynomial leaves {percent(found.unexplained)} of the variance unexplained when each point is predicted "
+            f"from the others{'; a saltelli design would tell more' if found.unexplained > 0.2 else ''}."
+        )
+    if math.isfinite(found.noise):
+        tail = ", contained in every total index" if found.source == "sobol" else ""
+        share = percent(found.noise) if found.noise < 1.0 else "As much as all"
+        lines.append(
+            f"{share} of the variance of the members' mean is scatter among members, which no parameter explains{tail}"
+            f"{': more members per point would tell more' if found.noise > 0.5 else ''}."
+        )
+    return lines
+
+
+def cut_words(cut: Cut, scale: Scale) -> str:
+    """Return what the best cut brings."""
+    side = "below" if cut.end == "low" else "above"
+    return (
+        f"Without draws of {cut.name} {side} {scale.words(cut.bound)} (a fifth of them) the probability to exceed the limit "
+        f"would be {percent(cut.probability)} ({percent(cut.low)} to {percent(cut.high)})."
+    )
+
+
+def search_words(found: Allowable, names: str) -> list[str]:
+    """Return the answer of the search, how sure it is, and what the fresh sample says."""
+    low, high = found.steps[0].factor, found.steps[-1].factor
+    failed = sum(step.failed for step in found.steps)
+    note = [f"{_counted(failed, 'case')} of the search failed, counted as over the limit."] if failed else []
+    if found.verdict == UNKNOWN:
+        return ["No case of the search finished: nothing can be said of larger clearances."]
+    if found.verdict == NONE:
+        best = max(found.steps, key=lambda step: step.meets)
+        span = f"{names} from {low:.4g} to {high:.4g}"
+        words = f"No factor of {span} keeps to the limit with probability {percent(found.wanted)}."
+        if max(step.high for step in found.steps) >= found.wanted:
+            words = (
+                f"The sample cannot tell whether a factor of {span} keeps to the limit with probability "
+                f"{percent(found.wanted)}: draw more points."
+            )
+        return [
+            words,
+            f"The best is × {best.factor:.4g} with {percent(best.meets)} ({percent(best.low)} to {percent(best.high)}).",
+            *note,
+        ]
+    if found.verdict == ALL:
+        lines = [
+            f"{names} may be × {found.factor:.4g}, the largest factor of the range: the limit is kept with probability "
+            f"{percent(found.steps[-1].meets)}."
+        ]
+    else:
+        lines = [
+            f"{names} may be at most × {found.factor:.4g}; × {found.factor + found.resolution:.4g} exceeds the limit too often."
+        ]
+    if found.single:
+        lines.append(f"With {percent(found.confidence)} confidence the largest factor {_span_words(found)}.")
+    else:
+        lines.append(
+            "Smaller factors exceed the limit too often as well: see the figure before using the answer."
+        )
+    return [*lines, *_check_words(found), *note]
+
+
+def _span_words(found: Allowable) -> str:
+    low, high = found.span
+    ends = f"{found.steps[0].factor:.4g}", f"{found.steps[-1].factor:.4g}"
+    if math.isinf(low) and math.isinf(high):
+        return f"is not bounded within {ends[0]} to {ends[1]}: draw more points"
+    if math.isinf(low):
+        return f"is below {high:.4g} (it may be below {ends[0]})"
+    if math.isinf(high):
+        more = "" if found.verdict == ALL and low == found.factor else f" (it may be above {ends[1]})"
+        return f"is {low:.4g} or more{more}"
+    return f"lies between {low:.4g} and {high:.4g}"
+
+
+def _check_words(found: Allowable) -> list[str]:
+    if found.check is None:
+        return ["The answer was not checked by fresh points."]
+    verdict = {
+        True: "confirms it",
+        False: "contradicts it: use the lower end of the span",
+        None: "agrees with it, as near as it can tell",
+    }[found.confirmed]
+    return [
+        f"A fresh sample at × {found.check.factor:.4g} keeps to the limit with probability {percent(found.check.meets)} "
+        f"({percent(found.check.low)} to {percent(found.check.high)}; wanted {percent(found.wanted)}): it {verdict}."
+    ]
