@@ -8,12 +8,12 @@ import numpy as np
 
 import gearplay as gp
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.output.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
-from gearplay.study.nonlinear.branches import Branch, Settings, follow_branch
-from gearplay.study.nonlinear.orbits import find_orbit
-from gearplay.study.nonlinear.period_map import StrobeMap
-from gearplay.study.nonlinear.sections import bifurcation_diagram
-from gearplay.study.nonlinear.torsional import BASE_RADIUS
+from gearplay.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
+from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
+from gearplay.nonlinear.orbits.orbits import find_orbit
+from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.sections import bifurcation_diagram
+from gearplay.nonlinear.torsional import BASE_RADIUS
 
 HERE = Path(__file__).parent
 RED = "#b02a4c"

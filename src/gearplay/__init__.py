@@ -26,17 +26,17 @@ _HOME = {
     "calibrate": "gearplay.calibration.door",
     "load_plan": "gearplay.calibration.reading",
     "sweep": "gearplay.sweeps.door",
-    "basins": "gearplay.api.nonlinear",
-    "bifurcation": "gearplay.api.nonlinear",
-    "branch": "gearplay.api.branches",
-    "branches": "gearplay.api.branches",
-    "impacts": "gearplay.api.nonlinear",
-    "lyapunov": "gearplay.api.nonlinear",
-    "motion": "gearplay.api.nonlinear",
-    "periodic_orbit": "gearplay.api.branches",
-    "portrait": "gearplay.api.nonlinear",
-    "section": "gearplay.api.nonlinear",
-    "torsional_pair": "gearplay.study.nonlinear.torsional",
+    "basins": "gearplay.nonlinear.door",
+    "bifurcation": "gearplay.nonlinear.door",
+    "branch": "gearplay.nonlinear.orbits.door",
+    "branches": "gearplay.nonlinear.orbits.door",
+    "impacts": "gearplay.nonlinear.door",
+    "lyapunov": "gearplay.nonlinear.door",
+    "motion": "gearplay.nonlinear.door",
+    "periodic_orbit": "gearplay.nonlinear.orbits.door",
+    "portrait": "gearplay.nonlinear.door",
+    "section": "gearplay.nonlinear.door",
+    "torsional_pair": "gearplay.nonlinear.torsional",
     "GearplayError": "gearplay.vocabulary.errors",
     "InputError": "gearplay.vocabulary.errors",
     "SimulationError": "gearplay.vocabulary.errors",
@@ -81,10 +81,10 @@ __all__ = [
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result, read_result, simulate
-    from gearplay.api.branches import branch, branches, periodic_orbit
+    from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.calibration.door import calibrate
     from gearplay.rig.door import measure
-    from gearplay.api.nonlinear import (
+    from gearplay.nonlinear.door import (
         basins,
         bifurcation,
         impacts,
@@ -99,7 +99,7 @@ if TYPE_CHECKING:
     from gearplay.model.reading import load_case, replace
     from gearplay.files.measurements import read_measurement, write_record
     from gearplay.calibration.reading import load_plan
-    from gearplay.study.nonlinear.torsional import torsional_pair
+    from gearplay.nonlinear.torsional import torsional_pair
     from gearplay.files.record import Channel, Record
     from gearplay.vocabulary.errors import (
         GearplayError,

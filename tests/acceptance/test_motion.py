@@ -10,9 +10,9 @@ import pytest
 import gearplay as gp
 from gearplay.cli.main import run
 from gearplay.model.reading import to_toml
-from gearplay.output.nonlinear.figures import basins_figure
-from gearplay.study.nonlinear import motion as study
-from gearplay.study.nonlinear.motion import ARTEFACT, identify_motion
+from gearplay.nonlinear.figures import basins_figure
+from gearplay.nonlinear.kinds import motion as study
+from gearplay.nonlinear.kinds.motion import ARTEFACT, identify_motion
 
 
 def pair(frequency: float, **more: Any) -> gp.Case:

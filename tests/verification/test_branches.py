@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from gearplay.study.nonlinear.branches import (
+from gearplay.nonlinear.orbits.branches import (
     CLOSED,
     DOUBLING,
     FOLD,
@@ -21,9 +21,9 @@ from gearplay.study.nonlinear.branches import (
     doubled,
     follow_branch,
 )
-from gearplay.study.nonlinear.orbits import find_orbit
-from gearplay.study.nonlinear.period_map import Image, StrobeMap
-from gearplay.study.nonlinear.torsional import BASE_RADIUS, HALF_BACKLASH, torsional_pair
+from gearplay.nonlinear.orbits.orbits import find_orbit
+from gearplay.nonlinear.orbits.period_map import Image, StrobeMap
+from gearplay.nonlinear.torsional import BASE_RADIUS, HALF_BACKLASH, torsional_pair
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.study.nonlinear.lyapunov import half_width, lyapunov_exponents
-from gearplay.study.nonlinear.orbits import find_orbit
-from gearplay.study.nonlinear.period_map import StrobeMap
-from gearplay.study.nonlinear.torsional import NATURAL_FREQUENCY, torsional_pair
+from gearplay.nonlinear.kinds.lyapunov import half_width, lyapunov_exponents
+from gearplay.nonlinear.orbits.orbits import find_orbit
+from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.torsional import NATURAL_FREQUENCY, torsional_pair
 from gearplay.vocabulary.errors import InputError
 
 

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable
 
-from gearplay.study.nonlinear.response import classify
+from gearplay.nonlinear.kinds.response import classify
 from responses import CLASSES, responses
 
 SEED = 11

@@ -44,13 +44,13 @@ def bifurcation(
     """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
     import numpy as np
 
-    from gearplay.api.branches import branch_signals, branches_dataset, check_branches
-    from gearplay.api.branches import branches as branches_of
-    from gearplay.api.nonlinear import bifurcation as diagram_of
+    from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset, check_branches
+    from gearplay.nonlinear.orbits.door import branches as branches_of
+    from gearplay.nonlinear.door import bifurcation as diagram_of
     from gearplay.model.overrides import parse_override
     from gearplay.model.reading import load_case
     from gearplay.files.atomic import check_new, write_bytes, write_dataset
-    from gearplay.output.nonlinear.figures import bifurcation_figure
+    from gearplay.nonlinear.figures import bifurcation_figure
     from gearplay.solver.simulate import prepare
     from gearplay.model.plan_values import number_in_si
 

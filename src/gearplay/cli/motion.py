@@ -31,9 +31,9 @@ def motion(
     json: Json = False,
 ) -> None:
     """Say what kind of motion a case settles to, and why."""
-    from gearplay.api.nonlinear import motion as kind_of
+    from gearplay.nonlinear.door import motion as kind_of
     from gearplay.model.reading import load_case
-    from gearplay.study.nonlinear.motion import prepare_motion
+    from gearplay.nonlinear.kinds.motion import prepare_motion
 
     base = load_case(case, changes or ())
     with compiling_notice():

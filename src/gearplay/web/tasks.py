@@ -110,7 +110,7 @@ def _test_lines(case: Case) -> list[dict[str, Any]]:
 
 def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
-    from gearplay.api.nonlinear import bifurcation as diagram_of
+    from gearplay.nonlinear.door import bifurcation as diagram_of
 
     case = replace(limited_case(job), {"run.ensemble": 1})
     count, keep, settle = (_whole(job, name, least, most) for name, least, most in

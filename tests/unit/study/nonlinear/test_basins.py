@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.study.nonlinear.basins import FAILED, IRREGULAR, Basins, Grid, basins_of_attraction
-from gearplay.study.nonlinear.period_map import StrobeMap
+from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins, Grid, basins_of_attraction
+from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.vocabulary.errors import InputError
 
 BISTABLE = gp.torsional_pair(0.6, mean_force=0.1, force=0.05)

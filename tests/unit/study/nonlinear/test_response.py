@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.response import Response, classify
-from gearplay.study.nonlinear.response_drift import block_means, drift
-from gearplay.study.nonlinear.response_lines import find_lines
-from gearplay.study.nonlinear.response_recurrence import recurrence
-from gearplay.study.nonlinear.response_repeats import count_bands, find_order, misfit
+from gearplay.nonlinear.kinds.response import Response, classify
+from gearplay.nonlinear.kinds.response_drift import block_means, drift
+from gearplay.nonlinear.kinds.response_lines import find_lines
+from gearplay.nonlinear.kinds.response_recurrence import recurrence
+from gearplay.nonlinear.kinds.response_repeats import count_bands, find_order, misfit
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear import zero_one
-from gearplay.study.nonlinear.zero_one import displacement, draw_angles, zero_one_test
+from gearplay.nonlinear.kinds import zero_one
+from gearplay.nonlinear.kinds.zero_one import displacement, draw_angles, zero_one_test
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]

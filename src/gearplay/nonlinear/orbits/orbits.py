@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.period_map import PeriodMap
+from gearplay.nonlinear.orbits.period_map import PeriodMap
 from gearplay.vocabulary.errors import GearplayError, SimulationError
 
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.orbits import (
+from gearplay.nonlinear.orbits.orbits import (
     Orbit,
     Return,
     after,
@@ -21,7 +21,7 @@ from gearplay.study.nonlinear.orbits import (
     orbit_of,
     order_of,
 )
-from gearplay.study.nonlinear.period_map import PeriodMap
+from gearplay.nonlinear.orbits.period_map import PeriodMap
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
 Floats = NDArray[np.float64]

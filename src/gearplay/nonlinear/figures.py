@@ -9,8 +9,8 @@ import numpy as np
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.plots import COUPLED, UNCOUPLED, plain
 from gearplay.sweeps.report.drawable import shown_in
-from gearplay.study.nonlinear.basins import FAILED, IRREGULAR, Basins
-from gearplay.study.nonlinear.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
+from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins
+from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
 
 if TYPE_CHECKING:
     import xarray as xr

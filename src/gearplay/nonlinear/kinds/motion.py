@@ -15,9 +15,9 @@ from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.nonlinear.lyapunov import lyapunov_exponents
-from gearplay.study.nonlinear.period_map import section_period
-from gearplay.study.nonlinear.response import Response, classify
+from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
+from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.nonlinear.kinds.response import Response, classify
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]

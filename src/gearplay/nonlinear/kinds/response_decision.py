@@ -13,10 +13,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.response_drift import block_means, drift, features, slow_share
-from gearplay.study.nonlinear.response_lines import GAIN, Lines, find_lines
-from gearplay.study.nonlinear.response_recurrence import CLOSE, recurrence
-from gearplay.study.nonlinear.response_repeats import (
+from gearplay.nonlinear.kinds.response_drift import block_means, drift, features, slow_share
+from gearplay.nonlinear.kinds.response_lines import GAIN, Lines, find_lines
+from gearplay.nonlinear.kinds.response_recurrence import CLOSE, recurrence
+from gearplay.nonlinear.kinds.response_repeats import (
     FEW,
     REPEATS,
     SPREAD,
@@ -26,7 +26,7 @@ from gearplay.study.nonlinear.response_repeats import (
     nearest_order,
     unfolded,
 )
-from gearplay.study.nonlinear.zero_one import correlations, displacement, draw_angles
+from gearplay.nonlinear.kinds.zero_one import correlations, displacement, draw_angles
 
 Floats = NDArray[np.float64]
 Evidence = dict[str, float]
@@ -89,7 +89,7 @@ class Response:
     """What kind of motion a response is, and why.
 
     ``order`` is the number of periods after which it repeats (1 at rest, otherwise nothing); ``reason`` says in words what
-    decided; ``evidence`` holds the numbers by the names that `gearplay.study.nonlinear.response.classify` lists.
+    decided; ``evidence`` holds the numbers by the names that `gearplay.nonlinear.kinds.response.classify` lists.
     """
 
     kind: Kind

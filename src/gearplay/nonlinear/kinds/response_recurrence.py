@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.nonlinear.response_repeats import unfolded
+from gearplay.nonlinear.kinds.response_repeats import unfolded
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -12,11 +12,11 @@ from gearplay.results.result import Source, case_of
 from gearplay.model.field_units import unit_at
 from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
-from gearplay.study.nonlinear.basins import Basins, Grid, basins_of_attraction
-from gearplay.study.nonlinear.lyapunov import Exponents, lyapunov_exponents
-from gearplay.study.nonlinear.motion import Motion, identify_motion, prepare_motion
-from gearplay.study.nonlinear.period_map import along, section_period
-from gearplay.study.nonlinear.sections import (
+from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
+from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
+from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
+from gearplay.nonlinear.orbits.period_map import along, section_period
+from gearplay.nonlinear.sections import (
     Section,
     bifurcation_diagram,
     contact_section,

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearplay.study.nonlinear.response_decision import (
+from gearplay.nonlinear.kinds.response_decision import (
     Evidence,
     Kind,
     Response,
@@ -28,7 +28,7 @@ from gearplay.study.nonlinear.response_decision import (
     repeating,
     voice,
 )
-from gearplay.study.nonlinear.zero_one import LEAST
+from gearplay.nonlinear.kinds.zero_one import LEAST
 from gearplay.vocabulary.errors import Fault, InputError
 
 __all__ = ["Kind", "Response", "classify"]
