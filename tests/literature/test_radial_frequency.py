@@ -2,9 +2,9 @@
 
 import pytest
 
-from gearplay.study.published.article import conditions, printed
-from gearplay.study.published.comparison import radial_frequency_error
-from gearplay.study.published.han2021 import Settings, run_study
+from gearplay.published.article import conditions, printed
+from gearplay.published.comparison import radial_frequency_error
+from gearplay.published.han2021 import Settings, run_study
 
 
 @pytest.mark.study

@@ -12,7 +12,7 @@ from gearplay.calibration.conditions import measurements_of
 from gearplay.calibration.report import finite, write_calibration
 from gearplay.calibration.store import StudyStore, digest_of
 from gearplay.files.atomic import write_text
-from gearplay.output.study_report import FolderStore
+from gearplay.published.report import FolderStore
 from gearplay.calibration.calibrate import Report, run_calibration
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.reading import load_plan, plan_folder

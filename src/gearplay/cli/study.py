@@ -76,9 +76,9 @@ def _one(
     from dataclasses import replace
 
     from gearplay.files.atomic import check_new, make_folder
-    from gearplay.output.study_report import FolderStore, write_study
+    from gearplay.published.report import FolderStore, write_study
     from gearplay.solver.simulate import prepare
-    from gearplay.study.published.han2021 import Settings, base_case, fit_drag, run_study
+    from gearplay.published.han2021 import Settings, base_case, fit_drag, run_study
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)

@@ -89,7 +89,7 @@ def run(job: Job, report: Report, stop: threading.Event) -> bytes:
 
 def _test_lines(case: Case) -> list[dict[str, Any]]:
     """Return the lines measured at the article's condition that a case is, as printed; none for any other case."""
-    from gearplay.study.published.article import LINE_WORDS, LINES, conditions, printed
+    from gearplay.published.article import LINE_WORDS, LINES, conditions, printed
 
     if {"pinion", "ring"} - set(case.rotors) or "ring" not in case.sleeves or not case.meshes:
         return []

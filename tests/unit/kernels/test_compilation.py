@@ -13,7 +13,7 @@ import gearplay.kernels
 PROGRAM = """
 import importlib, json, pkgutil, sys
 import gearplay.kernels
-from gearplay.study.published.han2021 import Settings, run_study
+from gearplay.published.han2021 import Settings, run_study
 run_study(Settings(members=2, duration=2.0, transient=0.1, history=0.05))
 counts = {}
 for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):

@@ -12,7 +12,7 @@ from gearplay.files.plan_files import Source, plan_document
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
-PACKAGE = "gearplay.study.sweeps"
+PACKAGE = "gearplay.sweeps"
 
 
 def load_sweep(source: Source) -> SweepPlan:

@@ -9,14 +9,14 @@ from typing import Any
 
 from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
-from gearplay.output import study_figures
+from gearplay.published import figures as study_figures
 from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.pictures.pages import data_uri, render_page
-from gearplay.study.published.article import LINE_WORDS, conditions
-from gearplay.study.published.assumptions import Assumption, assumptions
-from gearplay.study.published.comparison import line_differences, model_amplitudes, table_rows
-from gearplay.study.published.findings import Finding, findings
-from gearplay.study.published.han2021 import MODELS, ConditionResult, Settings, base_case
+from gearplay.published.article import LINE_WORDS, conditions
+from gearplay.published.assumptions import Assumption, assumptions
+from gearplay.published.comparison import line_differences, model_amplitudes, table_rows
+from gearplay.published.findings import Finding, findings
+from gearplay.published.han2021 import MODELS, ConditionResult, Settings, base_case
 
 
 class FolderStore:

@@ -58,7 +58,7 @@ class PrintedRow:
 @lru_cache(maxsize=1)
 def printed_rows() -> tuple[PrintedRow, ...]:
     """Return the 36 rows of Tables 3-6 in print order."""
-    text = files("gearplay.study.published").joinpath("han2021_tables.csv").read_text(encoding="utf-8")
+    text = files("gearplay.published").joinpath("han2021_tables.csv").read_text(encoding="utf-8")
     return tuple(
         PrintedRow(
             table=int(row["table"]),

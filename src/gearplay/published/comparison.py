@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.study.published.article import LINES, Condition, PrintedRow, printed, printed_rows
-from gearplay.study.published.han2021 import MODELS, ConditionResult
+from gearplay.published.article import LINES, Condition, PrintedRow, printed, printed_rows
+from gearplay.published.han2021 import MODELS, ConditionResult
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400

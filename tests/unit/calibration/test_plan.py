@@ -7,7 +7,7 @@ from gearplay.calibration.plan import to_value
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.trials import Problem
 from gearplay.files.plan_files import bundled
-from gearplay.study.published.article import conditions, printed
+from gearplay.published.article import conditions, printed
 from gearplay.vocabulary.errors import InputError
 
 

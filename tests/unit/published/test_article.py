@@ -3,8 +3,8 @@
 import pytest
 
 from gearplay.model.geometry import amplitude_bound
-from gearplay.study.published.article import conditions, printed, printed_rows
-from gearplay.study.published.comparison import article_error
+from gearplay.published.article import conditions, printed, printed_rows
+from gearplay.published.comparison import article_error
 
 
 def test_six_conditions_and_thirty_six_rows() -> None:

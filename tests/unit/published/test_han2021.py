@@ -5,8 +5,8 @@ import math
 import pytest
 
 from gearplay.model.reading import load_case, replace
-from gearplay.study.published.article import conditions
-from gearplay.study.published.han2021 import condition_case, swing_frequency
+from gearplay.published.article import conditions
+from gearplay.published.han2021 import condition_case, swing_frequency
 
 
 def test_swing_frequency_is_that_of_a_pendulum_under_the_drags_mesh_force() -> None:

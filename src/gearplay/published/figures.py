@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from gearplay.pictures.plots import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
-from gearplay.study.published.article import LINE_WORDS, LINES, Condition, conditions, printed
-from gearplay.study.published.comparison import LineDifference, by_condition, model_amplitudes
-from gearplay.study.published.han2021 import ConditionResult
+from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed
+from gearplay.published.comparison import LineDifference, by_condition, model_amplitudes
+from gearplay.published.han2021 import ConditionResult
 
 COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
 

@@ -15,7 +15,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
-from gearplay.study.published.article import Condition, conditions, printed
+from gearplay.published.article import Condition, conditions, printed
 from gearplay.signals.lines import find_hump, find_line
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import SimulationError

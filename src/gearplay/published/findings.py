@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from gearplay.model.geometry import amplitude_bound
-from gearplay.study.published.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
-from gearplay.study.published.comparison import (
+from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
+from gearplay.published.comparison import (
     LineDifference,
     amplitude_verdict,
     article_error,
@@ -18,7 +18,7 @@ from gearplay.study.published.comparison import (
     model_amplitudes,
     radial_frequency_error,
 )
-from gearplay.study.published.han2021 import ConditionResult
+from gearplay.published.han2021 import ConditionResult
 
 HOLDS, FAILS, OPEN = "holds", "fails", "cannot be told"
 CLEAR = 2.0  # standard errors

@@ -1,1 +1,0 @@
-"""The Python doors of what is above results."""

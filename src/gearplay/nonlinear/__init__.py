@@ -1,0 +1,1 @@
+"""Nonlinear analysis: sections, orbits and their branches, exponents, kinds of motion, basins."""

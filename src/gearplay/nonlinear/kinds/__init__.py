@@ -1,0 +1,1 @@
+"""What kind of motion it is, with the evidence."""

@@ -1,1 +1,0 @@
-"""Results on disk and in pictures: datasets, files, plots, reports."""

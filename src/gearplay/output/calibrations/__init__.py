@@ -1,1 +1,0 @@
-"""What calibrations write: their store of trials, figures and report, and the conditions read from records."""

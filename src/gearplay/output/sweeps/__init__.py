@@ -1,1 +1,0 @@
-"""What sweeps write: their store, product, pictures and report."""

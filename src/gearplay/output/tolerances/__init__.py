@@ -1,1 +1,0 @@
-"""What tolerance answers write: figures, sentences and page."""

@@ -1,1 +1,0 @@
-"""Sweeps: many cases from one plan, reduced where they are simulated."""

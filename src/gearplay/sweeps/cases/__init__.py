@@ -1,0 +1,1 @@
+"""Which cases a plan means, and what each is called."""

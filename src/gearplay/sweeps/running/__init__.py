@@ -1,0 +1,1 @@
+"""Cases simulated, reduced to what is kept, stored and put together."""

@@ -1,0 +1,1 @@
+"""Tolerance answers of a sweep: yield, allowable range, sensitivities."""
