@@ -49,10 +49,10 @@ def alone(duration, cases):
 
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
-    from gearplay.sweeps.door import Policy, sweep
     from gearplay.solver.simulate import prepare
-    from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.door import Policy, sweep
     from gearplay.sweeps.plans.reading import load_sweep
+    from gearplay.sweeps.running.evaluate import Sweep
 
     plan = load_sweep(plan_of(cases, duration))
     prepare(Sweep(plan).template.base)

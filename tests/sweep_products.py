@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gearplay.sweeps.running.product import to_product
-from gearplay.sweeps.running.evaluate import REFUSED, Sweep
 from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.evaluate import REFUSED, Sweep
+from gearplay.sweeps.running.product import to_product
 
 Value = Callable[[Any, Mapping[str, Any], int], Any]
 

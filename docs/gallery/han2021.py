@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 import gearplay as gp
-from gearplay.nonlinear.orbits.door import branch_signals
 from gearplay.model.geometry import jam_ratio
-from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.nonlinear.figures import WAYS, branch_marks, draw_branch
+from gearplay.nonlinear.orbits.door import branch_signals
 from gearplay.nonlinear.portraits import portrait_figure
-from gearplay.pictures.plots import COUPLED, UNCOUPLED
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.style import COUPLED, UNCOUPLED
 from gearplay.solver.simulate import run_members
 
 HERE = Path(__file__).parent

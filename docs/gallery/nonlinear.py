@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 import gearplay as gp
-from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sections import bifurcation_diagram
 from gearplay.nonlinear.torsional import BASE_RADIUS
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 
 HERE = Path(__file__).parent
 RED = "#b02a4c"

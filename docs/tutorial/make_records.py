@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from gearplay.model.reading import load_case, replace
-from gearplay.rig.plan import load_rig
 from gearplay.files.measurements import write_record
-from gearplay.rig import measure
 from gearplay.files.record import Record
+from gearplay.model.reading import load_case, replace
+from gearplay.rig import measure
+from gearplay.rig.plan import load_rig
 
 FOLDER = Path(__file__).parents[2] / "src/gearplay/study/calibration/plans/records"
 TRUE = {

@@ -80,10 +80,13 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from gearplay.results.result import Result, read_result, simulate
-    from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.calibration.door import calibrate
-    from gearplay.rig.door import measure
+    from gearplay.calibration.reading import load_plan
+    from gearplay.files.measurements import read_measurement, write_record
+    from gearplay.files.record import Channel, Record
+    from gearplay.model.case import Case
+    from gearplay.model.check import check_case
+    from gearplay.model.reading import load_case, replace
     from gearplay.nonlinear.door import (
         basins,
         bifurcation,
@@ -93,14 +96,11 @@ if TYPE_CHECKING:
         portrait,
         section,
     )
-    from gearplay.sweeps.door import sweep
-    from gearplay.model.case import Case
-    from gearplay.model.check import check_case
-    from gearplay.model.reading import load_case, replace
-    from gearplay.files.measurements import read_measurement, write_record
-    from gearplay.calibration.reading import load_plan
+    from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.nonlinear.torsional import torsional_pair
-    from gearplay.files.record import Channel, Record
+    from gearplay.results.result import Result, read_result, simulate
+    from gearplay.rig.door import measure
+    from gearplay.sweeps.door import sweep
     from gearplay.vocabulary.errors import (
         GearplayError,
         InputError,

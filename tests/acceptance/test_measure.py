@@ -9,10 +9,10 @@ import pytest
 import typer
 
 from gearplay.cli import measure as command
-from gearplay.model.reading import load_case
 from gearplay.files import measurements
-from gearplay.rig import measure
 from gearplay.files.record import Record
+from gearplay.model.reading import load_case
+from gearplay.rig import measure
 from gearplay.vocabulary.errors import InputError
 
 MOVING = ["run.transient=0.01", "rotors.ring.initial.vx=40 mm/s", "rotors.ring.initial.vy=30 mm/s"]

@@ -25,17 +25,17 @@ from typing import Any, BinaryIO
 import psutil
 import pytest
 
-from gearplay.sweeps import door as door
 from gearplay.cli.main import run
-from gearplay.model.reading import load_case, to_toml
-from gearplay.model.toml_files import write_toml
 from gearplay.files.atomic import shown_path
 from gearplay.files.folder_lock import locked
-from gearplay.sweeps.running.store import RowStore
+from gearplay.model.reading import load_case, to_toml
+from gearplay.model.toml_files import write_toml
 from gearplay.solver.simulate import worker_count
+from gearplay.sweeps import door as door
+from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import engines
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
-from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.store import RowStore
 from gearplay.vocabulary.errors import InputError
 
 CASES, KILLS = 300, 100

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from gearplay.cli.main import run
-from gearplay.model.toml_files import write_toml
 from gearplay.files.plan_files import bundled
-from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.model.toml_files import write_toml
 from gearplay.sweeps.plans.reading import PACKAGE, load_sweep
+from gearplay.sweeps.running.evaluate import Sweep
 
 PLAN: dict[str, Any] = {
     "title": "tolerances",

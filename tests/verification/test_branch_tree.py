@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset
 from gearplay.nonlinear.orbits.branch_tree import joined
 from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, Branch
+from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset
 from gearplay.nonlinear.orbits.orbits import constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
 from gearplay.vocabulary.errors import InputError, SimulationError

@@ -9,12 +9,12 @@ from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
 from gearplay.calibration.calibrate import fit_from, fit_model
-from gearplay.calibration.emulator import Emulator
 from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.calibration.recovery import recover, summary, synthetic
 from gearplay.calibration.trials import Problem, Trial
 from gearplay.calibration.verdict import OPEN, Standing, duels, leave_one_out
+from gearplay.surrogates.polynomials import Emulator
 
 Floats = NDArray[np.float64]
 Measured = Callable[[str, float, str], None]

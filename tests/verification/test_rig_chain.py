@@ -7,9 +7,9 @@ import pytest
 
 from building import Floats, Measured
 from gearplay.model.reading import load_case
-from gearplay.rig.plan import Rig, load_rig
 from gearplay.rig import apply_chain, measure
 from gearplay.rig.chain import chain_response, internal_factor
+from gearplay.rig.plan import Rig, load_rig
 
 QUIET = {"noise_density": 0.0}
 FINE = {"bits": 32, "range": "10 V"}  # steps of 5 nV: far below anything that is looked at

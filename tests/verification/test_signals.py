@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from gearplay.files.record import Channel
 from gearplay.signals.line_table import line_table
 from gearplay.signals.orders import order_spectrum, track_orders
-from gearplay.files.record import Channel
 from gearplay.signals.synchronous import synchronous_average
 
 FS, N = 2000.0, 4000

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.stats import norm, truncnorm
 
 from gearplay.model.reading import load_case
+from gearplay.sweeps.cases.draws import draw, unit_points
+from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.allowable import largest_scale
 from gearplay.sweeps.tolerances.distribution import LEVELS, distribution
-from gearplay.sweeps.cases.draws import draw, unit_points
 from gearplay.sweeps.tolerances.exceedance import exceedance
-from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.sobol_indices import emulated_indices, sobol_indices
 
 Floats = NDArray[np.float64]

@@ -10,11 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.emulator import refine
 from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
-from gearplay.calibration.search import run_search
+from gearplay.calibration.search import refine, run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.calibration.verdict import (
     LeftOut,

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from gearplay.model import geometry
-from gearplay.files.measurements import read_measurement
 from gearplay.calibration.objective import printed_measurements
 from gearplay.calibration.observe import Ensemble, Observed, observe
 from gearplay.calibration.plan import Condition, Plan, StatisticTarget
 from gearplay.calibration.trials import Problem
+from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel, Floats
+from gearplay.model import geometry
 from gearplay.vocabulary.errors import Fault, InputError
 
 ACCELERATIONS = {

@@ -8,18 +8,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearplay.calibration.conditions import measurements_of
-from gearplay.calibration.report import finite, write_calibration
-from gearplay.calibration.store import StudyStore, digest_of
-from gearplay.files.atomic import write_text
-from gearplay.published.report import FolderStore
 from gearplay.calibration.calibrate import Report, run_calibration
+from gearplay.calibration.conditions import measurements_of
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.reading import load_plan, plan_folder
 from gearplay.calibration.recovery import recover as run_recovery
 from gearplay.calibration.recovery import summary
+from gearplay.calibration.report import write_calibration
 from gearplay.calibration.search import run_even
+from gearplay.calibration.store import StudyStore, digest_of
 from gearplay.calibration.trials import Problem
+from gearplay.files.atomic import write_text
+from gearplay.files.json_text import finite
+from gearplay.files.parts import FolderStore
 
 
 def calibrate(

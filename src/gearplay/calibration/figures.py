@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import Span, Spans, label_of, short, wrapped
+from gearplay.calibration.calibrate import Fit, Row
+from gearplay.calibration.plan import Plan
+from gearplay.calibration.spans import Span, Spans, label_of
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
@@ -19,9 +21,8 @@ from gearplay.pictures.canvas import (
     set_title,
     to_png,
 )
-from gearplay.pictures.plots import CLEARANCE, TEST, plain
-from gearplay.calibration.calibrate import Fit, Row
-from gearplay.calibration.plan import Plan
+from gearplay.pictures.style import CLEARANCE, TEST
+from gearplay.pictures.words import plain, short, wrapped
 
 Floats = NDArray[np.float64]
 MARKERS = "os^Dv<>Pp*X"

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.solver.trajectory import ContactStatistics
 from gearplay.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
+from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.signals.levels import band_level
 from gearplay.signals.lines import find_hump, find_line
-from gearplay.results.spectra import Spectrum, ensemble_spectrum
+from gearplay.solver.trajectory import ContactStatistics
 
 Floats = NDArray[np.float64]
 AnyTarget = LineTarget | HumpTarget | LevelTarget | StatisticTarget

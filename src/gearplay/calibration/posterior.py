@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.emulator import Emulator, nearness
 from gearplay.calibration.objective import Comparison
 from gearplay.calibration.trials import Trial
+from gearplay.surrogates.polynomials import Emulator, nearness
 
 Floats = NDArray[np.float64]
 SCATTER = (0.005, 0.5)  # decades, range of the models' own scatter, uniform in its logarithm

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from gearplay.model.wording import translate
 from gearplay.calibration.plan import Plan
 from gearplay.files.plan_files import Source, bundled, plan_document
+from gearplay.model.wording import translate
 from gearplay.vocabulary.errors import InputError
 
 PACKAGE = "gearplay.calibration"

@@ -16,14 +16,15 @@ from typing import Any
 import numpy as np
 
 from gearplay.calibration import figures as figures_of
-from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
-from gearplay.files.atomic import make_folder, write_bytes, write_text
-from gearplay.pictures.pages import data_uri, render_page
 from gearplay.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import KNOWN
+from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
 from gearplay.calibration.statement import Statement, statement_of
 from gearplay.calibration.verdict import CLEAR, OPEN, STRONG
+from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.json_text import finite
+from gearplay.pictures.pages import data_uri, render_page
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (
@@ -57,21 +58,6 @@ def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str
 
 def _readings(fits: Sequence[Fit]) -> list[str]:
     return list(dict.fromkeys(fit.reading for fit in fits))
-
-
-def finite(value: Any) -> Any:
-    """Return a JSON-able copy in which every number that is not finite is None.
-
-    >>> finite({"a": (1.0, float("nan")), "b": np.float64(2.0)})
-    {'a': [1.0, None], 'b': 2.0}
-    """
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, dict):
-        return {str(key): finite(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> dict[str, Any]:
@@ -233,7 +219,8 @@ def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: d
     images = {name: data_uri(png) for name, png in figures.items()}
     readings = _readings(fits)
     return render_page(
-        "calibration.html",
+        "gearplay.calibration",
+        "report.html",
         filters={"number": _number, "fixed": _fixed},
         title=plan.title or "Calibration",
         plan=plan,

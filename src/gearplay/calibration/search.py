@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.emulator import Emulator, refine
 from gearplay.calibration.objective import Comparison
 from gearplay.calibration.trials import Problem, Trial, TrialStore
+from gearplay.surrogates.polynomials import Emulator
 from gearplay.vocabulary.optional import load_optional
 
 if TYPE_CHECKING:
@@ -183,3 +183,25 @@ def run_search(
         if report is not None:
             report(number + 1.0, float(total))
     return search.trials
+
+
+def refine(
+    emulator: Emulator,
+    comparison: Comparison,
+    centre: Floats,
+    generator: np.random.Generator,
+    *,
+    candidates: int = 4000,
+) -> tuple[float, ...]:
+    """Return the point near ``centre`` where the emulator's objective is least, in a region of random size.
+
+    Random points in a shrinking neighbourhood: the objective of an emulator has many shallow minima.
+    """
+    at, radius = centre, float(generator.choice([0.03, 0.08, 0.2]))
+    for _ in range(4):
+        points = np.clip(at + radius * generator.normal(size=(candidates, centre.size)), 0.0, 1.0)
+        points[0] = at
+        logs = emulator(points)
+        at = points[int(np.argmin(comparison.objective(logs, np.zeros_like(logs))))]
+        radius *= 0.4
+    return tuple(float(u) for u in at)

@@ -1,16 +1,15 @@
 """The ranges in which a calibration's parameters were searched, and the names and units of its numbers on axes."""
 
 import math
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gearplay.model.field_units import unit_at
-from gearplay.pictures.plots import plain
 from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.calibration.plan import Plan, StatisticTarget, to_value
 from gearplay.calibration.trials import Problem
+from gearplay.model.field_units import unit_at
+from gearplay.pictures.words import plain, wrapped
 
 STATISTIC_UNITS = {
     "rms": "m/s²",
@@ -72,31 +71,6 @@ def span_of(name: str, unit: str, low: float, high: float, scale: str) -> Span:
     if unit == "m" and high <= 1e-3:
         return Span(name, "µm", low * 1e6, high * 1e6, scale)
     return Span(name, unit, low, high, scale)
-
-
-def short(text: str, most: int = 44) -> str:
-    """Return a long name with its middle left out: names that differ often do so at the end.
-
-    >>> short("abcdefghij", 7)
-    'abc…hij'
-    """
-    half = (most - 1) // 2
-    kept = text if len(text) <= most else f"{text[: most - 1 - half]}…{text[-half:]}"
-    return f" {kept}" if kept.startswith("_") else kept  # matplotlib leaves such labels out of legends
-
-
-def wrapped(text: str, width: int) -> str:
-    r"""Return text in lines of at most ``width`` characters, broken at blanks, after underscores, or anywhere.
-
-    >>> wrapped("tooth_error_2 of ring", 8)
-    'tooth_\nerror_2\nof ring'
-    """
-    lines = [""]
-    for word in text.replace("_", "_\0").replace(" ", " \0").split("\0"):
-        if len((lines[-1] + word).rstrip()) > width and lines[-1]:
-            lines.append("")
-        lines[-1] += word
-    return "\n".join(part for line in lines for part in textwrap.wrap(line.strip(), width))
 
 
 def label_of(span: Span, width: int) -> str:

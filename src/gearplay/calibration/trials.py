@@ -9,16 +9,16 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
-from gearplay.model.case import Case
-from gearplay.model.reading import load_case, replace
-from gearplay.rig.plan import Accelerometer
-from gearplay.solver.simulate import Progress, run_batch
-from gearplay.solver.trajectory import Trajectory
 from gearplay.calibration.observe import Ensemble, Observed, observe
 from gearplay.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.model import geometry
+from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
+from gearplay.model.reading import load_case, replace
+from gearplay.rig.plan import Accelerometer
 from gearplay.rig.sensor import sensor_response
+from gearplay.solver.simulate import Progress, run_batch
+from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 
 Floats = NDArray[np.float64]

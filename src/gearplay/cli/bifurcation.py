@@ -44,15 +44,15 @@ def bifurcation(
     """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
     import numpy as np
 
+    from gearplay.files.atomic import check_new, write_bytes, write_dataset
+    from gearplay.model.overrides import parse_override
+    from gearplay.model.plan_values import number_in_si
+    from gearplay.model.reading import load_case
+    from gearplay.nonlinear.door import bifurcation as diagram_of
+    from gearplay.nonlinear.figures import bifurcation_figure
     from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset, check_branches
     from gearplay.nonlinear.orbits.door import branches as branches_of
-    from gearplay.nonlinear.door import bifurcation as diagram_of
-    from gearplay.model.overrides import parse_override
-    from gearplay.model.reading import load_case
-    from gearplay.files.atomic import check_new, write_bytes, write_dataset
-    from gearplay.nonlinear.figures import bifurcation_figure
     from gearplay.solver.simulate import prepare
-    from gearplay.model.plan_values import number_in_si
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"

@@ -38,10 +38,10 @@ def calibrate(
     finds its parameters again.
     """
     from gearplay.calibration import door as calibration
-    from gearplay.files.folder_lock import locked
-    from gearplay.solver.simulate import prepare
     from gearplay.calibration.reading import load_plan, plan_folder
     from gearplay.calibration.trials import Problem
+    from gearplay.files.folder_lock import locked
+    from gearplay.solver.simulate import prepare
 
     loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"

@@ -33,11 +33,11 @@ def measure(
     json: Json = False,
 ) -> None:
     """Simulate a case and record it as a test rig would."""
-    from gearplay.model.reading import load_case
-    from gearplay.rig.plan import load_rig
     from gearplay.files.measurements import check_record_path, write_record
-    from gearplay.solver.simulate import prepare
+    from gearplay.model.reading import load_case
     from gearplay.rig import measure as record_of
+    from gearplay.rig.plan import load_rig
+    from gearplay.solver.simulate import prepare
 
     chosen, built = load_case(case, changes or ()), load_rig(rig)
     check_record_path(out, overwrite=overwrite)

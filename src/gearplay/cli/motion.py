@@ -31,8 +31,8 @@ def motion(
     json: Json = False,
 ) -> None:
     """Say what kind of motion a case settles to, and why."""
-    from gearplay.nonlinear.door import motion as kind_of
     from gearplay.model.reading import load_case
+    from gearplay.nonlinear.door import motion as kind_of
     from gearplay.nonlinear.kinds.motion import prepare_motion
 
     base = load_case(case, changes or ())

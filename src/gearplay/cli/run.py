@@ -30,9 +30,9 @@ def run(
     json: Json = False,
 ) -> None:
     """Simulate a case and save the result."""
-    from gearplay.results.result import simulate
-    from gearplay.model.reading import load_case
     from gearplay.files.atomic import check_new
+    from gearplay.model.reading import load_case
+    from gearplay.results.result import simulate
     from gearplay.solver.simulate import prepare
 
     chosen = load_case(case, changes or ())

@@ -76,9 +76,10 @@ def _one(
     from dataclasses import replace
 
     from gearplay.files.atomic import check_new, make_folder
-    from gearplay.published.report import FolderStore, write_study
-    from gearplay.solver.simulate import prepare
+    from gearplay.files.parts import FolderStore
     from gearplay.published.han2021 import Settings, base_case, fit_drag, run_study
+    from gearplay.published.report import write_study
+    from gearplay.solver.simulate import prepare
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)

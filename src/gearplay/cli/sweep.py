@@ -55,9 +55,9 @@ def sweep(
     Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
     """
     from gearplay.sweeps.door import Policy, freeze
-    from gearplay.sweeps.tolerances.answer import limit_of
-    from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.plans.reading import load_sweep
+    from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.tolerances.answer import limit_of
 
     made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
     if made.plan.tolerance is not None:
@@ -108,12 +108,12 @@ def _run(
     overwrite: bool = False,
     zarr: bool = False,
 ) -> None:
-    from gearplay.sweeps.door import PRODUCT, gather, gather_cube, run_in
-    from gearplay.sweeps.tolerances.answer import answer
     from gearplay.files.folder_lock import locked
-    from gearplay.sweeps.running.product import check_size, is_large
-    from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.solver.simulate import prepare
+    from gearplay.sweeps.door import PRODUCT, gather, gather_cube, run_in
+    from gearplay.sweeps.report.page import write_sweep_report
+    from gearplay.sweeps.running.product import check_size, is_large
+    from gearplay.sweeps.tolerances.answer import answer
     from gearplay.vocabulary.optional import load_optional
 
     large = zarr and is_large(made)
@@ -180,8 +180,8 @@ def _sentences(words: Any) -> list[str]:
 def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from dataclasses import asdict
 
-    from gearplay.sweeps.door import forecast
     from gearplay.solver.simulate import prepare
+    from gearplay.sweeps.door import forecast
 
     with compiling_notice():
         prepare(made.template.base)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.solver.flow import Flow
-from gearplay.solver.observables import state_names
 from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.solver.flow import Flow
+from gearplay.solver.observables import state_names
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 Floats = NDArray[np.float64]

@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.results.described import provenance, signal_words
-from gearplay.results.result import Source, case_of
 from gearplay.model.field_units import unit_at
-from gearplay.solver.flow import Flow, prepare_tangent
-from gearplay.solver.simulate import prepare, worker_count
+from gearplay.model.plan_values import number_in_si
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
@@ -22,7 +19,10 @@ from gearplay.nonlinear.sections import (
     contact_section,
     stroboscopic_section,
 )
-from gearplay.model.plan_values import number_in_si
+from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.result import Source, case_of
+from gearplay.solver.flow import Flow, prepare_tangent
+from gearplay.solver.simulate import prepare, worker_count
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.pictures.plots import COUPLED, UNCOUPLED, plain
-from gearplay.sweeps.report.drawable import shown_in
 from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins
 from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
+from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.style import COUPLED, UNCOUPLED
+from gearplay.pictures.words import plain, shown_in
 
 if TYPE_CHECKING:
     import xarray as xr

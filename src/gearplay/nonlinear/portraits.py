@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.pictures.plots import CLEARANCE, COUPLED, plain, thinned
-from gearplay.sweeps.report.drawable import shown_in
+from gearplay.pictures.style import CLEARANCE, COUPLED, thinned
+from gearplay.pictures.words import plain, shown_in
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.nonlinear.crew import share_out
+from gearplay.nonlinear.orbits.period_map import Family, common_period, section_period
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import Observables
 from gearplay.solver.simulate import prepare
 from gearplay.solver.trajectory import all_columns
-from gearplay.nonlinear.crew import share_out
-from gearplay.nonlinear.orbits.period_map import Family, common_period, section_period
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,8 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.calibration.spans import short
-from gearplay.pictures.plots import COUPLED, UNCOUPLED, plain, tidy
+from gearplay.pictures.style import COUPLED, UNCOUPLED, tidy
+from gearplay.pictures.words import plain, short
 
 PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",
            "#6fa8dc", "#eda566", "#7fc99a", "#c393d6", "#e58aa0", "#b9b95a", "#7fd0d8", "#a5a9b3")  # fmt: skip

@@ -6,16 +6,18 @@ from typing import Any
 
 
 def render_page(
-    template: str, *, filters: Mapping[str, Callable[..., Any]] | None = None, **values: Any
+    package: str,
+    template: str,
+    *,
+    filters: Mapping[str, Callable[..., Any]] | None = None,
+    **values: Any,
 ) -> str:
-    """Return a page from one of the package's templates; values are escaped, a missing one is an error."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    """Return a page from a template of a package, which extends ``base.html``; values are escaped, a missing one is an error."""
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
+    rooms = [PackageLoader(package, ""), PackageLoader("gearplay.pictures", "")]
     environment = Environment(
-        loader=PackageLoader("gearplay.pictures", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
+        loader=ChoiceLoader(rooms), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters.update(filters or {})
     return environment.get_template(template).render(**values)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.pictures.plots import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
+from gearplay.pictures.style import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
 from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed
 from gearplay.published.comparison import LineDifference, by_condition, model_amplitudes
 from gearplay.published.han2021 import ConditionResult

@@ -13,11 +13,11 @@ import numpy as np
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
+from gearplay.published.article import Condition, conditions, printed
+from gearplay.results.spectra import Spectrum, ensemble_spectrum
+from gearplay.signals.lines import find_hump, find_line
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
-from gearplay.published.article import Condition, conditions, printed
-from gearplay.signals.lines import find_hump, find_line
-from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import SimulationError
 
 MODELS = ("coupled", "uncoupled")

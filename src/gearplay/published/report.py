@@ -7,36 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
-from gearplay.published import figures as study_figures
-from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.pictures.pages import data_uri, render_page
+from gearplay.published import figures as study_figures
 from gearplay.published.article import LINE_WORDS, conditions
 from gearplay.published.assumptions import Assumption, assumptions
 from gearplay.published.comparison import line_differences, model_amplitudes, table_rows
 from gearplay.published.findings import Finding, findings
 from gearplay.published.han2021 import MODELS, ConditionResult, Settings, base_case
-
-
-class FolderStore:
-    """Keeps finished conditions as JSON files in a folder; damaged ones count as absent."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def get(self, key: str) -> dict[str, Any] | None:
-        """Return a stored part, or None."""
-        try:
-            part = json.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return part if isinstance(part, dict) else None
-
-    def put(self, key: str, part: dict[str, Any]) -> None:
-        """Store a part, atomically."""
-        make_folder(self.folder)
-        write_text(self.folder / f"{key}.json", json.dumps(part))
 
 
 def _csv_text(rows: Sequence[dict[str, Any]]) -> str:
@@ -95,7 +75,9 @@ def render(results: Sequence[ConditionResult], settings: Settings, figures: dict
     noted: list[Finding] = findings(results)
     assumed: list[Assumption] = assumptions(case, pack(case))
     return render_page(
-        "han2021.html",
+        "gearplay.published",
+        "report.html",
+        title="the study of Han et al. 2021",
         case=case,
         settings=settings,
         findings=noted,

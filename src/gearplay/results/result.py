@@ -7,22 +7,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from gearplay.files.atomic import read_dataset, write_dataset
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.dataset import to_dataset
-from gearplay.files.atomic import read_dataset, write_dataset
+from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, worst_of
-from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearplay.pictures.plots import Plotter
+    from gearplay.results.plots import Plotter
 
 
 class Result:
@@ -61,7 +61,7 @@ class Result:
     @property
     def plot(self) -> "Plotter":
         """Pictures of this result: ``result.plot.orbit("ring")``, ``.history("backlash")``, ``.spectrum("ax", "ring")``."""
-        from gearplay.pictures.plots import Plotter
+        from gearplay.results.plots import Plotter
 
         return Plotter(self.case, self.runs)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.signals.checks import check_window
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -126,3 +125,22 @@ def smoothed(spectrum: Spectrum, low: float, high: float, width: float) -> tuple
     centres = f[(f >= low) & (f <= high) & (f > 0.0)]
     weights = np.exp(-0.5 * ((f[None, 1:] - centres[:, None]) / (width * centres[:, None])) ** 2)
     return centres, np.sqrt(weights @ power[1:] / np.sum(weights, axis=1))
+
+
+def check_window(name: str, n: int) -> Floats:
+    """Return the periodic window of ``n`` samples that scipy.signal knows by ``name``, shape [sample].
+
+    Raises `InputError` for a name that is not known, or a window that needs a parameter.
+
+    >>> check_window("hann", 4).tolist()
+    [0.0, 0.5, 1.0, 0.5]
+    """
+    from scipy.signal import get_window
+
+    try:
+        if not isinstance(name, str):
+            raise ValueError
+        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
+    except ValueError:
+        rule = "must be a window that scipy.signal knows and that needs no parameter"
+        raise InputError(Fault("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'")) from None

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
-from gearplay.rig.collector import convert, filter_response, keep_back_aliases, thin_out
-from gearplay.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
 from gearplay.files.record import Channel, Record
+from gearplay.rig.collector import convert, filter_response, keep_back_aliases, thin_out
+from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
+from gearplay.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]

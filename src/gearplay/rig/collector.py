@@ -7,8 +7,8 @@ from operator import mul
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.rig.plan import Collector
 from gearplay.rig.modes import Modes, sharpen
+from gearplay.rig.plan import Collector
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

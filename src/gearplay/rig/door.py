@@ -4,12 +4,12 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.results.result import Source
+from gearplay.files.record import Record
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.rig.plan import Rig
+from gearplay.results.result import Source
 from gearplay.rig import measure as record_of
-from gearplay.files.record import Record
+from gearplay.rig.plan import Rig
 
 
 def measure(

@@ -9,14 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Record
 from gearplay.model.case import Case
+from gearplay.rig.chain import apply_chain, internal_factor
+from gearplay.rig.collector import HALF_TAPS
 from gearplay.rig.plan import Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.rig.chain import apply_chain, internal_factor
-from gearplay.rig.collector import HALF_TAPS
-from gearplay.files.record import Record
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,8 @@ from math import sqrt, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.rig.plan import Accelerometer
 from gearplay.rig.modes import Modes, sharpen
+from gearplay.rig.plan import Accelerometer
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
 from gearplay.files.record import Channel
+from gearplay.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
 
 Floats = NDArray[np.float64]
 

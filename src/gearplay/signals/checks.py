@@ -95,25 +95,6 @@ def check_overlap(overlap: float) -> float:
     return float(overlap)
 
 
-def check_window(name: str, n: int) -> Floats:
-    """Return the periodic window of ``n`` samples that scipy.signal knows by ``name``, shape [sample].
-
-    Raises `InputError` for a name that is not known, or a window that needs a parameter.
-
-    >>> check_window("hann", 4).tolist()
-    [0.0, 0.5, 1.0, 0.5]
-    """
-    from scipy.signal import get_window
-
-    try:
-        if not isinstance(name, str):
-            raise ValueError
-        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
-    except ValueError:
-        rule = "must be a window that scipy.signal knows and that needs no parameter"
-        refuse("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'")
-
-
 def default_segment(n: int) -> int:
     """Return the power of two nearest below an eighth of ``n`` samples, but at least 256 or all of them.
 

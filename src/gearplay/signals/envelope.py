@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum
 from gearplay.signals.checks import check_band, check_channel, check_choice, check_count, refuse
-from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.plots import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes, plain
+from gearplay.files.record import Channel
+from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes
+from gearplay.pictures.words import plain, shown_unit
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
 from gearplay.signals.checks import TWO_PI, check_channel, refuse
@@ -16,7 +18,6 @@ from gearplay.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_
 from gearplay.signals.extremes import extremes
 from gearplay.signals.line_table import LineTable, line_table
 from gearplay.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
-from gearplay.files.record import Channel
 from gearplay.signals.spectrogram import Spectrogram, spectrogram
 from gearplay.signals.statistics import signal_statistics
 from gearplay.signals.synchronous import SynchronousAverage, synchronous_average
@@ -28,16 +29,6 @@ Floats = NDArray[np.float64]
 
 DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
 MOST_CELLS = 1200  # rows or columns of a map; a picture has no more dots
-
-
-def shown_unit(unit: str) -> str:
-    """Return a unit as a picture shows it.
-
-    >>> shown_unit("(m/s^2)^2/Hz"), shown_unit(""), shown_unit("um")
-    ('(m/s²)²/Hz', '1', 'µm')
-    """
-    text = unit.replace("^2", "²").replace("^3", "³") or "1"
-    return plain("µm" if text == "um" else text)
 
 
 def _finish(ax: "Axes", horizontal: str, vertical: str, caption: str, name: str) -> "Axes":

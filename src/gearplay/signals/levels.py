@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.signals.checks import check_window
-from gearplay.results.spectra import Spectrum
+from gearplay.results.spectra import Spectrum, check_window
 
 Floats = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.signals.checks import (
     check_channel,
     check_choice,
     check_positive,
     refuse,
 )
-from gearplay.files.record import Channel
 from gearplay.signals.tone_fit import COSINES, Transform, squared_window, windowed_transform
 from gearplay.signals.tone_search import Tone, find_tones, power_threshold
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.signals.angle import AngleRecord, ShaftAngle
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_overlap, check_positive, refuse
-from gearplay.files.record import Channel
 from gearplay.signals.resampling import resampled
 from gearplay.signals.spectrogram import spectrogram
 

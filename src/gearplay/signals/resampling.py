@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.signals.angle import MOST_SAMPLES, AngleRecord, ShaftAngle, shaft_angle
 from gearplay.signals.checks import TWO_PI, check_channel, check_count, check_positive, refuse
-from gearplay.files.record import Channel
 
 Floats = NDArray[np.float64]
 

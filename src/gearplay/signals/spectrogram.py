@@ -5,15 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.signals.checks import (
-    check_channel,
-    check_choice,
-    check_count,
-    check_overlap,
-    check_window,
-    refuse,
-)
 from gearplay.files.record import Channel
+from gearplay.results.spectra import check_window
+from gearplay.signals.checks import check_channel, check_choice, check_count, check_overlap, refuse
 
 Floats = NDArray[np.float64]
 

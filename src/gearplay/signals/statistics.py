@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.signals.checks import check_channel
 from gearplay.files.record import Channel
+from gearplay.signals.checks import check_channel
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.checks import TWO_PI, check_count, refuse
-from gearplay.files.record import Channel
 from gearplay.signals.resampling import resampled
 
 Floats = NDArray[np.float64]

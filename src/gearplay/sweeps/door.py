@@ -9,20 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.model.case import Case
-from gearplay.model.reading import bundled_names, load_case
 from gearplay.files.atomic import shown_path, write_text
 from gearplay.files.folder_lock import locked
-from gearplay.sweeps.running.zarr_export import write_cube
-from gearplay.sweeps.running.product import check_size, product_bytes, to_product, write_product
-from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
-from gearplay.solver.simulate import worker_count
 from gearplay.files.plan_files import Source
+from gearplay.model.case import Case
+from gearplay.model.reading import bundled_names, load_case
+from gearplay.solver.simulate import worker_count
+from gearplay.sweeps.cases.points import order_of
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.reading import load_sweep, make_plan
 from gearplay.sweeps.running.engines import run_dask, run_processes, run_threads
 from gearplay.sweeps.running.evaluate import Outcome, Sweep
-from gearplay.sweeps.plans.plan import SweepPlan
-from gearplay.sweeps.cases.points import order_of
-from gearplay.sweeps.plans.reading import load_sweep, make_plan
+from gearplay.sweeps.running.product import check_size, product_bytes, to_product, write_product
+from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
+from gearplay.sweeps.running.zarr_export import write_cube
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

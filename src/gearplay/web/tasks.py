@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from gearplay.files.atomic import netcdf_bytes
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.files.atomic import netcdf_bytes
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory

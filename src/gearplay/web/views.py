@@ -19,9 +19,9 @@ from gearplay.model.geometry import (
     rolling_ratios,
     senses,
 )
-from gearplay.solver.trajectory import Trajectory
-from gearplay.signals.extremes import extremes
 from gearplay.results.spectra import ensemble_spectrum
+from gearplay.signals.extremes import extremes
+from gearplay.solver.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value

@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearplay.model.reading import load_case, replace
-from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
-from gearplay.calibration.report import write_calibration
-from gearplay.calibration.spans import Span, short, unit_at, wrapped
 from gearplay.calibration.calibrate import Fit, Row
+from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
 from gearplay.calibration.objective import data_of, printed_measurements
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval
 from gearplay.calibration.reading import load_plan
+from gearplay.calibration.report import write_calibration
+from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
 from gearplay.calibration.verdict import LeftOut, Standing
+from gearplay.model.reading import load_case, replace
+from gearplay.pictures.words import short, wrapped
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
 LINE = {"kind": "line", "name": "mesh", "order": 1}

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gearplay.calibration.emulator import Emulator, design, nearness, terms
+from gearplay.surrogates.polynomials import Emulator, design, nearness, terms
 
 GENERATOR = np.random.default_rng(1)
 UNITS = GENERATOR.random((120, 3))

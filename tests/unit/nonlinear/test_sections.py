@@ -9,12 +9,12 @@ import pytest
 from tests.cross.random_systems import random_case
 
 import gearplay as gp
-from gearplay.solver.flow import Flow
-from gearplay.solver.simulate import run_one
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along, common_period, section_period
 from gearplay.nonlinear.sections import bifurcation_diagram, contact_section, stroboscopic_section
 from gearplay.nonlinear.torsional import torsional_pair
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_one
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 SPEED = "rotors.pinion.drive.speed"

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearplay.rig.plan import Collector, load_rig
+from gearplay.files.record import Record
 from gearplay.rig.chain import apply_chain, internal_factor
 from gearplay.rig.collector import convert, thin_out
-from gearplay.files.record import Record
+from gearplay.rig.plan import Collector, load_rig
 from gearplay.vocabulary.errors import InputError
 
 FAST = 8e5  # Hz, internal rate of the default rig

@@ -10,9 +10,9 @@ import pytest
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
+from gearplay.rig.measurement import mean_acceleration, measure
 from gearplay.rig.plan import Placement, load_rig
 from gearplay.solver.simulate import run_members
-from gearplay.rig.measurement import mean_acceleration, measure
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 QUIET = {"noise_density": 0.0}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gearplay.rig.plan import Accelerometer, Collector, load_rig
 from gearplay.rig.collector import butterworth, filter_response
 from gearplay.rig.modes import Modes, grow
+from gearplay.rig.plan import Accelerometer, Collector, load_rig
 from gearplay.rig.sensor import sensor_modes, sensor_response
 
 SENSOR = load_rig().accelerometers["sensor"]

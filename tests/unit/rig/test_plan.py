@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from gearplay.model.reading import load_case, replace
-from gearplay.rig.plan import SENSORS, Accelerometer, Rig, load_rig, placements
 from gearplay.model.toml_files import write_toml
+from gearplay.rig.plan import SENSORS, Accelerometer, Rig, load_rig, placements
 from gearplay.vocabulary.errors import InputError
 
 OWN = {

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gearplay.signals.averaging import averaged_spectrum, mean_square, power_density
 from gearplay.files.record import Channel
+from gearplay.signals.averaging import averaged_spectrum, mean_square, power_density
 
 FS = 1000.0
 NOISE = np.random.default_rng(4).standard_normal(6000) + 0.7

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from gearplay.files.record import Channel
 from gearplay.signals.averaging import mean_square, power_density
 from gearplay.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
-from gearplay.files.record import Channel
 from gearplay.signals.spectrogram import spectrogram
 from gearplay.signals.statistics import signal_statistics
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gearplay.signals.line_table import line_table
 from gearplay.files.record import Channel
+from gearplay.signals.line_table import line_table
 
 FS, N = 2000.0, 8000
 T = np.arange(N) / FS

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gearplay.files.record import Channel
 from gearplay.signals.angle import (
     angle_from_angle,
     angle_from_speed,
@@ -11,7 +12,6 @@ from gearplay.signals.angle import (
     shaft_angle,
 )
 from gearplay.signals.orders import order_map, order_spectrum, track_orders
-from gearplay.files.record import Channel
 from gearplay.signals.resampling import resampled
 from gearplay.signals.synchronous import synchronous_average
 

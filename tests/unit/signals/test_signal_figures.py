@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearplay.pictures.plots import MOST_POINTS, new_axes
+from gearplay.files.record import Channel
+from gearplay.pictures.style import MOST_POINTS, new_axes
+from gearplay.signals.averaging import power_density
 from gearplay.signals.figures import (
     draw_record,
     plot_averaged_spectrum,
@@ -13,9 +15,7 @@ from gearplay.signals.figures import (
     plot_order_tracks,
     plot_spectrogram,
 )
-from gearplay.signals.averaging import power_density
 from gearplay.signals.orders import track_orders
-from gearplay.files.record import Channel
 from gearplay.signals.spectrogram import spectrogram
 from gearplay.vocabulary.errors import InputError
 

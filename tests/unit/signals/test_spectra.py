@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gearplay.signals.lines import find_hump, find_line
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum, smoothed
+from gearplay.signals.lines import find_hump, find_line
 from gearplay.vocabulary.errors import InputError
 
 SAMPLING = 1000.0

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.sweeps.door import sweep
 from gearplay.solver.simulate import prepare, run_one
-from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.door import sweep
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import Fault, InputError
 
 RPM = np.pi / 30.0

@@ -9,8 +9,8 @@ import pytest
 from gearplay.model.reading import load_case
 from gearplay.sweeps.cases.draws import sample_size
 from gearplay.sweeps.cases.points import Points, order_of, points_of
-from gearplay.sweeps.plans.reading import load_sweep, make_plan
 from gearplay.sweeps.cases.template import Template
+from gearplay.sweeps.plans.reading import load_sweep, make_plan
 from gearplay.vocabulary.errors import InputError, ResourceError
 
 BASE = load_case("han2021")

@@ -12,9 +12,9 @@ from gearplay.model.pack import pack
 from gearplay.solver.carry import End
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
-from gearplay.sweeps.running.evaluate import REDUCED, Sweep
 from gearplay.sweeps.plans.kept import ContactReduction
 from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.evaluate import REDUCED, Sweep
 from gearplay.sweeps.running.reduce import Reducer
 from gearplay.vocabulary.errors import InputError
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearplay.sweeps.report import scatter as sweep_clouds
-from gearplay.sweeps.report import figures as sweep_figures
 from gearplay.sweeps.report import curves as sweep_lines
+from gearplay.sweeps.report import figures as sweep_figures
 from gearplay.sweeps.report import maps as sweep_maps
+from gearplay.sweeps.report import scatter as sweep_clouds
 from gearplay.sweeps.report import spectra as sweep_spectra
 from gearplay.sweeps.report.figures import MOST, pictures_of, sweep_figures_of
-from gearplay.sweeps.running.product import write_product
 from gearplay.sweeps.report.page import write_sweep_report
+from gearplay.sweeps.running.product import write_product
 from sweep_products import (
     BACKLASH,
     BOUNCE,

@@ -7,14 +7,14 @@ import pytest
 
 from gearplay.model import geometry
 from gearplay.model.reading import load_case, replace
+from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.report import maps as sweep_maps
+from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.figures import map_axes
 from gearplay.sweeps.report.jam import jam_excess, jam_lines
 from gearplay.sweeps.report.maps import JAM, map_figure
-from gearplay.sweeps.running.product import to_product
-from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.product import to_product
 
 RMS = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
 UM = {"low": "20 um", "high": "400 um", "count": 5}

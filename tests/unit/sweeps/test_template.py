@@ -7,8 +7,8 @@ import pytest
 
 from gearplay.model.reading import load_case, replace
 from gearplay.sweeps.cases import template as module
-from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.cases.template import Template
+from gearplay.sweeps.plans.reading import load_sweep
 
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
 GAP: dict[str, Any] = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um", "100 um"]}

@@ -8,6 +8,12 @@ import pytest
 from pydantic import ValidationError
 
 from gearplay.model.reading import load_case
+from gearplay.sweeps.cases.draws import draw, sample_size, unit_points
+from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.plans.kept import scalar_names
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.plans.tolerance import Tolerance, tolerance_problems
 from gearplay.sweeps.tolerances.allowable import (
     ALL,
     FOUND,
@@ -19,14 +25,13 @@ from gearplay.sweeps.tolerances.allowable import (
     step_of,
 )
 from gearplay.sweeps.tolerances.distribution import distribution
-from gearplay.sweeps.cases.draws import draw, sample_size, unit_points
 from gearplay.sweeps.tolerances.exceedance import as_table, exceedance, member_variance, proportion
-from gearplay.sweeps.plans.plan import SweepPlan
-from gearplay.sweeps.plans.design import Design
-from gearplay.sweeps.plans.kept import scalar_names
-from gearplay.sweeps.plans.tolerance import Tolerance, tolerance_problems
-from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.sweeps.tolerances.sobol_indices import emulated_indices, independent_rows, indices_of, sobol_indices
+from gearplay.sweeps.tolerances.sobol_indices import (
+    emulated_indices,
+    independent_rows,
+    indices_of,
+    sobol_indices,
+)
 from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
 from gearplay.vocabulary.errors import InputError
 

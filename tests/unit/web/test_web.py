@@ -12,10 +12,10 @@ import xarray as xr
 
 from gearplay.model.geometry import mesh_frequency
 from gearplay.model.reading import bundled_names, load_case, replace
-from gearplay.solver.simulate import run_batch
+from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.signals.extremes import extremes
 from gearplay.signals.lines import find_line
-from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
+from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.app import make_app
 from gearplay.web.controls import controls

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
+from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
+from gearplay.nonlinear.kinds.response import Response, classify
+from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
-from gearplay.nonlinear.orbits.period_map import section_period
-from gearplay.nonlinear.kinds.response import Response, classify
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]

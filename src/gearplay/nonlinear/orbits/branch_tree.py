@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.solver.observables import Observables
 from gearplay.nonlinear.orbits.branches import CLOSED, DOUBLING, Branch, Settings, doubled, follow_branch
 from gearplay.nonlinear.orbits.orbits import Orbit, constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import SimulationError
 
 Floats = NDArray[np.float64]

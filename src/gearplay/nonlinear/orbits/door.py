@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.results.described import provenance, signal_words
-from gearplay.results.result import Source, case_of
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
-from gearplay.solver.flow import prepare_tangent
+from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits, signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import Orbit, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
-from gearplay.model.plan_values import number_in_si, value_at
+from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.result import Source, case_of
+from gearplay.solver.flow import prepare_tangent
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.reading import replace
 from gearplay.model.plan_values import factor, number_in_si, value_at
-from gearplay.sweeps.plans.plan import Axis
+from gearplay.model.reading import replace
 from gearplay.sweeps.plans.design import Design, Random
+from gearplay.sweeps.plans.plan import Axis
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.case import Case
 from gearplay.model.wording import translate
-from gearplay.files.plan_files import Source, plan_document
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 

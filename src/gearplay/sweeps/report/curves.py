@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     TEXT,
@@ -17,9 +16,11 @@ from gearplay.pictures.canvas import (
     set_title,
     to_png,
 )
-from gearplay.pictures.plots import CLEARANCE, COUPLED, UNCOUPLED, plain
+from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
+from gearplay.pictures.words import plain, wrapped
+from gearplay.sweeps.report.drawable import DIRECTION, View
 from gearplay.sweeps.report.maps import JAM, JAM_WORDS, jam_lines_of, round_ticks, scale_axis, title_of
-from gearplay.sweeps.report.drawable import DIRECTION, View, edges_of, logarithmic_range, spread_places
 
 Floats = NDArray[np.float64]
 PER_PAGE = 6  # numbers on one picture

@@ -1,6 +1,5 @@
 """The product of a sweep as pictures take it: axes in units that engineers read, tables of values, what is held fixed."""
 
-import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import short
-from gearplay.signals.figures import shown_unit
+from gearplay.pictures.scales import is_logarithmic
+from gearplay.pictures.words import short, shown_in
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.vocabulary.quantities import DIMENSIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,62 +21,8 @@ Place = Mapping[str, int]
 """Positions along axes, by name."""
 
 SAMPLE, MEMBER, DIRECTION = "sample", "member", "direction"
-DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 SPEED = "rad/s"
 FIRM = "\N{NO-BREAK SPACE}"
-DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
-WIDE = 1.5  # decades from which on a scale is logarithmic
-
-
-def shown_in(unit: str, largest: float) -> tuple[str, float]:
-    """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
-
-    >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0)
-    (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0))
-    """
-    if unit == "m" and largest > 1.001e-3:
-        return ("mm", 1e3) if largest <= 1.0 else ("m", 1.0)
-    quantity = DISPLAY.get(unit)
-    if quantity is None:
-        return shown_unit(unit), 1.0
-    return shown_unit(quantity.display_unit).replace("um", "µm"), quantity.display_factor
-
-
-def is_logarithmic(values: Floats) -> bool:
-    """Return whether an axis's values, in order, stand more evenly in logarithms than as they are.
-
-    >>> is_logarithmic(np.geomspace(1e-5, 1e-3, 7)), is_logarithmic(np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]))
-    (True, True)
-    >>> is_logarithmic(np.linspace(1e-5, 1e-3, 7)), is_logarithmic(np.array([1.0, 100.0]))
-    (False, False)
-    """
-    if len(values) < 3 or not 0.0 < values[0] < values[-1]:
-        return False
-    steps, ratios = np.diff(values), np.diff(np.log(values))
-    return bool(np.std(ratios) / np.mean(ratios) < 0.5 * np.std(steps) / np.mean(steps))
-
-
-def edges_of(values: Floats, *, log: bool) -> Floats:
-    """Return the edges of the cells around values in order, shape [value + 1]; none below 0 where no value is.
-
-    >>> edges_of(np.array([1.0, 2.0, 4.0]), log=False).tolist(), edges_of(np.array([1.0, 100.0]), log=True).tolist()
-    ([0.5, 1.5, 3.0, 5.0], [0.1, 10.0, 1000.0])
-    """
-    at = np.log10(values) if log else values
-    middle = 0.5 * (at[1:] + at[:-1])
-    found = np.concatenate([[at[0] - (middle[0] - at[0])], middle, [at[-1] + (at[-1] - middle[-1])]])
-    if log:
-        return np.asarray(10.0**found)
-    return np.maximum(found, 0.0) if at[0] >= 0.0 else found
-
-
-def spread_places(count: int, most: int) -> list[int]:
-    """Return at most so many positions of ``count``, spread evenly, both ends among them.
-
-    >>> spread_places(15, 4), spread_places(2, 4)
-    ([0, 5, 9, 14], [0, 1])
-    """
-    return sorted({round(x) for x in np.linspace(0, count - 1, min(count, most))})
 
 
 @dataclass(frozen=True)
@@ -293,21 +237,3 @@ def _quietly(reduce: Any, values: Floats, **more: Any) -> Any:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"All-NaN|Mean of empty", RuntimeWarning)
         return reduce(values, axis=-1, **more)
-
-
-def logarithmic_range(values: Floats) -> tuple[float, float] | None:
-    """Return the ends of a logarithmic scale for values that span more than `WIDE` decades, None where it should be linear.
-
-    Few values may be 0, and what is more than `DECADES` below the highest is at the lower end.
-
-    >>> logarithmic_range(np.array([0.01, 1.0, np.nan])), logarithmic_range(np.array([-1.0, 100.0]))
-    ((0.01, 1.0), None)
-    """
-    known = values[np.isfinite(values)]
-    above = known[known > 0.0]
-    if not above.size or (known < 0.0).any() or above.size < 0.9 * known.size:
-        return None
-    low, high = float(above.min()), float(above.max())
-    if math.log10(high / low) <= WIDE:
-        return None
-    return max(low, high * 10.0**-DECADES), high

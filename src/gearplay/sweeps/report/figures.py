@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from gearplay.sweeps.report.scatter import MOST_LINES, parallel_figure, scatter_figure
+from gearplay.pictures.scales import spread_places
 from gearplay.sweeps.report.curves import PER_PAGE, carried_axis, hysteresis_figure, line_figure
+from gearplay.sweeps.report.drawable import DIRECTION, View
 from gearplay.sweeps.report.maps import map_figure
+from gearplay.sweeps.report.scatter import MOST_LINES, parallel_figure, scatter_figure
 from gearplay.sweeps.report.spectra import curves_figure, order_figure, waterfall_figure
-from gearplay.sweeps.report.drawable import DIRECTION, View, spread_places
 from gearplay.sweeps.running.evaluate import Sweep
 
 if TYPE_CHECKING:

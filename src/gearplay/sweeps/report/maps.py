@@ -8,11 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import short, wrapped
-from gearplay.pictures.canvas import SMALL, TEXT, WIDTH, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.pictures.plots import plain
+from gearplay.pictures.canvas import (
+    SMALL,
+    TEXT,
+    WIDTH,
+    legend_mark,
+    make_figure,
+    set_legend,
+    set_title,
+    to_png,
+)
+from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.words import plain, short, wrapped
+from gearplay.sweeps.report.drawable import Along, Place, View
 from gearplay.sweeps.report.jam import JamLine, jam_lines
-from gearplay.sweeps.report.drawable import Along, Place, View, edges_of, logarithmic_range, spread_places
 
 Floats = NDArray[np.float64]
 JAM, GREY, HATCH = "#e0263c", "#e9ebee", "#aab0b9"

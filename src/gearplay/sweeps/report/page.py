@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.model.toml_files import write_toml
 from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.model.toml_files import write_toml
 from gearplay.pictures.pages import data_uri, render_page
-from gearplay.sweeps.report.figures import Picture, pictures_of
-from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, along_of, shown_in
-from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.pictures.words import shown_in
 from gearplay.sweeps.plans.design import Random
+from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, along_of
+from gearplay.sweeps.report.figures import Picture, pictures_of
+from gearplay.sweeps.running.evaluate import Sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +55,8 @@ def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> 
     """Return the report as one self-contained HTML page."""
     status, failures = dataset["status"].values, failures_of(dataset)
     return render_page(
-        "sweep.html",
+        "gearplay.sweeps.report",
+        "page.html",
         filters={"number": number},
         title=sweep.plan.title or "Sweep",
         plan=sweep.plan,

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import short, wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
@@ -19,9 +18,10 @@ from gearplay.pictures.canvas import (
     set_title,
     to_png,
 )
-from gearplay.pictures.plots import plain
+from gearplay.pictures.scales import logarithmic_range
+from gearplay.pictures.words import plain, short, wrapped
+from gearplay.sweeps.report.drawable import SAMPLE, Along, View
 from gearplay.sweeps.report.maps import MAP, color_bar, norm_of, round_ticks, title_of
-from gearplay.sweeps.report.drawable import SAMPLE, Along, View, logarithmic_range
 
 Floats = NDArray[np.float64]
 MOST_LINES, MOST_DOTS, FEW = 2000, 4000, 100

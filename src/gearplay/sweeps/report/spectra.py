@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.reading import replace
-from gearplay.calibration.spans import wrapped
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
@@ -19,7 +18,10 @@ from gearplay.pictures.canvas import (
     set_title,
     to_png,
 )
-from gearplay.pictures.plots import plain, thinned
+from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.style import thinned
+from gearplay.pictures.words import plain, wrapped
+from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.maps import (
     Panel,
     color_bar,
@@ -30,7 +32,6 @@ from gearplay.sweeps.report.maps import (
     scale_axis,
     title_of,
 )
-from gearplay.sweeps.report.drawable import View, edges_of, logarithmic_range, spread_places
 from gearplay.vocabulary.errors import GearplayError
 
 Floats = NDArray[np.float64]

@@ -13,9 +13,9 @@ from gearplay.model.reading import replace
 from gearplay.solver.carry import End
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
+from gearplay.sweeps.cases.template import Template
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.running.reduce import Reducer
-from gearplay.sweeps.cases.template import Template
 from gearplay.vocabulary.errors import GearplayError
 
 Floats = NDArray[np.float64]

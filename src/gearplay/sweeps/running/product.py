@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.field_units import unit_at
 from gearplay.files.atomic import netcdf_bytes, write_bytes
+from gearplay.model.field_units import unit_at
 from gearplay.solver.status import Status
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.sweeps.running.reduce import Kept

@@ -7,17 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.record import Channel
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
+from gearplay.results.spectra import amplitude_spectrum
 from gearplay.signals.levels import band_level, band_levels
 from gearplay.signals.lines import find_hump, find_line
-from gearplay.files.record import Channel
-from gearplay.results.spectra import amplitude_spectrum
 from gearplay.signals.statistics import signal_statistics
-from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
 from gearplay.sweeps.plans.kept import (
     ContactReduction,
     HistoryReduction,
@@ -28,6 +27,7 @@ from gearplay.sweeps.plans.kept import (
     SpectrumReduction,
     StatisticReduction,
 )
+from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]

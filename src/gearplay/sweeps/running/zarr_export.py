@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearplay.files.atomic import make_folder, shown_path
+from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import (
     MISSING,
     Rows,
@@ -19,7 +20,6 @@ from gearplay.sweeps.running.product import (
     coordinates_of,
     variables_of,
 )
-from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.sweeps.tolerances.exceedance import as_table, proportion
-from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.design import Design, Random
+from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
+from gearplay.sweeps.tolerances.exceedance import as_table, proportion
 from gearplay.sweeps.tolerances.sobol_indices import independent_rows
 
 Floats = NDArray[np.float64]

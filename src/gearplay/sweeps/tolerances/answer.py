@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.sweeps.door import Policy, Report, sweep
-from gearplay.sweeps.tolerances.page import values_of, write_tolerance
-from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
+from gearplay.sweeps.tolerances.page import values_of, write_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.spans import short
 from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
-from gearplay.pictures.plots import CLEARANCE, COUPLED, TEST, UNCOUPLED, plain
-from gearplay.sweeps.report.drawable import shown_in
+from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
+from gearplay.pictures.words import plain, short, shown_in
 from gearplay.sweeps.tolerances.allowable import ALL, Allowable
 from gearplay.sweeps.tolerances.distribution import Distribution
 from gearplay.sweeps.tolerances.exceedance import Exceedance, as_table, interval_of

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.report import finite
 from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.json_text import finite
 from gearplay.pictures.pages import data_uri, render_page
-from gearplay.sweeps.tolerances import figures as figures_of
-from gearplay.sweeps.tolerances import words as words_of
-from gearplay.sweeps.tolerances.figures import Scale, percent
-from gearplay.sweeps.tolerances.allowable import Allowable
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
+from gearplay.sweeps.tolerances import figures as figures_of
+from gearplay.sweeps.tolerances import words as words_of
+from gearplay.sweeps.tolerances.allowable import Allowable
+from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
 from gearplay.vocabulary.version import VERSION
 
@@ -197,7 +197,8 @@ def render(
     """Return the page, self-contained HTML."""
     images = {name: data_uri(png) for name, png in figures.items()}
     return render_page(
-        "tolerance.html",
+        "gearplay.sweeps.tolerances",
+        "page.html",
         filters={"number": _number, "percent": _percent},
         title=plan.title or "Tolerance study",
         plan=plan,

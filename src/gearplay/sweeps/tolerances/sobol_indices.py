@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.emulator import Emulator, terms
-from gearplay.calibration.emulator import design as polynomials
+from gearplay.surrogates.polynomials import Emulator, terms
+from gearplay.surrogates.polynomials import design as polynomials
 from gearplay.sweeps.cases.draws import sample_size, unit_points
-from gearplay.sweeps.tolerances.exceedance import as_table, member_means, member_variance, noise_share
 from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.tolerances.exceedance import as_table, member_means, member_variance, noise_share
 from gearplay.vocabulary.optional import load_optional
 
 Floats = NDArray[np.float64]

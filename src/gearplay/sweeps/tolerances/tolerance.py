@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.distribution import Distribution, distribution
 from gearplay.sweeps.tolerances.exceedance import Exceedance, as_table, exceedance
-from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.sobol_indices import Indices, independent_rows, indices_of
 
 Floats = NDArray[np.float64]

@@ -2,9 +2,9 @@
 
 import math
 
-from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable
 from gearplay.sweeps.tolerances.exceedance import Exceedance
+from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.sobol_indices import Indices
 from gearplay.sweeps.tolerances.tolerance import Cut
 

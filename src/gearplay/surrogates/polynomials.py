@@ -12,8 +12,6 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.objective import Comparison
-
 Floats = NDArray[np.float64]
 DEGREES = (1, 2, 3, 4, 5)
 POINTS_PER_TERM = 2.0  # trials that a term of the polynomial needs at least
@@ -100,25 +98,3 @@ def nearness(values: Floats) -> Floats:
     excess = values - np.min(values)
     reference = max(float(np.median(np.sort(excess)[: max(2, len(excess) // 5)])), 1e-12)
     return np.asarray(1.0 / (1.0 + excess / reference) ** 2)
-
-
-def refine(
-    emulator: Emulator,
-    comparison: Comparison,
-    centre: Floats,
-    generator: np.random.Generator,
-    *,
-    candidates: int = 4000,
-) -> tuple[float, ...]:
-    """Return the point near ``centre`` where the emulator's objective is least, in a region of random size.
-
-    Random points in a shrinking neighbourhood: the objective of an emulator has many shallow minima.
-    """
-    at, radius = centre, float(generator.choice([0.03, 0.08, 0.2]))
-    for _ in range(4):
-        points = np.clip(at + radius * generator.normal(size=(candidates, centre.size)), 0.0, 1.0)
-        points[0] = at
-        logs = emulator(points)
-        at = points[int(np.argmin(comparison.objective(logs, np.zeros_like(logs))))]
-        radius *= 0.4
-    return tuple(float(u) for u in at)

@@ -1,0 +1,62 @@
+"""Names, units and numbers as pictures and pages show them."""
+
+import textwrap
+
+from gearplay.vocabulary.quantities import DIMENSIONS
+
+
+def plain(text: str) -> str:
+    """Return user text that matplotlib shows as it is: ``$`` starts no formula."""
+    return text.replace("$", r"\$")
+
+
+def short(text: str, most: int = 44) -> str:
+    """Return a long name with its middle left out: names that differ often do so at the end.
+
+    >>> short("abcdefghij", 7)
+    'abc…hij'
+    """
+    half = (most - 1) // 2
+    kept = text if len(text) <= most else f"{text[: most - 1 - half]}…{text[-half:]}"
+    return f" {kept}" if kept.startswith("_") else kept  # matplotlib leaves such labels out of legends
+
+
+def wrapped(text: str, width: int) -> str:
+    r"""Return text in lines of at most ``width`` characters, broken at blanks, after underscores, or anywhere.
+
+    >>> wrapped("tooth_error_2 of ring", 8)
+    'tooth_\nerror_2\nof ring'
+    """
+    lines = [""]
+    for word in text.replace("_", "_\0").replace(" ", " \0").split("\0"):
+        if len((lines[-1] + word).rstrip()) > width and lines[-1]:
+            lines.append("")
+        lines[-1] += word
+    return "\n".join(part for line in lines for part in textwrap.wrap(line.strip(), width))
+
+
+def shown_unit(unit: str) -> str:
+    """Return a unit as a picture shows it.
+
+    >>> shown_unit("(m/s^2)^2/Hz"), shown_unit(""), shown_unit("um")
+    ('(m/s²)²/Hz', '1', 'µm')
+    """
+    text = unit.replace("^2", "²").replace("^3", "³") or "1"
+    return plain("µm" if text == "um" else text)
+
+
+DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
+
+
+def shown_in(unit: str, largest: float) -> tuple[str, float]:
+    """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
+
+    >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0)
+    (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0))
+    """
+    if unit == "m" and largest > 1.001e-3:
+        return ("mm", 1e3) if largest <= 1.0 else ("m", 1.0)
+    quantity = DISPLAY.get(unit)
+    if quantity is None:
+        return shown_unit(unit), 1.0
+    return shown_unit(quantity.display_unit).replace("um", "µm"), quantity.display_factor

@@ -1,0 +1,1 @@
+"""Surrogates: polynomials fitted to what simulations gave."""
