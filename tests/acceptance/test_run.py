@@ -95,18 +95,18 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
     import dataclasses
 
-    import gearplay.api
+    import gearplay.results.result
     from gearplay.cli.main import run as run_words
     from gearplay.solver.status import Status
 
-    simulate = gearplay.api.simulate
+    simulate = gearplay.results.result.simulate
 
     def one_fails(*words: object, **options: object) -> gp.Result:
         result = simulate(*words, **options)  # type: ignore[arg-type]
         result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
         return result
 
-    monkeypatch.setattr(gearplay.api, "simulate", one_fails)
+    monkeypatch.setattr(gearplay.results.result, "simulate", one_fails)
     words = [
         "run",
         "han2021",

@@ -31,7 +31,7 @@ from gearplay.files.folder_lock import locked
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
 from gearplay.solver.simulate import worker_count
-from gearplay.sweeps import door as door
+from gearplay.sweeps import door
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import engines
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep

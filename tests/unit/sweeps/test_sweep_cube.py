@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from gearplay.output.sweeps import cube, product
 from tests.sweep_products import BACKLASH, PLAY, made, plan_of
 
 from gearplay.cli.main import run
 from gearplay.model.toml_files import write_toml
+from gearplay.sweeps.running import product
+from gearplay.sweeps.running import zarr_export as cube
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import Rows
 from gearplay.sweeps.running.zarr_export import blocks, write_cube
