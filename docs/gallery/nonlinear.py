@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 import gearplay as gp
-from gearplay.nonlinear.figures import BRANCH, WAYS, basins_figure, draw_branch
+from gearplay.nonlinear.basins import basins_figure
+from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
+from gearplay.nonlinear.orbits.figures import BRANCH, draw_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sections import bifurcation_diagram

@@ -10,46 +10,14 @@ from gearplay.vocabulary.version import VERSION
 
 __version__ = VERSION
 
-_HOME = {
-    "Case": "gearplay.model.case",
-    "load_case": "gearplay.model.reading",
-    "replace": "gearplay.model.reading",
-    "check_case": "gearplay.model.check",
-    "simulate": "gearplay.results.result",
-    "Result": "gearplay.results.result",
-    "read_result": "gearplay.results.result",
-    "measure": "gearplay.rig.door",
-    "Record": "gearplay.files.record",
-    "Channel": "gearplay.files.record",
-    "read_measurement": "gearplay.files.measurements",
-    "write_record": "gearplay.files.measurements",
-    "calibrate": "gearplay.calibration.door",
-    "load_plan": "gearplay.calibration.reading",
-    "sweep": "gearplay.sweeps.door",
-    "basins": "gearplay.nonlinear.door",
-    "bifurcation": "gearplay.nonlinear.door",
-    "branch": "gearplay.nonlinear.orbits.door",
-    "branches": "gearplay.nonlinear.orbits.door",
-    "impacts": "gearplay.nonlinear.door",
-    "lyapunov": "gearplay.nonlinear.door",
-    "motion": "gearplay.nonlinear.door",
-    "periodic_orbit": "gearplay.nonlinear.orbits.door",
-    "portrait": "gearplay.nonlinear.door",
-    "section": "gearplay.nonlinear.door",
-    "torsional_pair": "gearplay.nonlinear.torsional",
-    "GearplayError": "gearplay.vocabulary.errors",
-    "InputError": "gearplay.vocabulary.errors",
-    "SimulationError": "gearplay.vocabulary.errors",
-    "ResourceError": "gearplay.vocabulary.errors",
-    "MeasurementError": "gearplay.vocabulary.errors",
-}
-
 __all__ = [
     "Case",
     "Channel",
+    "Engine",
     "GearplayError",
     "InputError",
     "MeasurementError",
+    "Policy",
     "Record",
     "ResourceError",
     "Result",
@@ -73,6 +41,7 @@ __all__ = [
     "read_result",
     "replace",
     "section",
+    "signals",
     "simulate",
     "sweep",
     "torsional_pair",
@@ -80,12 +49,14 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from gearplay import signals
     from gearplay.calibration.door import calibrate
     from gearplay.calibration.reading import load_plan
     from gearplay.files.measurements import read_measurement, write_record
     from gearplay.files.record import Channel, Record
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
+    from gearplay.model.policy import Policy
     from gearplay.model.reading import load_case, replace
     from gearplay.nonlinear.door import (
         basins,
@@ -98,9 +69,12 @@ if TYPE_CHECKING:
     )
     from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.nonlinear.torsional import torsional_pair
-    from gearplay.results.result import Result, read_result, simulate
+    from gearplay.python_door import read_result
+    from gearplay.results.door import simulate
+    from gearplay.results.result import Result
     from gearplay.rig.door import measure
     from gearplay.sweeps.door import sweep
+    from gearplay.sweeps.running.engines import Engine
     from gearplay.vocabulary.errors import (
         GearplayError,
         InputError,
@@ -111,9 +85,13 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name == "signals":
+        return import_module("gearplay.signals")
+    if name not in __all__:
         raise AttributeError(f"module 'gearplay' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+    from gearplay.python_door import public
+
+    return public(name)
 
 
 def __dir__() -> list[str]:

@@ -1,4 +1,4 @@
-"""A contract for import-linter: which libraries from elsewhere each room may import; a room that is not listed may import none."""
+"""A contract for import-linter: which libraries from elsewhere each room may import; one that is not listed may import none."""
 
 from importlinter import Contract, ContractCheck, fields, output
 from importlinter.domain.fields import StringField
@@ -31,7 +31,9 @@ class ForeignLibraries(Contract):
                 used.setdefault(room, set()).add(library)
                 if library not in allowed.get(room, set()):
                     beyond.append(f"{module} imports {library}")
-        idle = [f"{room} lists {library}" for room in allowed for library in sorted(allowed[room] - used[room])]
+        idle = [
+            f"{room} lists {library}" for room in allowed for library in sorted(allowed[room] - used[room])
+        ]
         return ContractCheck(kept=not (beyond or idle), metadata={"beyond": beyond, "idle": idle})
 
     def render_broken_contract(self, check):  # type: ignore[no-untyped-def]

@@ -22,9 +22,10 @@ from gearplay.calibration.verdict import (
     leave_one_out,
 )
 from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
-Report = Callable[[str, float, float], None]  # what is running, work done, of how much
+
 CANDIDATES = 3
 CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's: members the search has not seen
 PICTURE = 400  # posterior points kept for pictures
@@ -111,7 +112,7 @@ def run_calibration(
     *,
     trials: Callable[[str], TrialStore],
     parts: PartStore | None = None,
-    report: Report | None = None,
+    report: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> list[Fit]:
     """Calibrate every model of a plan in every reading; finished work comes from the stores.

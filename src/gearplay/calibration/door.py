@@ -3,24 +3,26 @@
 import json
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gearplay.calibration.calibrate import Report, run_calibration
+from gearplay.calibration.calibrate import run_calibration
 from gearplay.calibration.conditions import measurements_of
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.reading import load_plan, plan_folder
 from gearplay.calibration.recovery import recover as run_recovery
 from gearplay.calibration.recovery import summary
 from gearplay.calibration.report import write_calibration
+from gearplay.calibration.result import Calibration
 from gearplay.calibration.search import run_even
 from gearplay.calibration.store import StudyStore, digest_of
 from gearplay.calibration.trials import Problem
 from gearplay.files.atomic import write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import FolderStore
+from gearplay.vocabulary.progress import Progress, Tick, listening
 
 
 def calibrate(
@@ -28,17 +30,47 @@ def calibrate(
     folder: str | os.PathLike[str],
     *,
     records: str | os.PathLike[str] | None = None,
-    progress: Report | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
-) -> dict[str, Any]:
-    """Run or go on with a calibration in ``folder``, write its report there and return its document.
+) -> Calibration:
+    """Fit the free parameters of every model of a plan to its records, and say which model explains them.
 
-    ``plan`` is a `Plan`, a bundled name, a path or a mapping; ``records`` is the folder of its records, beside
-    the plan if not given. Finished trials
-    (``trials.sqlite``) and parts are kept, so the same call goes on after an interruption, to the same trials.
+    Finished trials (``trials.sqlite``) and parts are kept in the folder, so the same call goes on after an interruption, to
+    the same trials. The report is written there.
 
-    Raises `InputError` for a plan, case or record that does not fit, `MeasurementError` for an unreadable record,
-    `SimulationError` where no trial finishes.
+    Parameters
+    ----------
+    plan
+        A `Plan`, a bundled name, a path or a mapping.
+    folder
+        Where trials, report and document are kept.
+    records
+        Folder of the plan's records; beside the plan if not given.
+    progress
+        Called with what is running, how much is done, and of how much.
+    stop
+        An event that ends the work early, with `KeyboardInterrupt`.
+
+    Returns
+    -------
+    Calibration
+        ``ds`` has a row for each parameter of each fit, ``message`` the statement about the models, ``document`` the rest.
+
+    Raises
+    ------
+    InputError
+        For a plan, case or record that does not fit.
+    MeasurementError
+        For an unreadable record.
+    SimulationError
+        Where no trial finishes.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> gp.load_plan("tutorial").title  # gp.calibrate("tutorial", "out/tutorial") takes some minutes
+    'Tutorial: three records of a rig with unknown clearances'
+
     """
     loaded = plan if isinstance(plan, Plan) else load_plan(plan)
     place, digest = Path(folder), digest_of(loaded)
@@ -49,10 +81,10 @@ def calibrate(
         measurements_of(loaded, Path(records)),
         trials=lambda model: StudyStore(place, loaded, model, digest),
         parts=FolderStore(place / "parts"),
-        report=progress,
+        report=None if progress is None else listening(progress),
         stop=stop,
     )
-    return write_calibration(loaded, fits, place)
+    return Calibration(write_calibration(loaded, fits, place))
 
 
 def recover(
@@ -61,7 +93,7 @@ def recover(
     sets: int,
     *,
     members: int = 16,
-    progress: Report | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> dict[str, Any]:
     """Say how well a plan finds known parameters again: ``sets`` synthetic data sets of its first model.
@@ -76,7 +108,7 @@ def recover(
     problem = Problem(loaded, model)
     store = StudyStore(place, loaded, f"{model.name}, even", digest_of(loaded))
 
-    def tell(what: str) -> Callable[[float, float], None]:
+    def tell(what: str) -> Tick:
         return lambda done, total: progress(what, done, total) if progress is not None else None
 
     trials = run_even(problem, store, report=tell("trials"), stop=stop)

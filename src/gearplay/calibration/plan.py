@@ -10,6 +10,7 @@ from pydantic import Field, Tag, model_validator
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.rig.plan import Accelerometer
 from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]
 Changes = Annotated[dict[str, Any], Field(description="changes of the case, by path")]
@@ -75,12 +76,8 @@ class LevelTarget(_Target):
 
 
 STATISTICS = ("rms", "kurtosis", "crest_factor")
-CONTACT_STATISTICS = (
-    "share_of_time",
-    "impacts_per_second",
-    "mean_impact_speed",
-    "max_impact_speed",
-    "peak_force",
+OF_CONTACTS = tuple(
+    name for name in CONTACT_STATISTICS if name not in ("rms_impact_speed", "max_penetration")
 )
 
 
@@ -88,21 +85,12 @@ class StatisticTarget(_Target):
     """A statistic of the whole record, or of one contact (``contact`` = ``ring`` or ``pinion-ring:drive``)."""
 
     kind: Literal["statistic"] = "statistic"
-    statistic: Literal[
-        "rms",
-        "kurtosis",
-        "crest_factor",
-        "share_of_time",
-        "impacts_per_second",
-        "mean_impact_speed",
-        "max_impact_speed",
-        "peak_force",
-    ]
+    statistic: Literal[(*STATISTICS, *OF_CONTACTS)]  # type: ignore[valid-type]
     contact: Text | None = None
 
     @model_validator(mode="after")
     def _check(self) -> StatisticTarget:
-        if (self.statistic in CONTACT_STATISTICS) != (self.contact is not None):
+        if (self.statistic in OF_CONTACTS) != (self.contact is not None):
             rule = "must be given for a statistic of a contact, and only there"
             refuse([Problem(("contact",), rule, f"Statistics of records: {', '.join(STATISTICS)}")])
         return self

@@ -7,7 +7,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from gearplay.calibration.plan import Plan
-from gearplay.files.plan_files import Source, bundled, plan_document
+from gearplay.files.plan_files import Source, plan_document
+from gearplay.model.bundled import bundled
 from gearplay.model.wording import translate
 from gearplay.vocabulary.errors import InputError
 
@@ -16,7 +17,7 @@ PACKAGE = "gearplay.calibration"
 
 def plan_folder(source: str | os.PathLike[str]) -> Path:
     """Return where a plan's records are looked for: beside the plan, or among the package's own."""
-    if os.fspath(source) in bundled(PACKAGE):
+    if os.fspath(source) in bundled(PACKAGE, "plans"):
         return Path(str(files(PACKAGE) / "plans"))
     return Path(source).parent
 

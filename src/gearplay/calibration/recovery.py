@@ -1,7 +1,7 @@
 """Recovery: can a plan find known parameters again? Synthetic data at known points, inferred through the same emulator."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from gearplay.calibration.observe import FREQUENCY, Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import Interval, Surrogate, sample_posterior
 from gearplay.calibration.trials import Problem, Seen, Trial
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
 TRUE_SEED = 30_000_001  # added to the plan's: members no trial has seen
@@ -72,7 +73,7 @@ def recover(
     sets: int,
     *,
     members: int = 16,
-    report: Callable[[float, float], None] | None = None,
+    report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Recovered]:
     """Infer the parameters of ``sets`` synthetic data sets from an emulator of ``trials`` spread over the whole range.

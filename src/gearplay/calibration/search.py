@@ -5,7 +5,7 @@ stored: a search that was killed goes on to the same list of trials.
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +15,13 @@ from gearplay.calibration.objective import Comparison
 from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.surrogates.polynomials import Emulator
 from gearplay.vocabulary.optional import load_optional
+from gearplay.vocabulary.progress import Tick
 
 if TYPE_CHECKING:
     import optuna
 
 Floats = NDArray[np.float64]
-Report = Callable[[float, float], None]  # trials done, of how many
+
 CANDIDATES = 64  # that TPE weighs for one trial
 STARTUP, SEARCH, POLISH = "startup", "search", "polish"
 
@@ -135,7 +136,7 @@ def run_even(
     problem: Problem,
     store: TrialStore,
     *,
-    report: Report | None = None,
+    report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
     """Run or go on with evenly spread trials, as many as the plan's evaluations; return all of them.
@@ -163,7 +164,7 @@ def run_search(
     comparisons: Sequence[Comparison],
     store: TrialStore,
     *,
-    report: Report | None = None,
+    report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
     """Run or go on with one model's search to the plan's number of evaluations; return all trials.

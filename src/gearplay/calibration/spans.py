@@ -9,15 +9,9 @@ from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.calibration.plan import Plan, StatisticTarget, to_value
 from gearplay.calibration.trials import Problem
 from gearplay.model.field_units import unit_at
-from gearplay.pictures.words import plain, wrapped
+from gearplay.pictures.words import plain, shown_unit, wrapped
+from gearplay.vocabulary.quantities import ACCELERATION, CONTACT_STATISTICS
 
-STATISTIC_UNITS = {
-    "rms": "m/s²",
-    "impacts_per_second": "1/s",
-    "mean_impact_speed": "m/s",
-    "max_impact_speed": "m/s",
-    "peak_force": "N",
-}
 AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
 
 
@@ -101,4 +95,9 @@ def datum_unit(plan: Plan, reading: str, row: Row) -> str:
     if row.key == AMPLITUDE:
         return AMPLITUDE_UNITS[reading]
     target = next(t for t in plan.targets if t.name == row.target)
-    return STATISTIC_UNITS.get(target.statistic, "1") if isinstance(target, StatisticTarget) else "1"
+    if not isinstance(target, StatisticTarget):
+        return "1"
+    if target.statistic == "rms":
+        return shown_unit(ACCELERATION.unit)
+    known = CONTACT_STATISTICS.get(target.statistic)
+    return "1" if known is None else known.unit

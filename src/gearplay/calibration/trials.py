@@ -17,9 +17,10 @@ from gearplay.model.plan_values import changed, factor, number_in_si, value_at
 from gearplay.model.reading import load_case, replace
 from gearplay.rig.plan import Accelerometer
 from gearplay.rig.sensor import sensor_response
-from gearplay.solver.simulate import Progress, run_batch
+from gearplay.solver.simulate import run_batch
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
@@ -96,7 +97,7 @@ class Problem:
         *,
         seed: int | None = None,
         members: int | None = None,
-        progress: Progress | None = None,
+        progress: Tick | None = None,
         stop: threading.Event | None = None,
     ) -> Seen:
         """Simulate every condition at a point and return what the sensor shows.

@@ -10,8 +10,7 @@ from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
-
-INTERRUPTED, PARTLY = 130, 4
+from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 
 def register(app: typer.Typer) -> None:
@@ -50,8 +49,9 @@ def bifurcation(
     from gearplay.model.reading import load_case
     from gearplay.nonlinear.door import bifurcation as diagram_of
     from gearplay.nonlinear.figures import bifurcation_figure
-    from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset, check_branches
     from gearplay.nonlinear.orbits.door import branches as branches_of
+    from gearplay.nonlinear.orbits.door import check_branches
+    from gearplay.results.answer import KIND
     from gearplay.solver.simulate import prepare
 
     base = load_case(case, changes or ())
@@ -83,18 +83,18 @@ def bifurcation(
                 keep=keep,
                 period=period_of(period),
                 carry=carry,
-                progress=_watching(base.title or case, report, stop),
+                progress=_watching(report, stop),
                 stop=stop,
             )
-            names = [str(name) for name in found.data_vars if name != "reason"]
-            write_dataset(found, data, overwrite=overwrite)
-            write_bytes(picture, bifurcation_figure(found, names))
+            names = found.names
+            found.save(data, overwrite=overwrite)
+            write_bytes(picture, bifurcation_figure(found.ds, names))
             written = True
             if not branches:
                 tree.unlink(missing_ok=True)  # those of the diagram that was replaced
             document = _summary(found, data, picture)
             if branches:
-                watch = _watching("orbits", report, stop)
+                watch = _watching(report, stop)
                 follow = partial(
                     branches_of,
                     order=order,
@@ -108,12 +108,11 @@ def bifurcation(
                 except SimulationError as error:
                     document |= {"branches": [], "branches_error": str(error)}
                 else:
-                    levels = [branch_signals(base, path, each, names) for each in trees]
+                    levels = trees.levels(names)
                     both = list(zip(trees, levels, strict=True))
-                    write_dataset(
-                        branches_dataset(base, path, trees, names, levels), tree, overwrite=overwrite
-                    )
-                    write_bytes(picture, bifurcation_figure(found, names, branches=both))
+                    whole = trees.dataset(names, levels).assign_attrs({KIND: trees.answer})
+                    write_dataset(whole, tree, overwrite=overwrite)
+                    write_bytes(picture, bifurcation_figure(found.ds, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
     except KeyboardInterrupt:
         said = f"{data} is written, its branches are not" if written else "nothing was written"
@@ -124,14 +123,14 @@ def bifurcation(
         raise typer.Exit(PARTLY)
 
 
-def _watching(label: str, report: Any, stop: Any) -> Any:
+def _watching(report: Any, stop: Any) -> Any:
     """Return a progress function for work that only it can end, once stopping is asked for."""
 
-    def watch(done: float, total: float) -> None:
+    def watch(what: str, done: float, total: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
         if report is not None:
-            report(label, done, total)
+            report(what, done, total)
 
     return watch
 
@@ -150,12 +149,10 @@ def _listed(trees: Any) -> list[dict[str, Any]]:
 
 
 def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
-    reasons = [str(reason) for reason in found["reason"].values.ravel() if reason]
     return {
-        "title": found.attrs["title"],
-        "values": int(found["reason"].sizes[found["reason"].dims[1]]),
-        "failed": len(reasons),
-        "reasons": sorted(set(reasons))[:5],
+        "title": found.case.title,
+        "values": len(found.parameters),
+        **found.account.as_document(),
         "out": str(data),
         "picture": str(picture),
     }

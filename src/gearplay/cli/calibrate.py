@@ -8,8 +8,7 @@ import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
-
-INTERRUPTED = 130
+from gearplay.vocabulary.exit_codes import INTERRUPTED
 
 
 def register(app: typer.Typer) -> None:
@@ -54,11 +53,11 @@ def calibrate(
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
                 if recover is not None:
-                    document = calibration.recover(loaded, folder, recover, progress=report, stop=stop)
+                    document: Any = calibration.recover(loaded, folder, recover, progress=report, stop=stop)
                 else:
                     document = calibration.calibrate(
                         loaded, folder, records=plan_folder(plan), progress=report, stop=stop
-                    )
+                    ).document
         except KeyboardInterrupt:
             say(f"Interrupted. Finished trials are kept in {folder}: the same command goes on there.")
             raise typer.Exit(INTERRUPTED) from None

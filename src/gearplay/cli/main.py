@@ -12,6 +12,7 @@ import typer
 
 from gearplay.cli.output import error_document, print_json, say_error
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
+from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
 
 COMMANDS: Final = (
     "run",
@@ -28,12 +29,6 @@ COMMANDS: Final = (
     "schema",
 )
 """Modules of `gearplay.cli`, each with ``register(app)``; they import what is heavy only when they run."""
-
-INTERRUPTED: Final = 130
-"""Exit code after Ctrl-C."""
-
-BROKEN: Final = 1
-"""Exit code after an error in gearplay itself."""
 
 
 class _CommandModule(Protocol):
@@ -100,7 +95,7 @@ def run(words: Sequence[str], *, debug: bool = False) -> int:
     try:
         code = app(args=list(words) or ["--help"], prog_name="gearplay", standalone_mode=False)
         sys.stdout.flush()
-        return code if isinstance(code, int) else 0
+        return code if isinstance(code, int) else DONE
     except (KeyboardInterrupt, typer.Abort):
         say_error("Interrupted.")
         return INTERRUPTED

@@ -8,8 +8,7 @@ import typer
 from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
-
-INTERRUPTED = 130
+from gearplay.vocabulary.exit_codes import INTERRUPTED
 
 
 def register(app: typer.Typer) -> None:
@@ -45,7 +44,7 @@ def motion(
                 periods=periods,
                 settle=settle,
                 period=period_of(period),
-                members=members,
+                ensemble=members,
                 compare=compare,
                 progress=report,
                 stop=stop,

@@ -30,7 +30,7 @@ def portrait(
     json: Json = False,
 ) -> None:
     """Draw the orbits and phase portraits of a settled motion, once per period and at each onset of a contact."""
-    from gearplay.files.atomic import check_new, write_bytes, write_dataset
+    from gearplay.files.atomic import check_new, write_bytes
     from gearplay.model.reading import load_case
     from gearplay.nonlinear.door import portrait as portrait_of
     from gearplay.nonlinear.portraits import portrait_figure
@@ -49,14 +49,14 @@ def portrait(
     with compiling_notice():
         prepare(base)
     found = portrait_of(base, settle=settle, keep=keep, show=show, period=period_of(period))
-    drawn = portrait_figure(found, rotors=tuple(rotor or ()))
-    write_dataset(found, data, overwrite=overwrite)
+    drawn = portrait_figure(found.ds, rotors=tuple(rotor or ()))
+    found.save(data, overwrite=overwrite)
     write_bytes(picture, drawn)
     document: dict[str, Any] = {
         "title": base.title,
-        "period": found.attrs["period"],
-        "sections": int(found.sizes["section_time"]),
-        "onsets": int(found.sizes["onset_time"]),
+        "period": found.ds.attrs["period"],
+        "sections": int(found.ds.sizes["section_time"]),
+        "onsets": int(found.ds.sizes["onset_time"]),
         "out": str(data),
         "picture": str(picture),
     }

@@ -3,12 +3,11 @@
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from gearplay.cli.output import say
-
-Report = Callable[[str, float, float], None]  # what is running, done, of how much
+from gearplay.vocabulary.progress import Progress as Told
 
 
 @contextmanager
@@ -41,7 +40,7 @@ def compiling_notice() -> Iterator[None]:
 
 
 @contextmanager
-def progress_bar(*, quiet: bool) -> Iterator[Report | None]:
+def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
     """Yield a function that shows progress on standard error, or None off a terminal or when ``quiet``."""
     if quiet or not sys.stderr.isatty():
         yield None

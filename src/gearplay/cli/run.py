@@ -9,9 +9,7 @@ import typer
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compiling_notice, progress_bar
 from gearplay.vocabulary.errors import SimulationError
-
-INTERRUPTED = 130
-PARTLY_DONE = 4  # some members of an ensemble did not finish
+from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 
 def register(app: typer.Typer) -> None:
@@ -32,7 +30,7 @@ def run(
     """Simulate a case and save the result."""
     from gearplay.files.atomic import check_new
     from gearplay.model.reading import load_case
-    from gearplay.results.result import simulate
+    from gearplay.results.door import simulate
     from gearplay.solver.simulate import prepare
 
     chosen = load_case(case, changes or ())
@@ -41,8 +39,7 @@ def run(
     with compiling_notice():
         prepare(chosen)
     with progress_bar(quiet=json) as report:
-        watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
-        result = simulate(chosen, progress=watch)
+        result = simulate(chosen, progress=report)
     if out is not None:
         result.save(out, overwrite=overwrite)
     document = _summary(result, out)
@@ -55,7 +52,7 @@ def run(
     if not result.success:
         say_error(f"{case}: {result.message}")
         partly = any(run.success for run in result.runs)
-        raise typer.Exit(PARTLY_DONE if partly else SimulationError.exit_code)
+        raise typer.Exit(PARTLY if partly else SimulationError.exit_code)
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:

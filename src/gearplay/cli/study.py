@@ -8,9 +8,8 @@ import typer
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
-INTERRUPTED = 130
-PARTLY_DONE = 4  # some members did not finish
 BOTH = "both"
 
 
@@ -67,7 +66,7 @@ def study(
             print_text(_words(document))
     if any(document["failures"] for document in documents):
         say("Some members did not finish; the report names them.")
-        raise typer.Exit(PARTLY_DONE)
+        raise typer.Exit(PARTLY)
 
 
 def _one(

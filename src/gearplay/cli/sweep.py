@@ -10,11 +10,10 @@ import typer
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
-
-INTERRUPTED, PARTLY = 130, 4
+from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads or processes; the cores.")]
-Engine = Annotated[str, typer.Option("--engine", help="threads or processes.")]
+EngineKind = Annotated[str, typer.Option("--engine", help="threads or processes.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
 Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
 Zarr = Annotated[bool, typer.Option("--zarr", help="Also write sweep.zarr.")]
@@ -39,7 +38,7 @@ def sweep(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say how many cases, how long and how large; write nothing.")
     ] = False,
-    engine: Engine = "threads",
+    engine: EngineKind = "threads",
     workers: Workers = None,
     scheduler: Scheduler = None,
     tls_ca: Tls = None,
@@ -54,9 +53,10 @@ def sweep(
 
     Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
     """
-    from gearplay.sweeps.door import Policy, freeze
     from gearplay.sweeps.plans.reading import load_sweep
+    from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.running.folder import freeze
     from gearplay.sweeps.tolerances.answer import limit_of
 
     made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
@@ -69,16 +69,16 @@ def sweep(
     if overwrite and shard is not None:
         rule = "must not be given with --shard: it would forget what other shards have done"
         raise InputError(Fault("--overwrite", True, rule, "Remove it, or choose another folder"))
-    policy = Policy(
+    chosen = Engine(
         engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
     )
-    _run(made, folder, policy, json=json, overwrite=overwrite, zarr=zarr)
+    _run(made, folder, chosen, json=json, overwrite=overwrite, zarr=zarr)
 
 
 def resume(
     folder: Annotated[Path, typer.Argument(help="The folder of a sweep.")],
     retry: Annotated[bool, typer.Option("--retry", help="Run failed cases again.")] = False,
-    engine: Engine = "threads",
+    engine: EngineKind = "threads",
     workers: Workers = None,
     scheduler: Scheduler = None,
     tls_ca: Tls = None,
@@ -89,19 +89,20 @@ def resume(
     json: Json = False,
 ) -> None:
     """Go on with a sweep in its folder, and gather what its shards have done."""
-    from gearplay.sweeps.door import Policy, plan_in
+    from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.running.folder import plan_in
 
-    policy = Policy(
+    chosen = Engine(
         engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
     )
-    _run(Sweep(plan_in(folder)), folder, policy, json=json, retry=retry, zarr=zarr)
+    _run(Sweep(plan_in(folder)), folder, chosen, json=json, retry=retry, zarr=zarr)
 
 
 def _run(
     made: Any,
     folder: Path,
-    policy: Any,
+    chosen: Any,
     *,
     json: bool,
     retry: bool = False,
@@ -109,61 +110,57 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.files.folder_lock import locked
+    from gearplay.results.account import Account
     from gearplay.solver.simulate import prepare
-    from gearplay.sweeps.door import PRODUCT, gather, gather_cube, run_in
     from gearplay.sweeps.report.page import write_sweep_report
-    from gearplay.sweeps.running.product import check_size, is_large
+    from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, run_in
     from gearplay.sweeps.tolerances.answer import answer
     from gearplay.vocabulary.optional import load_optional
 
-    large = zarr and is_large(made)
+    large = zarr and made.is_large
     if zarr:
         load_optional("zarr", "cluster")
     if not large or made.plan.tolerance is not None:
-        check_size(made)
-    if policy.scheduler is None and policy.engine == "threads":
+        made.check_size()
+    if chosen.scheduler is None and chosen.kind == "threads":
         with compiling_notice():
             prepare(made.template.base)
-    part = "" if policy.shard is None else f"{policy.shard[0]}-of-{policy.shard[1]}"
+    part = "" if chosen.shard is None else f"{chosen.shard[0]}-of-{chosen.shard[1]}"
     with locked(folder, part=part):
         if overwrite:
             _forget(folder)
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
-                count = run_in(made, folder, policy, retry=retry, progress=report, stop=stop)
-                if policy.shard is not None:
+                count = run_in(made, folder, chosen, retry=retry, progress=report, stop=stop)
+                if chosen.shard is not None:
                     document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
                     words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
                     print_json(document) if json else print_text(words)
                     return
                 document = {"title": made.plan.title, "cases": len(made.template.points), "ran": count}
                 if zarr:
-                    document |= gather_cube(made, folder)
+                    document |= gather_cube(made, folder).as_document() | {"cube": str(folder / CUBE)}
                 if not large:
                     product = gather(made, folder)
                     write_sweep_report(made, product, folder)
                     written = {"out": str(folder / PRODUCT), "report": str(folder / "report.html")}
-                    document |= _ended(product) | written
+                    ended = Account.of(product["status"].values, product["reason"].values)
+                    document |= ended.as_document() | written
                 if made.plan.tolerance is not None:
-                    found = answer(made, product, folder, policy=policy, progress=report, stop=stop)
+                    found = answer(made, product, folder, engine=chosen, progress=report, stop=stop)
                     document["tolerance"] = found
         except KeyboardInterrupt:
             say(f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there.")
             raise typer.Exit(INTERRUPTED) from None
     print_json(document) if json else print_text(_words(document))
-    if document["failed"]:
+    if document["failed"] or document["missing"]:
         raise typer.Exit(PARTLY)
-
-
-def _ended(product: Any) -> dict[str, Any]:
-    """Return how many cases of a product failed, and up to five reasons."""
-    status = product["status"].values.ravel()
-    reasons = {str(r) for r in product["reason"].values.ravel()[status != 0]}
-    return {"failed": int((status != 0).sum()), "reasons": sorted(reasons)[:5]}
 
 
 def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Sweep'}: {d['cases']} cases, {d['ran']} run now, {d['failed']} failed"]
+    if d["missing"]:
+        lines[0] += f", {d['missing']} not run yet"
     lines += [f"  {reason}" for reason in d["reasons"]]
     for each in d.get("tolerance", {}).get("conditions", [])[:10]:
         lines += _sentences(each["words"])
@@ -181,7 +178,7 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from dataclasses import asdict
 
     from gearplay.solver.simulate import prepare
-    from gearplay.sweeps.door import forecast
+    from gearplay.sweeps.running.forecast import forecast
 
     with compiling_notice():
         prepare(made.template.base)
@@ -238,7 +235,7 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 
 def _forget(folder: Path) -> None:
-    from gearplay.sweeps.door import PLAN, PRODUCT
+    from gearplay.sweeps.running.folder import PLAN, PRODUCT
     from gearplay.sweeps.running.store import PATTERN
 
     for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):

@@ -2,25 +2,15 @@
 
 import os
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
-
-
-def bundled(package: str) -> list[str]:
-    """Return the names of the plans that come with a package of the study floor.
-
-    >>> bundled("gearplay.calibration")
-    ['han2021', 'tutorial']
-    """
-    folder = files(package) / "plans"
-    return sorted(e.name.removesuffix(".toml") for e in folder.iterdir() if e.name.endswith(".toml"))
 
 
 def plan_document(source: Source, package: str) -> dict[str, Any]:
@@ -31,9 +21,9 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
     if isinstance(source, Mapping):
         copied: dict[str, Any] = plain_copy(source)
         return copied
-    name, known = os.fspath(source), bundled(package)
+    name, known = os.fspath(source), bundled(package, "plans")
     if name in known:
-        text = (files(package) / "plans" / f"{name}.toml").read_text(encoding="utf-8")
+        text = bundled_text(package, "plans", name)
         where = name
     elif not name.endswith(".toml") and not os.path.lexists(name):
         rule = "must be a bundled plan or the path of a file"

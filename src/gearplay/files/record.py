@@ -1,14 +1,21 @@
 """Records: what a sensor or a simulation gives, channel by channel, with unit and sampling rate."""
 
+import html
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 
@@ -56,8 +63,29 @@ class Channel:
 class Record:
     """Channels taken together, measured or simulated.
 
-    ``source`` is the file's name or the case's title, ``format`` the kind of file ("simulated" for the virtual rig),
-    ``attributes`` what else the source says, as text.
+    Parameters
+    ----------
+    channels
+        The signals, which may differ in length and rate.
+    source
+        The file's name or the case's title.
+    format
+        The kind of file, "simulated" for the virtual rig.
+    attributes
+        What else the source says, as text.
+
+    Attributes
+    ----------
+    ds : xarray.Dataset
+        A variable for each channel over ``time`` [s]; channels of different lengths or rates have times of their own.
+    message : str
+
+    Examples
+    --------
+    >>> record = Record((Channel("acc", np.sin(np.arange(8.0)), 1000.0, "m/s^2"),), source="bench")
+    >>> record.message, record.ds["acc"].attrs["units"]
+    ('bench: 1 channel, 0.008 s', 'm/s^2')
+
     """
 
     channels: tuple[Channel, ...]
@@ -88,3 +116,54 @@ class Record:
         close = get_close_matches(name or "", self.names, 1)
         cure = f"Did you mean '{close[0]}'?" if close else f"Channels: {shown or 'none'}"
         raise InputError([Fault("channel", name, "must be a channel of the record", cure)])
+
+    @property
+    def message(self) -> str:
+        """What was recorded, in words."""
+        longest = max((channel.duration for channel in self.channels), default=0.0)
+        count = f"{len(self.channels)} channel{'s' if len(self.channels) != 1 else ''}"
+        return f"{self.source or 'record'}: {count}, {longest:.4g} s"
+
+    @property
+    def ds(self) -> "xr.Dataset":
+        """The channels as a dataset; ``time`` in s, numbered where channels differ in length, rate or start."""
+        import xarray as xr
+
+        grids = list(dict.fromkeys((c.values.size, c.sampling, c.start) for c in self.channels))
+        names = ["time"] if len(grids) == 1 else [f"time_{at}" for at in range(len(grids))]
+        variables, coordinates = {}, {}
+        for c in self.channels:
+            own = names[grids.index((c.values.size, c.sampling, c.start))]
+            words = {"units": c.unit, "long_name": c.name, "sampling": c.sampling, **c.attributes}
+            variables[c.name] = (own, c.values, words)
+            coordinates[own] = (own, c.time, {"units": "s", "long_name": "time"})
+        attributes = {"title": self.source, "format": self.format, **self.attributes}
+        return xr.Dataset(variables, coordinates, attributes)
+
+    def plot(self, channel: str | None = None, *, ax: "Axes | None" = None) -> "Axes":
+        """Draw a channel over time, the last one if not named; of many samples the lowest and highest."""
+        from gearplay.pictures.style import new_axes, plot_curve
+
+        chosen = self.channel(channel) if channel is not None else self.channels[-1]
+        values = np.asarray(chosen.values, dtype=np.float64)
+        drawn = plot_curve(
+            ax if ax is not None else new_axes(), chosen.time, values, f"signal [{chosen.unit or '1'}]"
+        )
+        drawn.set_title(chosen.name, fontsize=9, loc="left")
+        return drawn
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the record as `gearplay.write_record` does, its kind by the extension; `gearplay.read_result` reads it back."""
+        from gearplay.files.measurements.writing import write_record
+
+        write_record(self, path, overwrite=overwrite)
+
+    def _repr_html_(self) -> str:
+        from gearplay.pictures.pages import html_table
+
+        rows = [
+            (c.name, c.unit or "1", f"{c.sampling:g} Hz", f"{c.values.size} samples") for c in self.channels
+        ]
+        return f"<p>{html.escape(self.message)}</p>" + html_table(
+            rows, ("channel", "unit", "sampling", "length")
+        )

@@ -16,6 +16,7 @@ from gearplay.model.coupling import Coupling
 from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part
 from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
+from gearplay.model.policy import LIMITS, FixedStep, MostSteps, MostWallTime, Policy, Tolerance
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.vocabulary import quantities as q
@@ -37,21 +38,10 @@ class Run(Part):
     sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
     ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
-    tolerance: Annotated[float, Measure(None, "error tolerance on scaled states", ge=1e-13, le=1e-2)] = 1e-9
-    fixed_step: (
-        Annotated[
-            float,
-            Measure(
-                q.TIME,
-                "length of all steps, contacts noticed at their ends; without it contacts are located",
-                gt=0.0,
-                le=1.0,
-            ),
-        ]
-        | None
-    ) = None
-    max_steps: Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")] | None = None
-    max_wall_time: Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)] | None = None
+    tolerance: Tolerance = 1e-9
+    fixed_step: FixedStep | None = None
+    max_steps: MostSteps | None = None
+    max_wall_time: MostWallTime | None = None
 
 
 class Case(Part):
@@ -111,12 +101,23 @@ class Case(Part):
         document: dict[str, Any] = self.model_dump(mode="json")
         return {name: value for name, value in document.items() if value or name not in JOINTS}
 
+    @property
+    def policy(self) -> Policy:
+        """How the case is to be computed: the fields of its run that say nothing of the mechanism or the record."""
+        return Policy(**{name: getattr(self.run, name) for name in Policy.model_fields})
+
+    def identity(self) -> dict[str, Any]:
+        """Return `resolved` without the limits on steps and wall time: what decides every number of a finished run."""
+        document = self.resolved()
+        document["run"] |= dict.fromkeys(LIMITS)
+        return document
+
     @cached_property
     def sha256(self) -> str:
-        """Digest of the resolved case.
+        """Digest of the case's `identity`.
 
-        Neither the order of fields, nor units, nor defaults that are written out change it; the order of
+        Neither limits, nor the order of fields, nor units, nor defaults that are written out change it; the order of
         rotors and sleeves does, since it is the order of the state.
         """
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+        text = json.dumps(self.identity(), separators=(",", ":"), allow_nan=False, ensure_ascii=True)
         return hashlib.sha256(text.encode("ascii")).hexdigest()

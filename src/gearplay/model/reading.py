@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
 from pydantic import ValidationError
 
+from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import JOINTS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import Part
@@ -33,10 +33,7 @@ def bundled_names() -> list[str]:
     True
 
     """
-    folder = files("gearplay.model") / "cases"
-    return sorted(
-        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
-    )
+    return bundled("gearplay.model", "cases")
 
 
 def load_case(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Sequence[str] = ()) -> Case:
@@ -123,7 +120,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
         raise InputError(Fault("case", name, "must be a path as text", "Decode it first"))
     known = bundled_names()
     if name in known:
-        text = (files("gearplay.model") / "cases" / f"{name}.toml").read_text(encoding="utf-8")
+        text = bundled_text("gearplay.model", "cases", name)
         where = name
     else:
         path = Path(name)

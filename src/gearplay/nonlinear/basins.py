@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,19 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.nonlinear.orders import repeating_orders
+from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.words import axis_label
+from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import state_names
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.progress import Tick
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 IRREGULAR, FAILED = -1, -2
@@ -31,8 +42,8 @@ class Grid:
     count: int
 
 
-@dataclass(frozen=True)
-class Basins:
+@dataclass(frozen=True, repr=False)
+class Basins(Answer):
     """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
 
     -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed. Each attractor holds its sections,
@@ -43,6 +54,67 @@ class Basins:
     second: Floats
     labels: NDArray[np.int64]
     attractors: tuple[Floats, ...]
+    names: tuple[str, str]
+    entries: tuple[str, ...]
+    case: Case
+
+    answer = "basins"
+
+    @property
+    def ds(self) -> "xr.Dataset":
+        """Labels over both entries of the start, and the sections of each motion, filled up with NaN."""
+        import xarray as xr
+
+        most = max((len(each) for each in self.attractors), default=1)
+        sections = np.full((len(self.attractors), most, len(self.entries)), np.nan)
+        for at, each in enumerate(self.attractors):
+            sections[at, : len(each)] = each
+        first, second = self.names
+        words = {"long_name": "motion that the start leads to", "flag_values": [FAILED, IRREGULAR],
+                 "flag_meanings": "cannot_be_followed does_not_repeat"}  # fmt: skip
+        variables = {
+            "motion": ((second, first), self.labels, words),
+            "sections": (
+                ("attractor", "order", "entry"),
+                sections,
+                {"long_name": "sections of a motion, SI"},
+            ),
+        }
+        coordinates = {
+            first: (first, self.first, signal_words(first)),
+            second: (second, self.second, signal_words(second)),
+            "entry": ("entry", np.array(self.entries, dtype=object)),
+        }
+        return xr.Dataset(variables, coordinates, provenance(self.case))
+
+    @classmethod
+    def from_dataset(cls, dataset: "xr.Dataset") -> Self:
+        """Return the object whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        second, first = (str(dim) for dim in dataset["motion"].dims)
+        sections = [each[np.isfinite(each).all(axis=1)] for each in dataset["sections"].values]
+        return cls(
+            dataset[first].values,
+            dataset[second].values,
+            dataset["motion"].values,
+            tuple(sections),
+            (first, second),
+            tuple(str(entry) for entry in dataset["entry"].values),
+            case_in(dataset),
+        )
+
+    @property
+    def message(self) -> str:
+        """How many motions there are and how much of the grid leads to each."""
+        each = zip(self.shares, self.attractors, strict=True)
+        shares = ", ".join(f"{100.0 * share:.0f} % (order {len(known)})" for share, known in each)
+        count = len(self.attractors)
+        return f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
+
+    def plot(self, *, title: str = "") -> "Figure":
+        """Draw each start in the pale colour of its motion; returns the figure."""
+        drawn: Figure = basins_drawing(self, self.names, title=title)
+        return drawn
 
     @property
     def shares(self) -> Floats:
@@ -58,7 +130,7 @@ def basins_of_attraction(
     settle: int = 300,
     period: str | float = "common",
     threads: int = 2,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> Basins:
     """Return which motion each start of a grid settles to within ``settle`` periods; all other entries are those of the case.
@@ -96,7 +168,9 @@ def basins_of_attraction(
 
     share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
     labels, attractors = _labels(sections, flow.natural[flow.free])
-    return Basins(axes[0], axes[1], labels.reshape(axes[1].size, axes[0].size), attractors)
+    table = labels.reshape(axes[1].size, axes[0].size)
+    entries = tuple(flow.free_names)
+    return Basins(axes[0], axes[1], table, attractors, (first.name, second.name), entries, case)
 
 
 def _place(flow: Flow, grid: Grid) -> int:
@@ -119,7 +193,7 @@ def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[F
         if not np.isfinite(seen).all():
             labels[at] = FAILED
             continue
-        order = _order(seen / scale)
+        order = next(repeating_orders(seen / scale, MOST_ORDER, ALIKE), 0)
         if order == 0:
             labels[at] = IRREGULAR
             continue
@@ -130,13 +204,52 @@ def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[F
     return labels, tuple(attractors)
 
 
-def _order(scaled: Floats) -> int:
-    """Return after how many periods sections repeat, 0 for more than `MOST_ORDER`."""
-    for order in range(1, MOST_ORDER + 1):
-        if np.max(np.abs(scaled[order:] - scaled[:-order])) < ALIKE:
-            return order
-    return 0
-
-
 def _is_on(state: Floats, attractor: Floats, scale: Floats) -> bool:
     return bool(np.min(np.max(np.abs(attractor - state) / scale, axis=1)) < ALIKE)
+
+
+def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -> bytes:
+    """Return `basins_drawing` as PNG."""
+    return to_png(basins_drawing(basins, labels, title=title))
+
+
+def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") -> Any:
+    """Return the figure of basins of attraction: each start in the pale colour of its motion.
+
+    ``labels`` are the words of both axes; values are shown as they are, in SI.
+    """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    kinds = len(basins.attractors)
+    pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
+    figure, axes = make_figure(1, 1, 4.6)
+    ax = axes[0, 0]
+    colors = ListedColormap(["#bbbbbb", "#eeeeee", *pale])
+    norm = BoundaryNorm(np.arange(-2.5, kinds + 0.5), colors.N)
+    ax.pcolormesh(
+        basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
+    )
+    handles = {}
+    for at in range(kinds):
+        mark = PALETTE[at % len(PALETTE)]
+        order = len(basins.attractors[at])
+        handles[f"motion {at + 1}, order {order}, {100.0 * basins.shares[at]:.0f} %"] = legend_mark(
+            mark, marker="s"
+        )
+    if np.any(basins.labels == IRREGULAR):
+        handles["does not repeat"] = legend_mark("#dddddd", marker="s")
+    if np.any(basins.labels == FAILED):
+        handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
+    ax.set_xlabel(axis_label(labels[0], "1"), fontsize=SMALL)
+    ax.set_ylabel(axis_label(labels[1], "1"), fontsize=SMALL)
+    set_legend(figure, handles)
+    set_title(figure, title)
+    return figure
+
+
+def _pale(color: str) -> str:
+    """Return a colour half-way to white."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    red, green, blue = to_rgb(color)
+    return str(to_hex((0.5 + 0.5 * red, 0.5 + 0.5 * green, 0.5 + 0.5 * blue)))

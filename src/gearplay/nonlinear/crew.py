@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from gearplay.vocabulary.progress import Tick
+
 Job = TypeVar("Job")
 
 
@@ -15,7 +17,7 @@ def share_out(
     total: int,
     threads: int,
     stop: threading.Event,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
 ) -> None:
     """Call ``work(job, tick)`` for every job on threads; ``tick()`` tells of one of ``total`` parts. Ctrl-C sets ``stop``.
 

@@ -1,36 +1,23 @@
 """Nonlinear analysis of a case: sections, portraits, diagrams over a field, exponents, kinds of motion, basins."""
 
-import contextlib
 import threading
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
-import numpy as np
-
-from gearplay.model.field_units import unit_at
 from gearplay.model.plan_values import number_in_si
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
+from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
-from gearplay.nonlinear.orbits.period_map import along, section_period
-from gearplay.nonlinear.sections import (
-    Section,
-    bifurcation_diagram,
-    contact_section,
-    stroboscopic_section,
-)
-from gearplay.results.provenance import provenance, signal_words
-from gearplay.results.result import Source, case_of
-from gearplay.solver.flow import Flow, prepare_tangent
+from gearplay.nonlinear.orbits.period_map import along
+from gearplay.nonlinear.portrait import Portrait, portrait_of
+from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
+from gearplay.results.door import Source, case_of
+from gearplay.solver.flow import prepare_tangent
 from gearplay.solver.simulate import prepare, worker_count
-from gearplay.vocabulary.errors import Fault, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-Progress = Callable[[float, float], None]
-PARTS = 200
-"""Samples of a portrait's path in each mesh period."""
+from gearplay.vocabulary.progress import Progress, listening, ticking
+from gearplay.vocabulary.renamed import renamed
 
 
 def bifurcation(
@@ -47,25 +34,52 @@ def bifurcation(
     threads: int | None = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
-) -> "xr.Dataset":
+) -> Diagram:
     """Return what a motion settles to over a field of a case: signals once per period after it has settled.
 
-    ``values`` of the field at ``path`` rise; numbers in SI or texts with a unit. ``signals`` are ``ring.x``,
-    ``pinion-ring.drive_penetration`` ...: those that follow from the state. At each value ``settle`` periods pass and ``keep``
-    are kept; ``period`` is "common", "mesh", "shaft" or a time in s. With ``carry`` each value goes on from the one before it, up
-    and down.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    path
+        The field: ``rotors.pinion.drive.speed``.
+    values
+        Its values, rising: numbers in SI or texts with a unit.
+    signals
+        ``ring.x``, ``pinion-ring.drive_penetration`` ...: those that follow from the state.
+    settle, keep
+        Periods that pass at each value, and periods that are kept.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    directions
+        "up", "down" or both: the ways along the values.
+    carry
+        Whether each value goes on from the one before it, so that jumps show where a branch ends.
+    threads
+        Threads; the cores by default. It changes nothing in the result.
+    progress
+        Called with what is running, how much is done, and of how much.
+    stop
+        An event that ends the work early, with `KeyboardInterrupt`.
 
-    The result has a variable for each signal over ``direction``, the field's name and ``section``, and ``reason`` where a value
-    failed.
+    Returns
+    -------
+    Diagram
+        ``ds`` has a variable for each signal over ``direction``, the field's name and ``section``, and ``reason`` where a
+        value failed.
 
-    Raises `InputError` for a field, value or signal that cannot be.
+    Raises
+    ------
+    InputError
+        For a field, value or signal that cannot be.
 
+    Examples
+    --------
     >>> found = bifurcation("han2021", "meshes.0.backlash", ["90 um", "100 um"], ["ring.x"], settle=2, keep=3, period="mesh")
-    >>> dict(found.sizes), found["ring.x"].attrs["units"]
+    >>> dict(found.ds.sizes), found.ds["ring.x"].attrs["units"]
     ({'direction': 2, 'backlash': 2, 'section': 3}, 'm')
-    """
-    import xarray as xr
 
+    """
     base = case_of(case)
     numbers = [number_in_si(base, (path,), value, f"values.{at}") for at, value in enumerate(values)]
     found = bifurcation_diagram(
@@ -78,55 +92,122 @@ def bifurcation(
         directions=directions,
         carry=carry,
         threads=worker_count() if threads is None else threads,
-        progress=progress,
+        progress=ticking(progress, base.title or "diagram"),
         stop=stop,
     )
-    name = path.rpartition(".")[2]
-    variables: dict[str, Any] = {}
-    for at, signal in enumerate(found.names):
-        variables[signal] = (("direction", name, "section"), found.values[..., at], signal_words(signal))
-    variables["reason"] = (
-        ("direction", name),
-        np.array(found.reasons, dtype=object),
-        {"long_name": "why a value failed"},
-    )
-    coordinates = {
-        "direction": ("direction", np.array(found.directions, dtype=object)),
-        name: (name, found.parameters, {"units": unit_at(base, path), "long_name": path}),
-    }
-    attributes = provenance(base, settle=settle, keep=keep, period=period, carried=int(carry))
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    return replace(found, case=base, path=path)
 
 
+@renamed(time="duration")
 def lyapunov(
     case: Source,
     *,
     count: int | None = None,
-    time: float | None = None,
+    duration: float | None = None,
     transient: float | None = None,
     member: int = 0,
     progress: Progress | None = None,
 ) -> Exponents:
-    """Return the Lyapunov exponents of a case's motion with their intervals; see `lyapunov_exponents`."""
+    """Return the Lyapunov exponents of a case's motion: how fast neighbouring motions part, from the exact tangent.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    count
+        How many, the largest first; all if not given.
+    duration, transient
+        Record and time before it [s]; the case's if not given.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+    progress
+        Called with what is running, how much is done, and of how much.
+
+    Returns
+    -------
+    Exponents
+        ``values`` and half-widths ``errors`` of their 95 % intervals [1/s], shape [exponent].
+
+    Raises
+    ------
+    InputError
+        For a count or times that cannot be.
+    SimulationError
+        Where the motion cannot be followed.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.lyapunov(gp.torsional_pair(0.7), count=1, duration=0.2, transient=0.1)
+    >>> bool(found.largest[0] < 0.0), found.ds.values.attrs["units"]
+    (True, '1/s')
+
+    """
     base = case_of(case)
     prepare_tangent(base)
     return lyapunov_exponents(
-        base, count=count, time=time, transient=transient, member=member, progress=progress
+        base,
+        count=count,
+        duration=duration,
+        transient=transient,
+        member=member,
+        progress=ticking(progress, "exponents"),
     )
 
 
+@renamed(members="ensemble")
 def motion(
     case: Source,
     *,
     periods: int = 1000,
     settle: int = 300,
     period: str | float = "common",
-    members: int = 12,
+    ensemble: int = 12,
     compare: bool = True,
-    progress: Callable[[str, float, float], None] | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Motion:
-    """Return what kind of motion a case settles to, with the evidence; see `identify_motion`."""
+    """Return what kind of motion a case settles to, with the evidence: periodic, quasi-periodic, chaotic, at rest, an artefact.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    periods
+        Sections that are looked at, 100 or more.
+    settle
+        Periods before.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    ensemble
+        Members of each ensemble that is compared, 4 or more.
+    compare
+        Whether ensembles are repeated with other numbers of the method: what changes then beyond its spread is an artefact.
+    progress
+        Called with what is running, how much is done, and of how much.
+    stop
+        An event that ends the work early, with `KeyboardInterrupt`.
+
+    Returns
+    -------
+    Motion
+        ``kind``, ``reason``, the largest exponent [1/s] with the half-width of its 95 % interval, and the comparisons.
+
+    Raises
+    ------
+    InputError
+        For a case without a period or numbers that cannot be.
+    SimulationError
+        Where the motion cannot be followed.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.motion(gp.torsional_pair(0.7, force=0.05), periods=200, compare=False)
+    >>> found.kind, found.order
+    ('periodic', 1)
+
+    """
     base = case_of(case)
     prepare_motion(base)
     return identify_motion(
@@ -134,9 +215,9 @@ def motion(
         periods=periods,
         settle=settle,
         period=period,
-        members=members,
+        ensemble=ensemble,
         compare=compare,
-        progress=progress,
+        progress=None if progress is None else listening(progress),
         stop=stop,
     )
 
@@ -152,10 +233,43 @@ def basins(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Basins:
-    """Return which motion each initial state of a grid leads to; see `basins_of_attraction`.
+    """Return which motion each initial state of a grid leads to.
 
-    ``first`` and ``second`` are an entry of the state, its least and largest value in SI, and their number:
-    ``("ring.vx", -0.1, 0.1, 50)``.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    first, second
+        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``.
+    settle
+        Periods before the motions are compared, 1 or more.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    threads
+        Threads; the cores by default. It changes nothing in the result.
+    progress
+        Called with what is running, how much is done, and of how much.
+    stop
+        An event that ends the work early, with `KeyboardInterrupt`.
+
+    Returns
+    -------
+    Basins
+        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed.
+
+    Raises
+    ------
+    InputError
+        For entries, ranges or a case that cannot be.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> grid = ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 2)
+    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), *grid, settle=300)
+    >>> found.labels.shape, len(found.attractors)
+    ((2, 2), 1)
+
     """
     base = case_of(case)
     prepare(base)
@@ -166,24 +280,55 @@ def basins(
         settle=settle,
         period=period,
         threads=worker_count() if threads is None else threads,
-        progress=progress,
+        progress=ticking(progress, "starts"),
         stop=stop,
     )
 
 
+@renamed(count="keep", skip="settle")
 def section(
     case: Source,
     signals: Sequence[str],
     *,
-    count: int = 1000,
-    skip: int = 0,
+    keep: int = 1000,
+    settle: int = 0,
     period: str | float = "common",
     member: int = 0,
 ) -> Section:
-    """Return signals of a case once per period; see `stroboscopic_section`."""
+    """Return signals of a case once per period.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    signals
+        ``ring.x``, ``ring.vx`` ...: those that follow from the state.
+    keep, settle
+        Periods that are kept, after so many.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+
+    Returns
+    -------
+    Section
+        ``times`` [s], shape [instant], and ``values`` [SI], shape [instant, signal].
+
+    Raises
+    ------
+    InputError
+        For a case without a period or signals it does not have.
+
+    Examples
+    --------
+    >>> section("han2021", ["ring.x", "ring.vx"], keep=3, settle=2, period="mesh").values.shape
+    (3, 2)
+
+    """
     base = case_of(case)
     prepare(base)
-    return stroboscopic_section(base, signals, count=count, skip=skip, period=period, member=member)
+    return stroboscopic_section(base, signals, keep=keep, settle=settle, period=period, member=member)
 
 
 def impacts(
@@ -196,16 +341,48 @@ def impacts(
     transient: float | None = None,
     member: int = 0,
 ) -> Section:
-    """Return signals of a case at every onset or release of a contact; see `contact_section`."""
-    base = case_of(case)
+    """Return signals of a case at every onset or release of a contact, at the instants that the solver located.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    signals
+        ``ring.x``, ``ring.vx`` ...: those that follow from the state.
+    contact
+        A sleeve's name or a flank: ``ring``, ``pinion-ring:drive``.
+    change
+        "onset" or "release".
+    duration, transient
+        Record and time before it [s]; the case's if not given.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+
+    Returns
+    -------
+    Section
+        ``values`` [SI], shape [instant, signal], the rate of penetration [m/s] last.
+
+    Raises
+    ------
+    InputError
+        For a contact, change or signals that the case does not have.
+
+    Examples
+    --------
+    >>> impacts("han2021", ["ring.x"], "pinion-ring:drive", duration=0.2, transient=0.0).names
+    ('ring.x', 'pinion-ring:drive.rate')
+
+    """
+    base = case_of(case, duration=duration, transient=transient)
     prepare(base)
     return contact_section(
         base,
         signals,
         contact,
         change=change,
-        duration=base.run.duration if duration is None else duration,
-        transient=base.run.transient if transient is None else transient,
+        duration=base.run.duration,
+        transient=base.run.transient,
         member=member,
     )
 
@@ -218,57 +395,38 @@ def portrait(
     show: int = 60,
     period: str | float = "mesh",
     member: int = 0,
-) -> "xr.Dataset":
+) -> Portrait:
     """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
 
-    ``settle`` periods pass; then the path is sampled `PARTS` times a mesh period over ``show`` periods, and the section and the
-    onsets are those of ``keep`` periods. ``period`` is that of `section`.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    settle, keep
+        Periods that pass, and periods of section and onsets.
+    show
+        Periods over which the path is sampled, 200 times a mesh period.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    member
+        Member of the ensemble, 0 for the unperturbed start.
 
-    The result has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over
-    ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on, rotations from the nominal ones.
+    Returns
+    -------
+    Portrait
+        ``ds`` has ``path.SIGNAL``, ``section.SIGNAL`` and ``onset.SIGNAL`` [SI], each over its time [s].
 
-    Raises `InputError` for a case without a period or numbers that cannot be.
+    Raises
+    ------
+    InputError
+        For a case without a period or numbers that cannot be.
+
+    Examples
+    --------
+    >>> portrait("han2021", settle=2, keep=3, show=1).ds.sizes["section_time"]
+    3
+
     """
-    import xarray as xr
-
-    for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
-        if number < least:
-            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     base = case_of(case)
     prepare(base)
-    flow = Flow(base)
-    packed, signals = flow.packed, flow.free_names
-    if not signals:
-        rule = "must leave a rotor free to move or turn"
-        raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))
-    step, parts = section_period(packed, period), PARTS
-    with contextlib.suppress(InputError):  # of a mesh period where there is one
-        parts = PARTS * max(1, min(100, round(step / section_period(packed, "mesh"))))
-    path = stroboscopic_section(
-        base, signals, count=show * parts + 1, skip=settle * parts, period=step / parts, member=member
-    )
-    strobe = stroboscopic_section(base, signals, count=keep, skip=settle, period=step, member=member)
-    hits = {
-        label: contact_section(
-            base, signals, label, duration=keep * step, transient=settle * step, member=member
-        )
-        for label in packed.contact_labels
-    }
-    instants = np.concatenate([np.zeros(0), *(each.times for each in hits.values())])
-    order = np.argsort(instants, kind="stable")
-    names = [label for label, each in hits.items() for _ in each.times]
-    rows = np.concatenate([np.zeros((0, len(signals) + 1)), *(each.values for each in hits.values())])
-    contact = np.array(names, dtype=object)[order]
-    variables: dict[str, Any] = {"contact": ("onset_time", contact, {"long_name": "contact that begins"})}
-    for at, signal in enumerate(signals):
-        words = signal_words(signal)
-        variables[f"path.{signal}"] = ("path_time", path.values[:, at], words)
-        variables[f"section.{signal}"] = ("section_time", strobe.values[:, at], words)
-        variables[f"onset.{signal}"] = ("onset_time", rows[order, at], words)
-    seconds = {"units": "s", "long_name": "time"}
-    coordinates = {
-        "path_time": ("path_time", path.times, seconds),
-        "section_time": ("section_time", strobe.times, seconds),
-        "onset_time": ("onset_time", instants[order], seconds),
-    }
-    return xr.Dataset(variables, coords=coordinates, attrs=provenance(base, settle=settle, period=step))
+    return portrait_of(base, settle=settle, keep=keep, show=show, period=period, member=member)

@@ -1,23 +1,20 @@
 """Pictures of sections over a parameter, and of branches of periodic orbits among them."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins
-from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, GRAZING, TORUS, Branch, Special
-from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.nonlinear.orbits.branches import Branch
+from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
-from gearplay.pictures.words import plain, shown_in
+from gearplay.pictures.words import axis_label, shown_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
 WAYS = {"up": COUPLED, "down": UNCOUPLED}
-MARKS = {FOLD: "s", DOUBLING: "^", TORUS: "o", GRAZING: "x"}
-BRANCH, POINT = "#222222", "#b02a4c"
 FEW_POINTS = 3000
 
 
@@ -28,7 +25,18 @@ def bifurcation_figure(
     branches: Sequence[tuple[Branch, Any]] = (),
     title: str = "",
 ) -> bytes:
-    """Return a bifurcation diagram as PNG: every section of each signal over the parameter, both ways in their colours.
+    """Return `bifurcation_drawing` as PNG."""
+    return to_png(bifurcation_drawing(diagram, signals, branches=branches, title=title))
+
+
+def bifurcation_drawing(
+    diagram: "xr.Dataset",
+    signals: Sequence[str],
+    *,
+    branches: Sequence[tuple[Branch, Any]] = (),
+    title: str = "",
+) -> Any:
+    """Return the figure of a bifurcation diagram: every section of each signal over the parameter, both ways in their colours.
 
     ``diagram`` is that of `gearplay.bifurcation`; one panel a signal, below each other. ``branches`` of periodic orbits come with
     the same signals at their sections, shape [orbit, order, signal].
@@ -54,113 +62,12 @@ def bifurcation_figure(
             draw_branch(ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x)
         edge = 0.01 * (axis.values[-1] - axis.values[0])
         ax.set_xlim(factor_x * (axis.values[0] - edge), factor_x * (axis.values[-1] + edge))
-        ax.set_ylabel(_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
-    axes[-1, 0].set_xlabel(_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
+        ax.set_ylabel(axis_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
+    axes[-1, 0].set_xlabel(axis_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
     arrows = {"up": "up →", "down": "← down"}
     handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
     set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
     set_title(
         figure, title or f"{diagram.attrs.get('title', '')}: {axis.attrs['long_name']} varied".lstrip(": ")
     )
-    return to_png(figure)
-
-
-def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -> bytes:
-    """Return basins of attraction as PNG: each start in the pale colour of its motion.
-
-    ``labels`` are the words of both axes; values are shown as they are, in SI.
-    """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
-    kinds = len(basins.attractors)
-    pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
-    figure, axes = make_figure(1, 1, 4.6)
-    ax = axes[0, 0]
-    colors = ListedColormap(["#bbbbbb", "#eeeeee", *pale])
-    norm = BoundaryNorm(np.arange(-2.5, kinds + 0.5), colors.N)
-    ax.pcolormesh(
-        basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
-    )
-    handles = {}
-    for at in range(kinds):
-        mark = PALETTE[at % len(PALETTE)]
-        order = len(basins.attractors[at])
-        handles[f"motion {at + 1}, order {order}, {100.0 * basins.shares[at]:.0f} %"] = legend_mark(
-            mark, marker="s"
-        )
-    if np.any(basins.labels == IRREGULAR):
-        handles["does not repeat"] = legend_mark("#dddddd", marker="s")
-    if np.any(basins.labels == FAILED):
-        handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
-    ax.set_xlabel(_label(labels[0], "1"), fontsize=SMALL)
-    ax.set_ylabel(_label(labels[1], "1"), fontsize=SMALL)
-    set_legend(figure, handles)
-    set_title(figure, title)
-    return to_png(figure)
-
-
-def _pale(color: str) -> str:
-    """Return a colour half-way to white."""
-    from matplotlib.colors import to_hex, to_rgb
-
-    red, green, blue = to_rgb(color)
-    return str(to_hex((0.5 + 0.5 * red, 0.5 + 0.5 * green, 0.5 + 0.5 * blue)))
-
-
-def _label(words: str, unit: str) -> str:
-    """Return an axis's words with the unit, in lines that fit a panel."""
-    return plain("\n".join(textwrap.wrap(words if unit == "1" else f"{words} [{unit}]", 44)))
-
-
-def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0) -> None:
-    """Draw a branch on an axis: stable parts solid, unstable ones dotted, special points marked.
-
-    ``values`` are what is shown of each orbit, shape [orbit] or [orbit, order]; ``factor`` multiplies the parameter.
-    """
-    size = 5.0 / branch.order**0.5
-    for y in np.asarray(values).reshape(len(branch.orbits), -1).T:
-        for x, level, whole in _stretches(branch, y):
-            ax.plot(factor * x, level, "-" if whole else ":", color=BRANCH, linewidth=1.2)
-        for special in branch.special:
-            level = _level(branch, special, y)
-            ax.plot(
-                factor * special.orbit.parameter, level, MARKS[special.kind], color=POINT, markersize=size
-            )
-
-
-def _stretches(branch: Branch, y: Any) -> list[tuple[Any, Any, bool]]:
-    """Return the parts of a branch that are stable or not as lines x, y; they change at the special points between orbits."""
-    turns = {s.place: s for s in branch.special if s.kind != GRAZING}
-    lines: list[tuple[list[float], list[float], bool]] = []
-    x, stable = branch.parameters, branch.stable
-    for at in range(len(x)):
-        if not lines or lines[-1][2] != stable[at]:
-            begins: tuple[list[float], list[float]] = ([], [])
-            if lines and at - 1 in turns:
-                turn = turns[at - 1]
-                begins = ([turn.orbit.parameter], [_level(branch, turn, y)])
-                lines[-1][0].extend(begins[0])
-                lines[-1][1].extend(begins[1])
-            elif lines:
-                begins = ([float(x[at - 1])], [float(y[at - 1])])
-            lines.append((list(begins[0]), list(begins[1]), bool(stable[at])))
-        lines[-1][0].append(float(x[at]))
-        lines[-1][1].append(float(y[at]))
-    return [(np.array(xs), np.array(ys), whole) for xs, ys, whole in lines]
-
-
-def _level(branch: Branch, special: Special, y: Any) -> float:
-    """Return where a special point is drawn: on the line between its neighbours."""
-    low, high = (branch.orbits[special.place + k].parameter for k in (0, 1))
-    share = float(np.clip((special.orbit.parameter - low) / (high - low), 0.0, 1.0)) if high != low else 0.5
-    return float((1.0 - share) * y[special.place] + share * y[special.place + 1])
-
-
-def branch_marks(branches: Sequence[Branch]) -> dict[str, Any]:
-    """Return the entries of a legend for what is on branches."""
-    stable = {bool(whole) for branch in branches for whole in branch.stable}
-    marks = {"stable orbits": legend_mark(BRANCH, line="-")} if True in stable else {}
-    if False in stable:
-        marks["unstable orbits"] = legend_mark(BRANCH, line=":")
-    kinds = {special.kind for branch in branches for special in branch.special}
-    return marks | {kind: legend_mark(POINT, marker=MARKS[kind]) for kind in MARKS if kind in kinds}
+    return figure

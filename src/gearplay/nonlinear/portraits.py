@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
-from gearplay.pictures.style import CLEARANCE, COUPLED, thinned
+from gearplay.pictures.extremes import thinned_path
+from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS
 from gearplay.pictures.words import plain, shown_in
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -31,7 +32,12 @@ MOST_ROTORS, MOST_ONSETS = 12, 600
 
 
 def portrait_figure(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), title: str = "") -> bytes:
-    """Return a portrait as PNG: for each rotor its orbit and the phase portraits of all that is free to move.
+    """Return `portrait_drawing` as PNG."""
+    return to_png(portrait_drawing(portrait, rotors=rotors, title=title))
+
+
+def portrait_drawing(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), title: str = "") -> Any:
+    """Return the figure of a portrait: for each rotor its orbit and the phase portraits of all that is free to move.
 
     ``portrait`` is that of `gearplay.portrait`; ``rotors`` chooses among its rotors. Sections are dots, onsets of contacts
     crosses. A rotor in a sleeve on the ground is shown in its clearance circle.
@@ -72,7 +78,7 @@ def portrait_figure(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), tit
     set_legend(figure, handles)
     more = f" (the first {MOST_ROTORS} of {len(chosen)} rotors)" if len(chosen) > MOST_ROTORS else ""
     set_title(figure, (title or str(portrait.attrs.get("title", ""))) + more)
-    return to_png(figure)
+    return figure
 
 
 def _clearance(case: Case, rotor: str) -> float:
@@ -114,7 +120,8 @@ def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str,
     own = np.flatnonzero(np.isin(portrait["contact"].values.astype(str), _contacts(case, rotor)))
     own = own[:: -(-max(1, own.size) // MOST_ONSETS)]
     ax.plot(*(p[own] for p in points("onset")), "x", color=ONSET, markersize=2.6, markeredgewidth=0.6)
-    ax.plot(*thinned(*points("path")), color=COUPLED, linewidth=0.6)
+    x, y = points("path")
+    ax.plot(*thinned_path(x, y, MOST_POINTS), color=COUPLED, linewidth=0.6)
     ax.plot(*points("section"), "o", color=SECTION, markersize=1.8)
     ax.locator_params(nbins=4)
     ax.set_xlabel(f"{SYMBOLS[across]} [{scales[0][0]}]", fontsize=SMALL)

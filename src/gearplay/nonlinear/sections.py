@@ -1,69 +1,121 @@
 """Sections of a motion: its state once per period, or at every change of a contact; diagrams over a parameter."""
 
-import threading
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.nonlinear.crew import share_out
-from gearplay.nonlinear.orbits.period_map import Family, common_period, section_period
+from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.pictures.style import COUPLED, new_axes
+from gearplay.pictures.words import plain, shown_in
+from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import Observables
-from gearplay.solver.simulate import prepare
-from gearplay.solver.trajectory import all_columns
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 CHANGES = {"onset": 1.0, "release": 0.0}
-DEEPEST = 20e-6
-"""Deepest penetration [m] with which a motion is carried on to a changed case: a deeper one would be shot out of its contact."""
 
 
-@dataclass(frozen=True)
-class Section:
+@dataclass(frozen=True, repr=False)
+class Section(Answer):
     """A motion seen at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI."""
+
+    answer = "section"
 
     times: Floats
     values: Floats
     names: tuple[str, ...]
+    case: Case
+
+    @property
+    def ds(self) -> "xr.Dataset":
+        """A variable for each signal over ``time`` [s]; rotations and speeds count from the nominal ones."""
+        import xarray as xr
+
+        variables = {
+            name: ("time", self.values[:, at], _words_of(name)) for at, name in enumerate(self.names)
+        }
+        seconds = {"time": ("time", self.times, {"units": "s", "long_name": "time"})}
+        return xr.Dataset(variables, seconds, provenance(self.case, signals=json.dumps(self.names)))
+
+    @classmethod
+    def from_dataset(cls, dataset: "xr.Dataset") -> Self:
+        """Return the section whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        names = tuple(json.loads(dataset.attrs["signals"]))
+        table = np.column_stack([dataset[name].values for name in names])
+        return cls(dataset["time"].values, table, names, case_in(dataset))
+
+    @property
+    def message(self) -> str:
+        """How much was seen, in words."""
+        return f"{len(self.times)} instants of {', '.join(self.names)}"
+
+    def plot(self, *, ax: "Axes | None" = None) -> "Axes":
+        """Draw the second signal over the first, or one signal over time, in display units."""
+        drawn = ax if ax is not None else new_axes(5.0, 4.5)
+        shown = [self._shown(at) for at in range(min(2, len(self.names)))]
+        (x, across), (y, up) = shown if len(shown) == 2 else ((self.times, "time [s]"), shown[0])
+        drawn.plot(x, y, ".", color=COUPLED, markersize=2.5)
+        drawn.set_xlabel(across, fontsize=8)
+        drawn.set_ylabel(up, fontsize=8)
+        return drawn
+
+    def _shown(self, at: int) -> tuple[Floats, str]:
+        values = self.values[:, at]
+        unit, factor = shown_in(
+            _words_of(self.names[at])["units"], float(np.max(np.abs(values), initial=0.0))
+        )
+        return factor * values, plain(f"{self.names[at]} [{unit}]")
+
+
+def _words_of(name: str) -> dict[str, str]:
+    """Return unit and long name of a signal of a section, the rate of a contact among them."""
+    if name.endswith(".rate"):
+        return {"units": "m/s", "long_name": f"rate of penetration, {name.removesuffix('.rate')}"}
+    return signal_words(name)
 
 
 def stroboscopic_section(
     case: Case,
     signals: Sequence[str],
     *,
-    count: int,
-    skip: int = 0,
+    keep: int,
+    settle: int = 0,
     period: str | float = "common",
     member: int = 0,
 ) -> Section:
-    """Return signals once per period, ``count`` times after ``skip`` periods.
+    """Return signals once per period, ``keep`` times after ``settle`` periods.
 
     ``period`` is "common" (after which all that excites begins anew), that of the first "mesh" or of its driver ("shaft"), or a
     time in s. Signals are those that follow from the state (`Observables`).
 
     Raises `InputError` for a case without a period or signals it does not have.
     """
-    for name, number, least in (("count", count, 1), ("skip", skip, 0), ("member", member, 0)):
+    for name, number, least in (("keep", keep, 1), ("settle", settle, 0), ("member", member, 0)):
         if number < least:
             raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     flow = Flow(case)
     step = section_period(flow.packed, period)
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
-    if skip:
-        course.advance(skip * step)
+    if settle:
+        course.advance(settle * step)
     values = []
-    for at in range(count):
-        course.advance((skip + at) * step)
+    for at in range(keep):
+        course.advance((settle + at) * step)
         values.append(observe(course.time, course.state, course.run.branch))
-    return Section(
-        step * np.arange(skip, skip + count, dtype=np.float64),
-        np.array(values).reshape(count, -1),
-        observe.names,
-    )
+    times = step * np.arange(settle, settle + keep, dtype=np.float64)
+    return Section(times, np.array(values).reshape(keep, -1), observe.names, case)
 
 
 def contact_section(
@@ -102,114 +154,10 @@ def contact_section(
                 times.append(t)
                 values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
     names = (*observe.names, f"{contact}.rate")
-    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names)
-
-
-def _whole(flow: Flow, time: float) -> float:
-    """Return the end [s] of the common period that holds a time; the time itself where there is none."""
-    try:
-        period = common_period(flow.packed)
-    except InputError:
-        return time
-    return float(np.ceil(time / period * (1.0 - 1e-12)) * period)
-
-
-def _deepest(flow: Flow, state: Floats) -> float:
-    """Return the largest penetration [m] of a state at t = 0, NaN where its gears cannot mesh."""
-    wanted = ("sleeve_penetration", "drive_penetration", "back_penetration")
-    names = [f"{c.label}.{c.signal}" for c in all_columns(flow.packed) if c.signal in wanted]
-    return float(np.max(Observables(flow.packed, names)(0.0, state), initial=-np.inf))
+    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names, case)
 
 
 def _positive(name: str, value: float) -> float:
     if not (np.isfinite(value) and value > 0.0):
         raise InputError(Fault(name, value, "must be above 0 s", "Correct it"))
     return float(value)
-
-
-@dataclass(frozen=True)
-class Diagram:
-    """A bifurcation diagram: signals once per period, shape [direction, parameter, period, signal], NaN where a case failed.
-
-    ``reasons`` says why, shape [direction, parameter].
-    """
-
-    parameters: Floats
-    directions: tuple[str, ...]
-    values: Floats
-    names: tuple[str, ...]
-    reasons: tuple[tuple[str, ...], ...]
-
-
-def bifurcation_diagram(
-    family: Family,
-    parameters: Sequence[float],
-    signals: Sequence[str],
-    *,
-    settle: int = 400,
-    keep: int = 100,
-    period: str | float = "common",
-    directions: Sequence[str] = ("up", "down"),
-    carry: bool = True,
-    threads: int = 2,
-    progress: Callable[[float, float], None] | None = None,
-    stop: threading.Event | None = None,
-) -> Diagram:
-    """Return what a motion settles to over a parameter: ``keep`` sections after ``settle`` periods at each of its values.
-
-    ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value goes on from
-    the end of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which start was
-    drawn; without, each starts as its case says, as it does where the carried state would begin deep inside a contact. What
-    excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
-
-    Raises `InputError` for directions, signals or a case that cannot be.
-    """
-    values = np.array(parameters, dtype=np.float64)
-    if values.ndim != 1 or values.size == 0 or not np.all(np.diff(values) > 0.0):
-        raise InputError(Fault("parameters", "the list", "must have values that rise", "Sort it"))
-    if not directions or set(directions) - {"up", "down"} or len(set(directions)) < len(directions):
-        raise InputError(Fault("directions", list(directions), "must be up, down or both", "Correct it"))
-    for name, number, least in (("settle", settle, 0), ("keep", keep, 1)):
-        if number < least:
-            raise InputError(Fault(name, number, f"must be {least} or more", "Correct it"))
-    first = family(float(values[0]))
-    prepare(first)
-    packed = Flow(first).packed
-    names = Observables(packed, signals).names
-    section_period(packed, period)
-    table = np.full((len(directions), values.size, keep, len(names)), np.nan)
-    reasons = [[""] * values.size for _ in directions]
-    asked = stop or threading.Event()
-
-    def go(job: tuple[int, Sequence[int]], tick: Callable[[], None]) -> None:
-        way, places = job
-        state: Floats | None = None
-        latch: Floats | None = None
-        for at in places:
-            if asked.is_set():
-                return
-            try:
-                flow = Flow(family(float(values[at])))
-                step = section_period(flow.packed, period)
-                observe = Observables(flow.packed, signals)
-                if state is None or not carry or not _deepest(flow, state) <= DEEPEST:
-                    state, latch = flow.start(), None
-                course = flow.begin(state, latch=latch, stop=asked)
-                for n in range(settle + keep):
-                    course.advance((n + 1) * step)
-                    if n >= settle:
-                        table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
-                course.advance(_whole(flow, (settle + keep) * step))
-                state, latch = course.state.copy(), course.latch.copy()
-            except GearplayError as error:
-                reasons[way][at] = str(error).splitlines()[0]
-                state, latch = None, None
-            tick()
-
-    ways = [list(range(values.size))[:: 1 if way == "up" else -1] for way in directions]
-    jobs = [(w, way) for w, way in enumerate(ways)]
-    if not carry:
-        jobs = [(w, way[k::threads]) for w, way in enumerate(ways) for k in range(threads)]
-    total = table.shape[0] * values.size
-    share_out(jobs, go, total=total, threads=threads, stop=asked, progress=progress)
-    return Diagram(values, tuple(directions), table, names, tuple(tuple(row) for row in reasons))

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from gearplay.pictures.style import COUPLED, UNCOUPLED, tidy
+from gearplay.pictures.style import COUPLED, UNCOUPLED, blank_figure, tidy
 from gearplay.pictures.words import plain, short
 
 PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",
@@ -18,11 +18,7 @@ MOST_NAMES = 24  # entries of a legend
 
 def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Any, Any]:
     """Return a figure [inches] and its axes, shape [rows, columns], without pyplot's state."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = blank_figure(width, height)
     axes = figure.subplots(rows, columns, squeeze=False)
     for ax in axes.flat:
         tidy(ax).tick_params(labelsize=SMALL)

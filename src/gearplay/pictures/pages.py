@@ -1,7 +1,8 @@
 """What all report pages share: the templates' environment and pictures within the page."""
 
 import base64
-from collections.abc import Callable, Mapping
+import html
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 
@@ -30,3 +31,19 @@ def data_uri(png: bytes) -> str:
     'data:image/png;base64,YWJj'
     """
     return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
+def html_table(rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str:
+    """Return rows of text as a table, the first column as headings of its rows; nothing for no rows.
+
+    >>> html_table([("order", "2 & more")])
+    "<table><tr><th style='text-align:left'>order</th><td>2 &amp; more</td></tr></table>"
+    """
+    if not rows:
+        return ""
+    top = "".join(f"<th>{html.escape(name)}</th>" for name in head)
+    lines = [f"<tr>{top}</tr>"] if head else []
+    for name, *cells in rows:
+        values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        lines.append(f"<tr><th style='text-align:left'>{html.escape(name)}</th>{values}</tr>")
+    return f"<table>{''.join(lines)}</table>"

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.pictures.extremes import extremes, thinned_path
 from gearplay.pictures.words import plain
 
 if TYPE_CHECKING:
@@ -19,13 +20,18 @@ MOST_POINTS = 20_000
 
 def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
     """Return axes of a new figure [inches] in the house style, without touching matplotlib's global state."""
+    ax: Axes = tidy(blank_figure(width, height).subplots())
+    return ax
+
+
+def blank_figure(width: float, height: float) -> Any:
+    """Return an empty figure [inches] that PNG can be made of."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    ax: Axes = tidy(figure.subplots())
-    return ax
+    return figure
 
 
 def tidy(ax: Any) -> Any:
@@ -37,15 +43,9 @@ def tidy(ax: Any) -> Any:
     return ax
 
 
-def thinned(*columns: Floats) -> list[Floats]:
-    """Return every n-th point, so that a picture holds at most `MOST_POINTS`."""
-    step = max(1, -(-len(columns[0]) // MOST_POINTS))
-    return [column[::step] for column in columns]
-
-
 def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
     """Draw the path of a shaft's centre x, y [m] in its clearance circle of radius ``clearance`` [m], in um."""
-    x, y = thinned(np.asarray(x), np.asarray(y))
+    x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     ax.plot(1e6 * clearance * np.cos(angle), 1e6 * clearance * np.sin(angle), color=CLEARANCE, linewidth=1.0)
     ax.plot(1e6 * x, 1e6 * y, color=color, linewidth=0.6)
@@ -60,10 +60,18 @@ def plot_history(
 ) -> "Axes":
     """Draw one signal over time [s] in its display unit."""
     quantity = RESULT_VARIABLES[signal]
-    t, v = thinned(np.asarray(time), np.asarray(values))
-    ax.plot(t, quantity.display_factor * v, color=color, linewidth=0.7, label=plain(label) if label else None)
+    words = f"{quantity.long_name} [{quantity.display_unit}]".replace("um]", "µm]")
+    return plot_curve(ax, time, quantity.display_factor * np.asarray(values), words, color=color, label=label)
+
+
+def plot_curve(
+    ax: "Axes", time: Floats, values: Floats, words: str, *, color: str = COUPLED, label: str | None = None
+) -> "Axes":
+    """Draw values over time [s]; of many the lowest and the highest of each stretch, so that no impact is lost."""
+    t, v = extremes(np.asarray(time), np.asarray(values), MOST_POINTS // 2)
+    ax.plot(t, v, color=color, linewidth=0.7, label=plain(label) if label else None)
     ax.set_xlabel("time [s]", fontsize=8)
-    ax.set_ylabel(f"{quantity.long_name} [{quantity.display_unit}]".replace("um]", "µm]"), fontsize=8)
+    ax.set_ylabel(plain(words), fontsize=8)
     return ax
 
 

@@ -60,3 +60,8 @@ def shown_in(unit: str, largest: float) -> tuple[str, float]:
     if quantity is None:
         return shown_unit(unit), 1.0
     return shown_unit(quantity.display_unit).replace("um", "µm"), quantity.display_factor
+
+
+def axis_label(words: str, unit: str) -> str:
+    """Return an axis's words with the unit, in lines that fit a panel."""
+    return plain("\n".join(textwrap.wrap(words if unit == "1" else f"{words} [{unit}]", 44)))

@@ -1,12 +1,11 @@
 """Figures of the article's study, as PNG bytes for the report and as files beside it."""
 
-import io
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from gearplay.pictures.style import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum, tidy
+from gearplay.pictures.canvas import make_figure, to_png
+from gearplay.pictures.style import COUPLED, TEST, UNCOUPLED, plot_history, plot_orbit, plot_spectrum
 from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed
 from gearplay.published.comparison import LineDifference, by_condition, model_amplitudes
 from gearplay.published.han2021 import ConditionResult
@@ -14,27 +13,9 @@ from gearplay.published.han2021 import ConditionResult
 COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
 
 
-def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for ax in axes.flat:
-        tidy(ax)
-    return figure, axes
-
-
-def _png(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
-    return buffer.getvalue()
-
-
 def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) -> bytes:
     """Draw one condition in the manner of Figures 5-10: both models, and the test's lines by the fitted factor."""
-    figure, axes = _figure(1, 2, 10.0, 3.8)
+    figure, axes = make_figure(1, 2, 3.8, width=10.0)
     for ax, model in zip(axes[0], COLORS, strict=True):
         result = by_condition(results, model)[condition]
         factor = model_amplitudes(results, model).factor
@@ -70,12 +51,12 @@ def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) ->
         f"Acceleration of the driven gear along the centre line, {condition.label.replace('um', 'µm')}",
         fontsize=10,
     )
-    return _png(figure)
+    return to_png(figure)
 
 
 def orbit_figure(results: Sequence[ConditionResult]) -> bytes:
     """Draw the driven gear's centre in its clearance circle, one member a condition and model."""
-    figure, axes = _figure(2, len(conditions()), 15.0, 5.4)
+    figure, axes = make_figure(2, len(conditions()), 5.4, width=15.0)
     for row, model in enumerate(COLORS):
         found = by_condition(results, model)
         for ax, condition in zip(axes[row], conditions(), strict=True):
@@ -93,12 +74,12 @@ def orbit_figure(results: Sequence[ConditionResult]) -> bytes:
         for ax in axes[row, 1:]:
             ax.set_ylabel("")
         axes[row, 0].set_ylabel(f"{model}\ny [µm]", fontsize=8)
-    return _png(figure)
+    return to_png(figure)
 
 
 def backlash_figure(results: Sequence[ConditionResult]) -> bytes:
     """Draw the backlash history of one member a condition, coupled and uncoupled."""
-    figure, axes = _figure(2, 3, 12.0, 5.4)
+    figure, axes = make_figure(2, 3, 5.4, width=12.0)
     for at, (ax, condition) in enumerate(zip(axes.flat, conditions(), strict=True)):
         for model, color in COLORS.items():
             orbit = by_condition(results, model)[condition].orbit
@@ -111,12 +92,12 @@ def backlash_figure(results: Sequence[ConditionResult]) -> bytes:
         ax.set_ylabel("backlash, total, normal [µm]" if at % 3 == 0 else "", fontsize=8)
         ax.set_xlabel("time [s]" if at >= 3 else "", fontsize=8)
     axes[0, 0].legend(fontsize=7)
-    return _png(figure)
+    return to_png(figure)
 
 
 def radial_frequency_figure(results: Sequence[ConditionResult]) -> bytes:
     """Draw f_r of test, article and both models over sqrt(speed / clearance)."""
-    figure, axes = _figure(1, 1, 6.4, 4.0)
+    figure, axes = make_figure(1, 1, 4.0, width=6.4)
     ax = axes[0, 0]
     abscissa = np.array([np.sqrt(c.speed_rpm / c.radial_clearance_um) for c in conditions()])
     rows = [printed(c, "radial", "frequency_hz") for c in conditions()]
@@ -142,12 +123,12 @@ def radial_frequency_figure(results: Sequence[ConditionResult]) -> bytes:
     ax.set_xlabel("sqrt(pinion speed [rpm] / radial clearance [µm])", fontsize=8)
     ax.set_ylabel("radial frequency f_r [Hz]", fontsize=8)
     ax.legend(fontsize=7, loc="upper left")
-    return _png(figure)
+    return to_png(figure)
 
 
 def difference_figure(differences: Sequence[LineDifference]) -> bytes:
     """Draw the ratio coupled over uncoupled at each line with its 95 % interval."""
-    figure, axes = _figure(1, 1, 8.0, 3.4)
+    figure, axes = make_figure(1, 1, 3.4, width=8.0)
     ax = axes[0, 0]
     for at, d in enumerate(differences):
         color = COUPLED if d.significant else "#9aa0a8"
@@ -163,4 +144,4 @@ def difference_figure(differences: Sequence[LineDifference]) -> bytes:
         fontsize=6,
     )
     ax.set_ylabel("coupled over uncoupled [decades]", fontsize=8)
-    return _png(figure)
+    return to_png(figure)

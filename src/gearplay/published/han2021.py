@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
@@ -19,14 +19,13 @@ from gearplay.signals.lines import find_hump, find_line
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.progress import Progress, Tick
 
 MODELS = ("coupled", "uncoupled")
 HUMP_BAND = (0.6, 6.0)  # Hz, where the swing of the driven gear is looked for
 HUMP_WIDTH = 0.08  # relative width of its smoothing
 HIGHEST = 200.0  # Hz, end of the spectra that are kept
 MESH = "pinion-ring"
-
-Progress = Callable[[str, float, float], None]  # what is running, simulated seconds done, of how many
 
 
 class Store(Protocol):
@@ -187,7 +186,7 @@ def run_condition(
     condition: Condition,
     model: str,
     settings: Settings,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> ConditionResult:
     """Simulate one condition with one model; members that fail are left out and named.

@@ -1,6 +1,5 @@
 """Trajectories -> one labelled `xarray.Dataset`, as docs/conventions and the result-file contract say."""
 
-import json
 import platform
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -11,23 +10,15 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.provenance import provenance
 from gearplay.solver.trajectory import Trajectory, worst_of
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 METHOD = "Dormand-Prince 5(4), located events"
 FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
-
-_STATISTICS = {
-    "share_of_time": ("1", "share of time in contact"),
-    "impacts_per_second": ("1/s", "onsets of contact per second"),
-    "mean_impact_speed": ("m/s", "mean speed of approach at onset"),
-    "rms_impact_speed": ("m/s", "rms speed of approach at onset"),
-    "max_impact_speed": ("m/s", "largest speed of approach at onset"),
-    "peak_force": ("N", "largest normal force"),
-    "max_penetration": ("m", "largest penetration"),
-}
 
 
 def _version(package: str) -> str:
@@ -37,15 +28,10 @@ def _version(package: str) -> str:
         return "unknown"
 
 
-def provenance(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
-    """Return the attributes that say where a result comes from."""
+def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
+    """Return the attributes that say where a result comes from and how it went."""
     worst = worst_of(runs)
-    return {
-        "title": case.title,
-        "Conventions": "CF-1.11",
-        "case": json.dumps(case.resolved()),
-        "case_sha256": case.sha256,
-        "gearplay_version": _version("gearplay"),
+    return provenance(case) | {
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "numba_version": _version("numba"),
@@ -82,12 +68,16 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
             attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
         dims = ("member", "time", dimension) if ensemble else ("time", dimension)
         variables[signal] = (dims, block if ensemble else block[0], attributes)
-    for name, (unit, words) in _STATISTICS.items():
+    for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
-        if unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals
+        if quantity.unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals
             table = np.where(packed.angular, np.nan, table)
         along = ("member", "contact") if ensemble else ("contact",)
-        variables[name] = (along, table if ensemble else table[0], {"units": unit, "long_name": words})
+        variables[name] = (
+            along,
+            table if ensemble else table[0],
+            {"units": quantity.unit, "long_name": quantity.long_name},
+        )
     return variables
 
 
@@ -117,5 +107,5 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
         coordinates["member"] = [run.member for run in runs]
         coordinates["member_status"] = ("member", [run.status.name for run in runs])
     return xr.Dataset(
-        _labelled(case, packed, runs, ensemble=ensemble), coords=coordinates, attrs=provenance(case, runs)
+        _labelled(case, packed, runs, ensemble=ensemble), coords=coordinates, attrs=attributes_of(case, runs)
     )

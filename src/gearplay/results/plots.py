@@ -1,72 +1,65 @@
 """Pictures of one result."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
-from gearplay.model.case import Case
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.style import new_axes, plot_history, plot_orbit, plot_spectrum
-from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.solver.trajectory import Trajectory
-from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from gearplay.results.result import Result
+
 
 class Plotter:
-    """Pictures of a result; every method returns the axes it drew on."""
+    """Pictures of a result; every method returns the axes it drew on. Called itself it draws the one that says most.
 
-    def __init__(self, case: Case, runs: Sequence[Trajectory]) -> None:
-        self._case, self._runs = case, runs
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> result = gp.simulate("han2021", duration=0.1, transient=0.0)
+    >>> result.plot.history("backlash").get_xlabel(), result.plot().get_title()
+    ('time [s]', 'ring')
 
-    def _only(self, signal: str, label: str | None) -> str:
-        held = [c.label for c in self._runs[0].columns if c.signal == signal]
-        if label is None and len(held) == 1:
-            return held[0]
-        if label not in held:
-            raise InputError(
-                [
-                    Fault(
-                        "plot",
-                        f"{label}.{signal}",
-                        "must name a signal that was kept",
-                        f"Choose one of: {', '.join(held) or 'none'}.",
-                    )
-                ]
-            )
-        return str(label)
+    """
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    def __call__(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the orbit of the first rotor in a sleeve; without sleeves the first signal over time."""
+        held = {label for signal, label in self._result.held("x")}
+        rotor = next((name for name in self._result.case.sleeves if name in held), None)
+        if rotor is None:
+            return self.history(*self._result.held()[-1], ax=ax)
+        drawn = self.orbit(rotor, ax=ax)
+        drawn.set_title(rotor, fontsize=9)
+        return drawn
 
     def history(
-        self, signal: str, label: str | None = None, *, member: int = 0, ax: "Axes | None" = None
-    ) -> "Axes":
-        """Draw a signal over time for the member at place ``member``."""
-        label = self._only(signal, label)
-        run = self._runs[member]
-        return plot_history(
-            ax if ax is not None else new_axes(), run.time, run.signal(signal, label), signal, label=label
-        )
+        self, signal: str, label: str | None = None, *, member: int = 0, ax: Axes | None = None
+    ) -> Axes:
+        """Draw a signal over time for one member; of many samples the lowest and highest, so that no impact is lost."""
+        signal, label = self._result.only(signal, label)
+        values = self._result.signal(signal, label, member)
+        time = self._result.time(member)
+        return plot_history(ax if ax is not None else new_axes(), time, values, signal, label=label)
 
-    def orbit(self, rotor: str, *, member: int = 0, ax: "Axes | None" = None) -> "Axes":
+    def orbit(self, rotor: str, *, member: int = 0, ax: Axes | None = None) -> Axes:
         """Draw the path of a rotor's centre in its clearance circle."""
-        self._only("x", rotor)
-        run, sleeve = self._runs[member], self._case.sleeves.get(rotor)
+        x, y = (self._result.signal(name, rotor, member) for name in ("x", "y"))
+        sleeve = self._result.case.sleeves.get(rotor)
         clearance = sleeve.radial_clearance if sleeve is not None else 0.0
-        return plot_orbit(
-            ax if ax is not None else new_axes(5.0, 5.0),
-            run.signal("x", rotor),
-            run.signal("y", rotor),
-            clearance,
-        )
+        return plot_orbit(ax if ax is not None else new_axes(5.0, 5.0), x, y, clearance)
 
     def spectrum(
-        self, signal: str, label: str | None = None, *, highest: float | None = None, ax: "Axes | None" = None
-    ) -> "Axes":
-        """Draw the ensemble's amplitude spectrum of a signal."""
-        label = self._only(signal, label)
-        step = float(self._runs[0].time[1] - self._runs[0].time[0])
-        s: Spectrum = ensemble_spectrum([r.signal(signal, label) for r in self._runs], 1.0 / step)
+        self, signal: str, label: str | None = None, *, highest: float | None = None, ax: Axes | None = None
+    ) -> Axes:
+        """Draw the amplitude spectrum of a signal, of the members that reached their end, up to ``highest`` [Hz]."""
+        signal, label = self._result.only(signal, label)
+        s = self._result.spectrum(signal, label=label)
         unit = RESULT_VARIABLES[signal].unit
-        return plot_spectrum(
-            ax if ax is not None else new_axes(), s.frequency, s.amplitude, unit, label=label, highest=highest
-        )
+        axes = ax if ax is not None else new_axes()
+        return plot_spectrum(axes, s.frequency, s.amplitude, unit, label=label, highest=highest)

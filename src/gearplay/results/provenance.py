@@ -20,12 +20,16 @@ def signal_words(signal: str) -> dict[str, str]:
     return {"units": quantity.unit, "long_name": f"{quantity.long_name}{beside}, {label}"}
 
 
-def provenance(case: Case, **more: Any) -> dict[str, Any]:
-    """Return the attributes of a table: title, case and its digest, what more is given, version."""
+def provenance(case: Case, *, title: str | None = None, name: str = "case", **more: Any) -> dict[str, Any]:
+    """Return the attributes that say where a table comes from: title, the case and its digest, version, and what more is given.
+
+    ``name`` is what the case is to the table: "case", or "base_case" of a sweep.
+    """
     return {
-        "title": case.title,
-        "case": json.dumps(case.resolved()),
-        "case_sha256": case.sha256,
-        **more,
+        "title": case.title if title is None else title,
+        "Conventions": "CF-1.11",
+        name: json.dumps(case.resolved()),
+        f"{name}_sha256": case.sha256,
         "gearplay_version": VERSION,
+        **more,
     }

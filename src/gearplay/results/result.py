@@ -1,219 +1,304 @@
-"""`simulate` and the `Result` it returns."""
+"""`Result`: what `simulate` returns."""
 
-import html
-import os
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Self
 
-from gearplay.files.atomic import read_dataset, write_dataset
+import numpy as np
+from numpy.typing import NDArray
+
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
-from gearplay.model.reading import load_case, replace
-from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
+from gearplay.pictures.pages import html_table
+from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
+from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.solver.simulate import Progress, run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, worst_of
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gearplay.results.plots import Plotter
 
+Floats = NDArray[np.float64]
 
-class Result:
+
+SHOWN = ("share_of_time", "impacts_per_second", "mean_impact_speed", "peak_force")
+"""Statistics of contacts in short tables."""
+
+
+class Result(Answer, WasDataset):
     """A finished simulation: every member's trajectory, and the same as one labelled dataset.
 
-    Attributes: ``case``, ``runs`` (one `Trajectory` a member), ``ds`` (`xarray.Dataset`), ``status``, ``message``, ``success``.
+    Parameters
+    ----------
+    case
+        What was simulated.
+    runs
+        One `Trajectory` a member.
+
+    Attributes
+    ----------
+    case : Case
+    ds : xarray.Dataset
+        Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
+    runs : list of Trajectory
+        Members with counters, final states and the log of contacts; not there for a result read from a file.
+    status, message, success
+        The worst status of all members, in words, and whether every member reached its end.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> result = gp.simulate("han2021", duration=0.01, transient=0.0)
+    >>> result.success, result.message, dict(result.ds.sizes)["contact"]
+    (True, 'Done.', 3)
+
     """
 
+    answer = "run"
+
     def __init__(self, case: Case, runs: list[Trajectory]) -> None:
-        self.case, self.runs = case, runs
+        self.case, self._runs = case, runs
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the result whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        if "case" not in dataset.attrs or "contact" not in dataset.dims:
+            rule = "must be what simulate returned"
+            raise InputError(Fault("dataset", str(list(dataset.data_vars))[:60], rule, "Simulate it again"))
+        made = cls(case_in(dataset), [])
+        made.__dict__["ds"] = dataset
+        return made
 
     @cached_property
-    def ds(self) -> "xr.Dataset":
+    def ds(self) -> xr.Dataset:
         """The result as a dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble."""
-        return to_dataset(self.case, pack(self.case), self.runs)
+        return to_dataset(self.case, pack(self.case), self._runs)
 
     @property
-    def _worst(self) -> Trajectory:
-        return worst_of(self.runs)
+    def runs(self) -> list[Trajectory]:
+        """One `Trajectory` a member; `InputError` for a result that was read from a file."""
+        if not self._runs:
+            rule = "is not kept in files"
+            raise InputError(Fault("runs", "none", rule, "Use .ds, .signal and .contacts, or simulate again"))
+        return self._runs
+
+    @property
+    def members(self) -> int:
+        """Number of runs."""
+        return len(self._runs) or int(self.ds.sizes.get("member", 1))
+
+    @property
+    def _statuses(self) -> list[Status]:
+        if self._runs:
+            return [run.status for run in self._runs]
+        ended = self.ds["member_status"].values if "member_status" in self.ds else [self.ds.attrs["status"]]
+        return [Status[str(name)] for name in ended]
 
     @property
     def status(self) -> Status:
         """The worst status of all members."""
-        return self._worst.status
+        return max(self._statuses, key=int)
 
     @property
     def message(self) -> str:
         """That status in words, and what casts doubt on the run."""
-        return self._worst.message
+        return worst_of(self._runs).message if self._runs else str(self.ds.attrs["message"])
 
     @property
     def success(self) -> bool:
         """Whether every member reached its end."""
-        return all(run.success for run in self.runs)
+        return all(status == Status.DONE for status in self._statuses)
 
     @property
-    def plot(self) -> "Plotter":
-        """Pictures of this result: ``result.plot.orbit("ring")``, ``.history("backlash")``, ``.spectrum("ax", "ring")``."""
+    def plot(self) -> Plotter:
+        """Pictures: ``.plot()``, ``.plot.orbit("ring")``, ``.plot.history("backlash")``, ``.plot.spectrum("ax", "ring")``."""
         from gearplay.results.plots import Plotter
 
-        return Plotter(self.case, self.runs)
+        return Plotter(self)
 
-    def save(self, path: "str | os.PathLike[str]", *, overwrite: bool = False) -> None:
-        """Write the dataset as netCDF-4, atomically; `InputError` where the file exists and ``overwrite`` is false."""
-        write_dataset(self.ds, Path(path), overwrite=overwrite)
+    @cached_property
+    def contacts(self) -> ContactTable:
+        """Statistics of every contact, over all members."""
+        if self._runs:
+            return contacts_of(self._runs)
+        each = {name: np.atleast_2d(self.ds[name].values) for name in CONTACT_STATISTICS}
+        spans = np.array([self.time(m).size for m in range(self.members)]) / self.sampling
+        return contact_table([str(c) for c in self.ds["contact"].values], each, spans)
+
+    @property
+    def sampling(self) -> float:
+        """Samples per second [Hz]."""
+        return self._runs[0].sampling if self._runs else self.case.run.sampling
+
+    def time(self, member: int = 0) -> Floats:
+        """Return the times of the samples [s] of the member at a place, shape [time]; fewer where it stopped early."""
+        if self._runs:
+            return self._runs[member].time
+        held = self.held()
+        whole = self.ds["time"].values
+        return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
+
+    def held(self, signal: str | None = None) -> list[tuple[str, str]]:
+        """Return the signals that were kept, as (signal, element), or those elements that have a signal."""
+        if self._runs:
+            found = [(c.signal, c.label) for c in self._runs[0].columns]
+        else:
+            found = [
+                (q.name, str(label))
+                for dimension, quantities in VARIABLES.items()
+                for q in quantities
+                if q.name in self.ds
+                for label in self.ds[dimension].values
+            ]
+        return [each for each in found if signal in (None, each[0])]
+
+    def signal(self, signal: str, label: str | None = None, member: int = 0) -> Floats:
+        """Return one signal of one element of the member at a place.
+
+        Parameters
+        ----------
+        signal
+            Its name: ``ax``, ``backlash``.
+        label
+            The rotor, sleeve or mesh; may be left out where only one has the signal.
+        member
+            Place of the member, 0 for the first.
+
+        Returns
+        -------
+        numpy.ndarray
+            Samples [SI], shape [time]; fewer where the member stopped early.
+
+        Raises
+        ------
+        InputError
+            For a signal or element that the result does not hold.
+
+        """
+        signal, label = self.only(signal, label)
+        if self._runs:
+            return self._runs[member].signal(signal, label)
+        variable = self.ds[signal]
+        dimension = next(str(d) for d in variable.dims if d not in ("member", "time"))
+        values = variable.sel({dimension: label})
+        values = values.isel(member=member) if "member" in values.dims else values
+        found = np.asarray(values.values, dtype=np.float64)
+        if self._statuses[member] == Status.DONE:
+            return found
+        known = np.flatnonzero(np.isfinite(found))
+        return found[: known[-1] + 1] if known.size else found[:0]
+
+    def only(self, signal: str, label: str | None) -> tuple[str, str]:
+        """Return a signal and its element; `InputError` where they do not name exactly one that was kept."""
+        chosen = [each for each in self.held(signal) if label in (None, each[1])]
+        if len(chosen) == 1:
+            return chosen[0]
+        known = sorted({f"{element}.{name}" for name, element in self.held(signal) or self.held()})
+        shown = f"{label or ''}.{signal}".lstrip(".")
+        raise InputError(
+            Fault(
+                "signal",
+                shown,
+                "must name one signal that was kept",
+                f"Choose from: {', '.join(known) or 'none'}",
+            )
+        )
 
     def spectrum(
         self, signal: str, *, rotor: str | None = None, label: str | None = None, window: str = "hann"
     ) -> Spectrum:
-        """Return the one-sided amplitude spectrum of a signal, averaged over the members.
+        """Return the one-sided amplitude spectrum of a signal, averaged over the members that reached their end.
 
-        Name the element with ``rotor`` or, for sleeves and meshes, ``label``; it may be left out where there is only one.
+        Parameters
+        ----------
+        signal
+            Its name: ``ax``.
+        rotor, label
+            The element, by either name; may be left out where only one has the signal.
+        window
+            A window that scipy.signal knows by name.
 
-        Raises `InputError` for a signal or element that the result does not hold.
+        Returns
+        -------
+        Spectrum
+            ``frequency`` [Hz] and ``amplitude`` [unit of the signal], shape [line]; of several members their rms average.
+
+        Raises
+        ------
+        InputError
+            For a signal or element that the result does not hold, a record that is too short, or where no member finished.
+
+        Examples
+        --------
+        >>> import gearplay as gp
+        >>> s = gp.simulate("han2021", duration=0.1, transient=0.0).spectrum("ax", rotor="ring")
+        >>> round(s.resolution, 9), s.unit
+        (10.0, 'm/s^2')
+
         """
-        columns = [c for c in self.runs[0].columns if c.signal == signal]
-        wanted = rotor or label
-        chosen = [c for c in columns if wanted is None or c.label == wanted]
-        if len(chosen) != 1:
-            held = sorted({f"{c.label}.{c.signal}" for c in columns or self.runs[0].columns})
-            raise InputError(
-                [
-                    Fault(
-                        "signal",
-                        f"{wanted or ''}.{signal}".lstrip("."),
-                        "must name one signal",
-                        f"Choose from: {', '.join(held)}.",
-                    )
-                ]
-            )
-        records = [
-            run.signal(signal, chosen[0].label) for run in self.runs if run.success or len(run.time) > 8
-        ]
-        step = float(self.runs[0].time[1] - self.runs[0].time[0])
-        return ensemble_spectrum(records, 1.0 / step, window=window, unit=RESULT_VARIABLES[signal].unit)
+        signal, element = self.only(signal, rotor or label)
+        whole = [at for at, status in enumerate(self._statuses) if status == Status.DONE]
+        if not whole and self.members > 1:
+            rule = "has no member that reached its end, so no spectrum"
+            raise InputError(Fault("spectrum", self.status.name, rule, self.message))
+        records = [self.signal(signal, element, at) for at in whole or [0]]
+        return ensemble_spectrum(records, self.sampling, window=window, unit=RESULT_VARIABLES[signal].unit)
 
     def __repr__(self) -> str:
-        c = self.runs[0].counters
-        members = f", {len(self.runs)} members" if len(self.runs) > 1 else ""
+        d = self.ds.attrs if not self._runs else None
+        steps = d["steps"] if d else sum(run.counters.steps for run in self._runs)
+        events = d["events"] if d else sum(run.counters.events for run in self._runs)
+        members = f", {self.members} members" if self.members > 1 else ""
         return (
             f"<gearplay.Result {self.case.title or 'untitled'!r}: {self.status.name}{members},"
-            f" {self.runs[0].reached:g} s, {c.steps} steps, {c.events} events>"
+            f" {self.reached:g} s, {steps} steps, {events} events>"
         )
 
-    def _repr_html_(self) -> str:
-        rows: list[tuple[str, Any]] = [
+    @property
+    def reached(self) -> float:
+        """Simulated time [s] that the first member reached, transient included."""
+        if self._runs:
+            return self._runs[0].reached
+        return self.case.run.transient + self.time().size / self.sampling
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return the lines of the table that a notebook shows."""
+        d: dict[str, Any] = (
+            self.ds.attrs
+            if not self._runs
+            else {
+                "steps": sum(run.counters.steps for run in self._runs),
+                "events": sum(run.counters.events for run in self._runs),
+                "wall_time": sum(run.wall_time for run in self._runs),
+            }
+        )
+        return [
             ("case", self.case.title or "untitled"),
             ("model", f"{self.case.formulation}, {self.case.backlash_model}"),
             ("status", self.message),
-            ("members", len(self.runs)),
-            ("simulated time", f"{self.runs[0].reached:g} s"),
-            (
-                "steps, events",
-                f"{sum(r.counters.steps for r in self.runs)}, {sum(r.counters.events for r in self.runs)}",
-            ),
-            ("wall time", f"{sum(r.wall_time for r in self.runs):.3g} s"),
+            ("members", str(self.members)),
+            ("simulated time", f"{self.reached:g} s"),
+            ("steps, events", f"{d['steps']}, {d['events']}"),
+            ("wall time", f"{d['wall_time']:.3g} s"),
         ]
-        cells = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(k)}</th><td>{html.escape(str(v))}</td></tr>"
-            for k, v in rows
-        )
-        s = self.runs[0].statistics
-        contacts = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(label)}</th><td>{100 * s.share_of_time[i]:.3g} %</td>"
-            f"<td>{s.impacts_per_second[i]:.3g} 1/s</td><td>{1e3 * s.mean_impact_speed[i]:.3g} mm/s</td>"
-            f"<td>{s.peak_force[i]:.3g} N</td></tr>"
-            for i, label in enumerate(s.labels)
-        )
-        head = "<tr><th></th><th>time in contact</th><th>impacts</th><th>mean impact speed</th><th>peak force</th></tr>"
-        return f"<table>{cells}</table><table>{head}{contacts}</table>"
 
-
-Source = Case | str | os.PathLike[str] | Mapping[str, Any]
-
-
-def case_of(source: Source) -> Case:
-    """Return a case as it is, or read it: a file, the name of a bundled case, or a mapping."""
-    return source if isinstance(source, Case) else load_case(source)
-
-
-@overload
-def simulate(
-    case: Source,
-    *,
-    duration: float | None = ...,
-    transient: float | None = ...,
-    sampling: float | None = ...,
-    ensemble: int | None = ...,
-    signals: list[str] | None = ...,
-    progress: Progress | None = ...,
-    threads: int | None = ...,
-) -> Result: ...
-
-
-@overload
-def simulate(
-    case: list[Any] | tuple[Any, ...],
-    *,
-    duration: float | None = ...,
-    transient: float | None = ...,
-    sampling: float | None = ...,
-    ensemble: int | None = ...,
-    signals: list[str] | None = ...,
-    progress: Progress | None = ...,
-    threads: int | None = ...,
-) -> list[Result]: ...
-
-
-def simulate(
-    case: Source | list[Any] | tuple[Any, ...],
-    *,
-    duration: float | None = None,
-    transient: float | None = None,
-    sampling: float | None = None,
-    ensemble: int | None = None,
-    signals: list[str] | None = None,
-    progress: Progress | None = None,
-    threads: int | None = None,
-) -> Result | list[Result]:
-    """Simulate a case and return its `Result`, whatever its status; for a list of cases, the list of their results.
-
-    ``case`` is a `Case`, a bundled name, a path or a mapping. ``duration`` and ``transient`` [s], ``sampling`` [Hz]
-    and ``ensemble`` override the case's run; ``signals`` names what to keep (all by default). All members of all cases share
-    one pool of ``threads`` (all cores by default), which changes nothing in the results. Nothing is raised once a
-    run has started: look at ``result.success`` and ``result.message``.
-
-    Raises `InputError` for bad input and `ResourceError` for a run that is too large.
-
-    Examples
-    --------
-    >>> result = simulate("han2021", duration=0.01, transient=0.0)
-    >>> result.success, sorted(result.ds.sizes)[:2]
-    (True, ['contact', 'mesh'])
-    >>> [r.success for r in simulate(["han2021", "external-pair"], duration=0.001, transient=0.0)]
-    [True, True]
-
-    """
-    changes = {"duration": duration, "transient": transient, "sampling": sampling, "ensemble": ensemble}
-    given = {f"run.{key}": value for key, value in changes.items() if value is not None}
-
-    def resolved(source: Source) -> Case:
-        loaded = case_of(source)
-        return replace(loaded, given) if given else loaded
-
-    cases = [resolved(source) for source in (case if isinstance(case, (list, tuple)) else [case])]
-    jobs = [(each, range(each.run.ensemble)) for each in cases]
-    runs = run_batch(jobs, signals=signals, progress=progress, threads=threads)
-    results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
-    return results if isinstance(case, (list, tuple)) else results[0]
-
-
-def read_result(path: "str | os.PathLike[str]") -> "xr.Dataset":
-    """Read a saved result into memory; `InputError` where it is missing or damaged."""
-    return read_dataset(Path(path))
+    def _repr_html_(self) -> str:
+        table = self.contacts
+        shown = [CONTACT_STATISTICS[name] for name in SHOWN]
+        lines = [
+            (label, *(f"{q.display_factor * table.values[q.name][i]:.3g} {q.display_unit}" for q in shown))
+            for i, label in enumerate(table.labels)
+        ]
+        head = ["contact", *(q.long_name for q in shown)]
+        note = f"<p>{table.words}</p>" if table.words else ""
+        return html_table(self.rows()) + html_table(lines, head) + note

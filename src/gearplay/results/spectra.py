@@ -97,7 +97,14 @@ def ensemble_spectrum(
 
     Motion with clearances is chaotic: a single record's spectrum repeats to some 0.2 decades only, so comparisons
     use this average.
+
+    Raises `InputError` for records of different lengths, whose spectra have different lines, and as `amplitude_spectrum` does.
     """
+    lengths = {len(signal) for signal in signals}
+    if len(lengths) != 1:
+        rule = "must have one length: a member that stopped early has other lines"
+        shown = ", ".join(map(str, sorted(lengths))) or "no records"
+        raise InputError(Fault("signals", f"{shown} samples", rule, "Leave out members that did not finish"))
     each = [
         amplitude_spectrum(s, sampling, window=window, normalisation=normalisation, unit=unit)
         for s in signals

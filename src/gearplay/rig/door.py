@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from gearplay.files.record import Record
-from gearplay.model.case import Case
-from gearplay.model.reading import load_case
-from gearplay.results.result import Source
+from gearplay.results.door import Source, case_of
 from gearplay.rig import measure as record_of
 from gearplay.rig.plan import Rig
+from gearplay.vocabulary.progress import Progress, ticking
 
 
 def measure(
@@ -18,19 +17,56 @@ def measure(
     *,
     duration: float | None = None,
     transient: float | None = None,
+    tolerance: float | None = None,
     member: int = 0,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Record:
     """Simulate a case and return what sensor and collector would have recorded; see docs/rig.
 
-    ``case`` is a `Case`, a bundled name, a path or a mapping; ``rig`` a `Rig`, a path or a mapping, the article's if not given.
-    ``duration`` and ``transient`` [s] override the case's; ``seed`` is that of the sensors' noise.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    rig
+        A `Rig`, a path or a mapping; the article's if not given.
+    duration, transient
+        Record and time before it [s]; the rig's or the case's if not given.
+    tolerance
+        Error tolerance on scaled states [1]; the case's if not given.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+    seed
+        Of the sensors' noise.
+    progress
+        Called with what is running, simulated seconds done, and of how many.
 
-    Raises `InputError` for bad input and `SimulationError` where the simulation does not reach its end.
+    Returns
+    -------
+    Record
+        A channel for each stage of the chain: acceleration [m/s^2], voltage [V], counts, what is recorded.
 
+    Raises
+    ------
+    InputError
+        For bad input, or a rig that does not fit the case.
+    SimulationError
+        Where the simulation does not reach its end.
+
+    Examples
+    --------
     >>> record = measure("han2021", duration=0.01, transient=0.0)
     >>> record.names
     ('sensor.acceleration', 'sensor.voltage', 'sensor.counts', 'sensor.recorded')
+
     """
-    chosen = case if isinstance(case, Case) else load_case(case)
-    return record_of(chosen, rig, duration=duration, transient=transient, member=member, seed=seed)
+    chosen = case_of(case, tolerance=tolerance)
+    return record_of(
+        chosen,
+        rig,
+        duration=duration,
+        transient=transient,
+        member=member,
+        seed=seed,
+        progress=ticking(progress, chosen.title or "record"),
+    )

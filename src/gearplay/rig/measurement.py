@@ -3,7 +3,7 @@
 import math
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ def measure(
     transient: float | None = None,
     oversampling: int | None = None,
     seed: int = 0,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> Record:
     """Simulate a case and return what the rig's sensors and collector would have recorded.

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.atomic import write_bytes
 from gearplay.files.record import Channel
+from gearplay.pictures.canvas import to_png
+from gearplay.pictures.extremes import extremes
 from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain, shown_unit
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
-from gearplay.signals.checks import TWO_PI, check_channel, refuse
+from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
-from gearplay.signals.extremes import extremes
 from gearplay.signals.line_table import LineTable, line_table
 from gearplay.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
 from gearplay.signals.spectrogram import Spectrogram, spectrogram
@@ -196,12 +198,6 @@ def plot_synchronous_average(ax: "Axes", result: SynchronousAverage, *, color: s
     return _finish(ax, "angle of the shaft [deg]", vertical, result.caption, result.name)
 
 
-def _write(ax: "Axes", path: Path) -> Path:
-    figure: Any = ax.figure
-    figure.savefig(path, format="png", dpi=130, metadata={"Software": "gearplay"})
-    return path
-
-
 def draw_record(
     channel: Channel,
     folder: Path | str,
@@ -237,13 +233,8 @@ def draw_record(
         pages["order_map"] = plot_order_map(new_axes(), order_map(channel, speed, highest=highest))
         average = synchronous_average(channel, speed, highest=highest)
         pages["synchronous_average"] = plot_synchronous_average(new_axes(), average)
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        return [_write(ax, Path(folder) / f"{name}.png") for name, ax in pages.items()]
-    except OSError as error:
-        refuse(
-            "folder",
-            str(folder),
-            f"must be a folder that can be written ({error.strerror})",
-            "Choose another folder",
-        )
+    paths = []
+    for name, ax in pages.items():
+        paths.append(Path(folder) / f"{name}.png")
+        write_bytes(paths[-1], to_png(ax.figure))
+    return paths

@@ -3,7 +3,7 @@
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -28,9 +28,9 @@ from gearplay.solver.trajectory import (
     statistics_of,
     wedged_meshes,
 )
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
-Progress = Callable[[float, float], None]  # simulated seconds done, of how many
 
 
 @dataclass
@@ -101,7 +101,7 @@ class _Job:
 class _Watch:
     """Shared by the runs of one call: progress, limits, and the wish to stop."""
 
-    def __init__(self, total: float, progress: Progress | None, stop: threading.Event) -> None:
+    def __init__(self, total: float, progress: Tick | None, stop: threading.Event) -> None:
         self.stop, self.total, self.progress = stop, total, progress
         self.started = time.monotonic()
         self.done: dict[int, float] = {}
@@ -159,7 +159,7 @@ def run_members(
     duration: float | None = None,
     transient: float | None = None,
     sampling: float | None = None,
-    progress: Progress | None = None,
+    progress: Tick | None = None,
     threads: int | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trajectory]:
@@ -220,7 +220,7 @@ def run_batch(
     duration: float | None = None,
     transient: float | None = None,
     sampling: float | None = None,
-    progress: Progress | None = None,
+    progress: Tick | None = None,
     threads: int | None = None,
     stop: threading.Event | None = None,
 ) -> list[list[Trajectory]]:

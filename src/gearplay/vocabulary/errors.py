@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
+from gearplay.vocabulary import exit_codes
+
 VALUE_LENGTH: Final = 60
 """Longest piece of a user's value that a message repeats [characters]."""
 
@@ -162,7 +164,7 @@ def _with_stop(sentence: str) -> str:
 class GearplayError(Exception):
     """Base of every error that a user can cure; `exit_code` is what the command line ends with."""
 
-    exit_code: ClassVar[int] = 1
+    exit_code: ClassVar[int] = exit_codes.BROKEN
 
 
 class InputError(GearplayError):
@@ -181,7 +183,7 @@ class InputError(GearplayError):
 
     """
 
-    exit_code = 2
+    exit_code = exit_codes.INPUT
 
     def __init__(self, faults: Fault | Iterable[Fault]) -> None:
         self.faults: list[Fault] = [faults] if isinstance(faults, Fault) else list(faults)
@@ -198,16 +200,16 @@ class InputError(GearplayError):
 class SimulationError(GearplayError):
     """A simulation could not be carried to its end."""
 
-    exit_code = 3
+    exit_code = exit_codes.SIMULATION
 
 
 class ResourceError(GearplayError):
     """The work asked for is over a limit on memory, disk, steps or time."""
 
-    exit_code = 5
+    exit_code = exit_codes.RESOURCE
 
 
 class MeasurementError(GearplayError):
     """A measurement file cannot be read, or does not hold what it declares."""
 
-    exit_code = 6
+    exit_code = exit_codes.MEASUREMENT

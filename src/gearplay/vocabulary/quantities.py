@@ -123,3 +123,14 @@ ROTOR_VARIABLES: Final = _table(
     Quantity("ay", "ay", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along y"),
 )
 """Result variables with one value per rotor; those of elements are in the file of each kind (`kernels.elements`)."""
+
+CONTACT_STATISTICS: Final = _table(
+    Quantity("share_of_time", "s", "1", "%", 100.0, "share of time in contact"),
+    Quantity("impacts_per_second", "n", "1/s", "1/s", 1.0, "impacts per second"),
+    Quantity("mean_impact_speed", "v_mean", "m/s", "mm/s", 1e3, "mean impact speed"),
+    Quantity("rms_impact_speed", "v_rms", "m/s", "mm/s", 1e3, "rms impact speed"),
+    Quantity("max_impact_speed", "v_max", "m/s", "mm/s", 1e3, "largest impact speed"),
+    Quantity("peak_force", "F_max", "N", "N", 1.0, "largest normal force"),
+    Quantity("max_penetration", "delta_max", "m", "um", 1e6, "largest penetration"),
+)
+"""What is known of every contact of a run; those of couplings are angles and torques: see their signals."""

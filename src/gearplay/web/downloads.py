@@ -1,11 +1,11 @@
 """Diagrams and maps that are kept, as files: netCDF and CSV."""
 
-import json
 from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import netcdf_bytes
+from gearplay.model.reading import load_case
+from gearplay.results.provenance import provenance
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.version import VERSION
 from gearplay.web.frames import unpack_frame
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ def file_of(frame: bytes, form: str) -> bytes:
         return netcdf_bytes(dataset)
     units = {name: variable.attrs["units"] for name, variable in dataset.variables.items() if variable.attrs}
     words = {"value": dataset["value"].attrs["long_name"]} if "value" in dataset else {}
+    if not dataset["reason"].values.astype(bool).any():
+        dataset = dataset.drop_vars("reason")
     table = dataset.to_dataframe().reset_index()
     table.columns = [
         f"{words.get(name, name)} [{units[name]}]" if name in units else str(name) for name in table.columns
@@ -39,28 +41,30 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
     import numpy as np
     import xarray as xr
 
-    attributes = {
-        "title": document["title"] or "",
-        "Conventions": "CF-1.11",
-        "case": json.dumps(document.get("case")),
-        "gearplay_version": VERSION,
-    }
+    variables: dict[str, Any]
+    coordinates: dict[str, Any]
     if document["kind"] == "map":
         (across, up), units = document["paths"], document["units"]
+        dims, shape = (up, across), np.shape(document["values"])
         words = {"units": document["unit"], "long_name": document["measure"]}
+        variables = {"value": (dims, document["values"], words)}
         coordinates = {
             up: (up, document["y"], {"units": units[1]}),
             across: (across, document["x"], {"units": units[0]}),
         }
-        return xr.Dataset({"value": ((up, across), document["values"], words)}, coordinates, attributes)
-    if document["kind"] == "bifurcation":
-        path, signal = document["path"], document["signal"]
-        sections = np.stack([document["up"], document["down"]])
-        dims = ("direction", path, "section")
+    elif document["kind"] == "bifurcation":
+        path, sections = document["path"], np.stack([document["up"], document["down"]])
+        dims, shape = ("direction", path), sections.shape[:2]
+        variables = {document["signal"]: ((*dims, "section"), sections, {"units": document["unit"]})}
         coordinates = {
             "direction": ("direction", np.array(["up", "down"], dtype=object), {}),
             path: (path, document["x"], {"units": document["axis_unit"]}),
         }
-        return xr.Dataset({signal: (dims, sections, {"units": document["unit"]})}, coordinates, attributes)
-    rule = "must be a diagram or a map"
-    raise InputError(Fault("result", document["kind"], rule, "Save a run from its case"))
+    else:
+        rule = "must be a diagram or a map"
+        raise InputError(Fault("result", document["kind"], rule, "Save a run from its case"))
+    reasons = np.full(shape, "", dtype=object)
+    for *place, reason in document.get("failures", []):
+        reasons[tuple(place)] = reason
+    variables["reason"] = (dims, reasons, {"long_name": "why a case failed"})
+    return xr.Dataset(variables, coordinates, provenance(load_case(document["case"])))

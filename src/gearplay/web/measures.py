@@ -5,14 +5,13 @@ from typing import Any
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 KEPT = "value"
 OF_ROTOR = {"rms": "rms acceleration", "peak": "largest acceleration", "line": "acceleration, line at f_m"}
 OF_CONTACT = {
-    "share_of_time": "share of time in contact",
-    "impacts_per_second": "impacts per second",
-    "rms_impact_speed": "rms impact speed",
-    "peak_force": "largest force",
+    name: CONTACT_STATISTICS[name].long_name
+    for name in ("share_of_time", "impacts_per_second", "rms_impact_speed", "peak_force")
 }
 
 
@@ -22,7 +21,7 @@ def measures(case: Case) -> list[dict[str, str]]:
     >>> from gearplay.model.reading import load_case
     >>> found = measures(load_case("han2021"))
     >>> found[3]["measure"], found[3]["of"], len(found), found[-1]["words"], found[-1]["of"]
-    ('rms', 'ring', 18, 'largest force', 'pinion-ring:back')
+    ('rms', 'ring', 18, 'largest normal force', 'pinion-ring:back')
     """
     rotors = {name: words for name, words in OF_ROTOR.items() if name != "line" or case.meshes}
     of = [(rotors, rotor) for rotor in case.rotors]

@@ -15,11 +15,11 @@ from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
 from gearplay.web.measures import KEPT, reduction_of, words_of
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of
 
-Report = Callable[[float, float], None]
 Job = Mapping[str, Any]
 MODELS = ("coupled", "uncoupled")
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
@@ -59,7 +59,7 @@ def limited_case(job: Job) -> Case:
     return replace(case, limits) if limits else case
 
 
-def run(job: Job, report: Report, stop: threading.Event) -> bytes:
+def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case with the models asked for; return its result frame."""
     case = limited_case(job)
     asked = job.get("models")
@@ -108,7 +108,7 @@ def _test_lines(case: Case) -> list[dict[str, Any]]:
     return []
 
 
-def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
+def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
     from gearplay.nonlinear.door import bifurcation as diagram_of
 
@@ -127,34 +127,43 @@ def bifurcation(job: Job, report: Report, stop: threading.Event) -> bytes:
         keep=keep,
         period="mesh",
         threads=1,
-        progress=report,
+        progress=lambda _, done, total: report(done, total),
         stop=stop,
     )
     if stop.is_set():
         raise KeyboardInterrupt
-    name = next(str(each) for each in found.data_vars if each != "reason")
-    axis = found[found[name].dims[1]]
+    words = found.ds[found.names[0]]
+    axis = found.ds[words.dims[1]]
     return pack_frame(
         {
             "kind": "bifurcation",
             "title": case.title,
             "note": note_of(job),
+            "sha256": case.sha256,
             "case": case.resolved(),
-            "signal": name,
+            "signal": found.names[0],
             "path": path,
-            "unit": found[name].attrs["units"],
+            "unit": words.attrs["units"],
             "axis_unit": axis.attrs["units"],
             "x": axis.values,
-            "up": found[name].values[0],
-            "down": found[name].values[1],
-            "failed": int(np.sum(found["reason"].values != "")),
+            "up": words.values[0],
+            "down": words.values[1],
+            "failures": failures_of(np.array(found.reasons, dtype=object)),
+            **found.account.as_document(),
         }
     )
 
 
-def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
+def failures_of(reasons: Any) -> list[list[Any]]:
+    """Return the places of a table where a case failed, each with its reason last."""
+    return [
+        [*map(int, place), str(reasons[tuple(place)])] for place in np.argwhere(reasons.astype(str) != "")
+    ]
+
+
+def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points."""
-    from gearplay.sweeps.door import Policy, sweep
+    from gearplay.sweeps.door import sweep
 
     case = replace(limited_case(job), {"run.ensemble": 1})
     columns, rows = (_whole(job, name, 2, 60) for name in ("columns", "rows"))
@@ -173,30 +182,33 @@ def make_map(job: Job, report: Report, stop: threading.Event) -> bytes:
         case,
         {second[0]: up.tolist(), first[0]: across.tolist()},
         reduce=[reduction_of(case, measure, of)],
-        policy=Policy(workers=1),
+        threads=1,
         progress=lambda _, done, total: report(done, total),
         stop=stop,
     )
-    kept = found[KEPT if KEPT in found else f"{KEPT}_amplitude"]
+    table = found.ds
+    kept = table[KEPT if KEPT in table else f"{KEPT}_amplitude"]
     return pack_frame(
         {
             "kind": "map",
             "title": case.title,
             "note": note_of(job),
+            "sha256": case.sha256,
             "case": case.resolved(),
             "measure": words_of(measure, of),
             "unit": kept.attrs["units"],
             "paths": [first[0], second[0]],
-            "units": [found[kept.dims[at]].attrs["units"] for at in (1, 0)],
+            "units": [table[kept.dims[at]].attrs["units"] for at in (1, 0)],
             "x": across,
             "y": up,
             "values": kept.values,
-            "reasons": sorted({str(each) for each in found["reason"].values.ravel() if each})[:5],
+            "failures": failures_of(table["reason"].values),
+            **found.account.as_document(),
         }
     )
 
 
-def export(job: Job, report: Report, stop: threading.Event) -> bytes:
+def export(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case and return its result as a file: ``nc``, ``csv`` or the case itself as ``toml``."""
     case, form = limited_case(job), job.get("form")
     if form == "toml":
@@ -257,7 +269,7 @@ def _whole(job: Job, name: str, least: int, most: int) -> int:
     return value
 
 
-TASKS: Mapping[str, Callable[[Job, Report, threading.Event], bytes]] = {
+TASKS: Mapping[str, Callable[[Job, Tick, threading.Event], bytes]] = {
     "run": run,
     "bifurcation": bifurcation,
     "map": make_map,

@@ -19,8 +19,8 @@ from gearplay.model.geometry import (
     rolling_ratios,
     senses,
 )
+from gearplay.pictures.extremes import extremes
 from gearplay.results.spectra import ensemble_spectrum
-from gearplay.signals.extremes import extremes
 from gearplay.solver.trajectory import Trajectory
 
 Floats = NDArray[np.float64]

@@ -12,10 +12,10 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable
 from typing import Any, BinaryIO
 
 from gearplay.vocabulary.errors import GearplayError
+from gearplay.vocabulary.progress import Tick
 from gearplay.web.pool import LONGEST_FRAME, RESULT, WORDS
 
 MEMORY = 4 * 1024**3  # bytes of address space
@@ -130,7 +130,7 @@ def _do(job: dict[str, Any], line: Line, stop: threading.Event) -> None:
         )
 
 
-def _reporter(line: Line) -> Callable[[float, float], None]:
+def _reporter(line: Line) -> Tick:
     last = time.monotonic()
 
     def report(done: float, total: float) -> None:

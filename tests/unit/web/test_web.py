@@ -12,8 +12,8 @@ import xarray as xr
 
 from gearplay.model.geometry import mesh_frequency
 from gearplay.model.reading import bundled_names, load_case, replace
+from gearplay.pictures.extremes import extremes
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
-from gearplay.signals.extremes import extremes
 from gearplay.signals.lines import find_line
 from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.errors import InputError

@@ -1,16 +1,24 @@
 """Lyapunov exponents: how fast neighbouring motions part, from the exact tangent of the flow, with their uncertainty."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
+from gearplay.results.tabled import Column, Tabled
 from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Tick
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
@@ -18,8 +26,8 @@ BLOCKS = 20  # over which the scatter is judged
 LEAD = 0.1  # share of the time in which the changes find their directions
 
 
-@dataclass(frozen=True)
-class Exponents:
+@dataclass(frozen=True, repr=False)
+class Exponents(Tabled):
     """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
 
     The intervals are those of Student's t over blocks of the record, shape [block, exponent], see `half_width`. ``divergence`` is
@@ -27,30 +35,70 @@ class Exponents:
     and where not all were asked for). ``time`` is the length of the record [s].
     """
 
+    answer = "exponents"
+    VARIABLES = MappingProxyType(
+        {
+            "values": Column(("exponent",), "1/s", "Lyapunov exponent"),
+            "errors": Column(("exponent",), "1/s", "half-width of its 95 % interval"),
+            "blocks": Column(("block", "exponent"), "1/s", "exponent over one block of the record"),
+        }
+    )
+    SCALARS = MappingProxyType({"divergence": float, "time": float})
+
     values: Floats
     errors: Floats
     blocks: Floats
     divergence: float
     time: float
+    case: Case
 
     @property
     def largest(self) -> tuple[float, float]:
         """The largest exponent [1/s] and the half-width of its 95 % interval."""
         return float(self.values[0]), float(self.errors[0])
 
+    @property
+    def message(self) -> str:
+        """The largest exponent in words."""
+        value, half = self.largest
+        words = "zero within its interval"
+        if value > half:
+            words = f"neighbouring motions part e-fold in {1.0 / value:.3g} s"
+        elif value < -half:
+            words = "neighbouring motions come together"
+        return (
+            f"largest Lyapunov exponent {value:.4g} ± {half:.2g} 1/s (95 %) over {self.time:.4g} s: {words}"
+        )
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return a line for each exponent."""
+        each = enumerate(zip(self.values, self.errors, strict=True), 1)
+        return [(f"exponent {n}", f"{value:.4g} ± {half:.2g} 1/s") for n, (value, half) in each]
+
+    def plot(self, *, ax: "Axes | None" = None) -> "Axes":
+        """Draw the exponents with their 95 % intervals."""
+        drawn = ax if ax is not None else new_axes()
+        number = np.arange(1, len(self.values) + 1)
+        drawn.errorbar(number, self.values, self.errors, fmt="o", color=COUPLED, markersize=4, capsize=3)
+        drawn.axhline(0.0, color=CLEARANCE, linewidth=0.8)
+        drawn.set_xticks(number)
+        drawn.set_xlabel("exponent, the largest first", fontsize=8)
+        drawn.set_ylabel("Lyapunov exponent [1/s], 95 % interval", fontsize=8)
+        return drawn
+
 
 def lyapunov_exponents(
     case: Case,
     *,
     count: int | None = None,
-    time: float | None = None,
+    duration: float | None = None,
     transient: float | None = None,
     member: int = 0,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
 ) -> Exponents:
     """Return the ``count`` largest Lyapunov exponents of a motion, all of them if not given.
 
-    The run takes ``transient`` and ``time`` [s], the case's transient and duration if not given. Changes of all free states
+    The run takes ``transient`` and ``duration`` [s], the case's transient and duration if not given. Changes of all free states
     (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
     again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
 
@@ -62,10 +110,10 @@ def lyapunov_exponents(
     if not 1 <= number <= most:
         rule = f"must lie between 1 and {most}, the number of free states"
         raise InputError(Fault("count", number, rule, "Choose fewer or more"))
-    span = case.run.duration if time is None else time
+    span = case.run.duration if duration is None else duration
     lead = case.run.transient if transient is None else transient
     if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
-        raise InputError(Fault("time", span, "must be above 0 s, transient 0 s or more", "Correct it"))
+        raise InputError(Fault("duration", span, "must be above 0 s, transient 0 s or more", "Correct it"))
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
     whole = number == most and not remembers
     return _exponents(flow, member, lead, span, number, whole=whole, progress=progress)
@@ -79,7 +127,7 @@ def _exponents(
     number: int,
     *,
     whole: bool,
-    progress: Callable[[float, float], None] | None,
+    progress: Tick | None,
 ) -> Exponents:
     changes = np.zeros((number, flow.size + flow.latches))
     random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
@@ -103,7 +151,7 @@ def _exponents(
     errors = np.array([half_width(column) for column in blocks.T])
     order = np.argsort(-values, kind="stable")
     divergence = (course.divergence - before) / span if whole else math.nan
-    return Exponents(values[order], errors[order], blocks[:, order], divergence, span)
+    return Exponents(values[order], errors[order], blocks[:, order], divergence, span, flow.case)
 
 
 def half_width(blocks: Floats) -> float:

@@ -1,10 +1,11 @@
 """What kind of motion a case has: its section classified, its largest exponent, and whether numbers of the method decide it."""
 
+import json
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,23 @@ from gearplay.model.reading import replace
 from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
 from gearplay.nonlinear.kinds.response import Response, classify
 from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
+from gearplay.pictures.words import plain
+from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.provenance import provenance
 from gearplay.solver.flow import Flow, prepare_tangent
 from gearplay.solver.simulate import prepare, run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Progress
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str, float, float], None]
+
 ARTEFACT = "numerical artefact"
 TRUSTED = 1e4  # allowed local errors that a settled state may differ by at the section
 LONGEST = 40.0  # s over which the exponent is measured
@@ -45,8 +55,8 @@ class Comparison:
     t: float
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, repr=False)
+class Motion(Answer):
     """The kind of a motion, why, and the evidence.
 
     ``kind`` is that of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance, the
@@ -63,6 +73,96 @@ class Motion:
     period: float
     comparisons: tuple[Comparison, ...]
     limit: float
+    case: Case
+
+    answer = "motion"
+
+    @property
+    def ds(self) -> "xr.Dataset":
+        """The comparisons as columns; kind, reason, exponent and evidence as attributes."""
+        import xarray as xr
+
+        words = {
+            "change": "what of the method was changed",
+            "statistic": "statistic of the ensemble",
+            "usual": "mean of the ensemble, SI",
+            "changed": "mean with the changed method, SI",
+            "t": "their difference over its standard error",
+        }
+        columns = {
+            name: (
+                "comparison",
+                _column([getattr(each, name) for each in self.comparisons]),
+                {"long_name": about},
+            )
+            for name, about in words.items()
+        }
+        response = {"kind": self.response.kind, "reason": self.response.reason, "order": self.response.order,
+                    "evidence": dict(self.response.evidence)}  # fmt: skip
+        attributes: dict[str, Any] = {
+            "kind": self.kind,
+            "order": json.dumps(self.order),
+            "reason": self.reason,
+            "response": json.dumps(response),
+            "exponent": np.array(self.exponent),
+            "period": self.period,
+            "limit": self.limit,
+        }
+        return xr.Dataset(columns, attrs=provenance(self.case, **attributes))
+
+    @classmethod
+    def from_dataset(cls, dataset: "xr.Dataset") -> Self:
+        """Return the object whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        a = dataset.attrs
+        names = ("change", "statistic", "usual", "changed", "t")
+        rows = zip(*(dataset[name].values.tolist() for name in names), strict=True)
+        return cls(
+            kind=str(a["kind"]),
+            order=json.loads(a["order"]),
+            reason=str(a["reason"]),
+            response=Response(**json.loads(a["response"])),
+            exponent=(float(a["exponent"][0]), float(a["exponent"][1])),
+            period=float(a["period"]),
+            comparisons=tuple(Comparison(*row) for row in rows),
+            limit=float(a["limit"]),
+            case=case_in(dataset),
+        )
+
+    @property
+    def message(self) -> str:
+        """Kind and reason in words."""
+        order = f" of order {self.order}" if self.order and self.kind == "periodic" else ""
+        return f"{self.kind}{order}. {self.reason}"
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return exponent, period and the comparison that differs most."""
+        found = [("section once per", f"{self.period:.4g} s")]
+        if math.isfinite(self.exponent[0]):
+            value, half = self.exponent
+            found.append(("largest Lyapunov exponent", f"{value:.4g} ± {half:.2g} 1/s (95 %)"))
+        for c in sorted(self.comparisons, key=lambda each: -abs(each.t))[:3]:
+            words = f"{c.usual:.4g} to {c.changed:.4g}, t = {c.t:.2g} (chance up to {self.limit:.3g})"
+            found.append((f"{c.statistic} with {c.change}", words))
+        return found
+
+    def plot(self, *, ax: "Axes | None" = None) -> "Axes":
+        """Draw how far each statistic changes with the numbers of the method, in standard errors, and what is chance."""
+        drawn = ax if ax is not None else new_axes(7.5, 1.2 + 0.16 * len(self.comparisons))
+        shown = [c for c in self.comparisons if math.isfinite(c.t)][::-1]
+        names = [plain(f"{c.statistic}, {c.change}") for c in shown]
+        drawn.barh(range(len(shown)), [abs(c.t) for c in shown], color=COUPLED, height=0.6)
+        drawn.set_yticks(range(len(shown)), names, fontsize=5.5)
+        if math.isfinite(self.limit):
+            drawn.axvline(self.limit, color=UNCOUPLED, linewidth=1.0)
+        drawn.set_xlabel("difference [standard errors]; line: what is still chance", fontsize=8)
+        drawn.set_title(self.kind, fontsize=9)
+        return drawn
+
+
+def _column(values: Sequence[Any]) -> NDArray[Any]:
+    text = any(isinstance(value, str) for value in values)
+    return np.array(values, dtype=object if text else np.float64)
 
 
 def prepare_motion(case: Case) -> None:
@@ -76,14 +176,14 @@ def identify_motion(
     periods: int = 1000,
     settle: int = 300,
     period: str | float = "common",
-    members: int = 12,
+    ensemble: int = 12,
     compare: bool = True,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Motion:
     """Return what kind of motion a case settles to, from ``periods`` sections after ``settle`` periods.
 
-    With ``compare`` an ensemble of ``members`` runs, as long as the case's duration, is repeated with a hundredth of the
+    With ``compare`` an ensemble of ``ensemble`` runs, as long as the case's duration, is repeated with a hundredth of the
     tolerance, with a third of the output step, and by another method: plain steps of one length, 126 in a period of the fastest
     contact, that notice contacts at their ends (for a case with ``run.fixed_step``: half the step, and located contacts). What
     changes then beyond its spread is no property of the mechanism.
@@ -91,7 +191,7 @@ def identify_motion(
     Raises `InputError` for a case without a period or numbers that cannot be, `SimulationError` where the motion cannot be
     followed.
     """
-    for name, number, least in (("periods", periods, 100), ("settle", settle, 0), ("members", members, 4)):
+    for name, number, least in (("periods", periods, 100), ("settle", settle, 0), ("ensemble", ensemble, 4)):
         if number < least:
             raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     tell = progress or (lambda what, done, total: None)
@@ -105,23 +205,31 @@ def identify_motion(
         found = lyapunov_exponents(
             case,
             count=1,
-            time=span,
+            duration=span,
             transient=settle * step,
             progress=lambda done, total: tell("exponent", done, total),
         )
         value, half = found.largest
         known = (value * step, 0.5 * half * step)
     response = classify(samples, resolution=resolution, exponent=known, swing=swing)
-    comparisons, limit = _compare(flow, members, tell, stop) if compare else ((), math.inf)
+    comparisons, limit = _compare(flow, ensemble, tell, stop) if compare else ((), math.inf)
     worst = max(comparisons, key=lambda each: abs(each.t), default=None)
     if worst is not None and abs(worst.t) > limit:
         reason = (
             f"With {worst.change} the {worst.statistic} is {worst.changed:.4g} instead of {worst.usual:.4g}, "
             f"{abs(worst.t):.3g} standard errors apart where {limit:.3g} are chance: the numbers of the method decide it."
         )
-        return Motion(ARTEFACT, None, reason, response, (value, half), step, comparisons, limit)
+        return Motion(ARTEFACT, None, reason, response, (value, half), step, comparisons, limit, case)
     return Motion(
-        response.kind, response.order, response.reason, response, (value, half), step, comparisons, limit
+        response.kind,
+        response.order,
+        response.reason,
+        response,
+        (value, half),
+        step,
+        comparisons,
+        limit,
+        case,
     )
 
 

@@ -11,6 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.nonlinear.orders import repeating_orders
+
 Floats = NDArray[np.float64]
 
 REPEATS: Final = 8
@@ -81,11 +83,8 @@ def find_order(samples: Floats, least: int = 1, repeats: int = REPEATS) -> Misfi
     4
     """
     most = min(len(samples) / repeats, 0.5 * math.sqrt(len(samples) * float(np.max(np.std(samples, axis=0)))))
-    for order in range(least, max(int(most), 1) + 1):
-        some = min(FIRST, len(samples) - order)
-        apart = float(np.max(np.abs(samples[order : order + some] - samples[:some])))
-        if apart > 2.0 * PEAK:  # two samples within a peak of one mean are no farther apart
-            continue
+    # Two samples within a peak of one mean are no farther apart than two peaks.
+    for order in repeating_orders(samples, max(int(most), 1), 2.0 * PEAK, least=least, first=FIRST):
         found = misfit(samples, order)
         if found.repeats:
             return found

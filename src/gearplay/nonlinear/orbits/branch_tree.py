@@ -1,6 +1,6 @@
 """All branches of periodic orbits that hang together: one both ways from its start, and those that leave it at doublings."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,9 +12,10 @@ from gearplay.nonlinear.orbits.orbits import Orbit, constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
-Progress = Callable[[float, float], None]
+
 CLOSE = 1e-6
 """Distance in natural sizes within which two doublings, or two orbits, count as the same."""
 NEAR = 0.2
@@ -45,7 +46,7 @@ def settled_orbits(
 
 
 def whole_branch(
-    period_map: StrobeMap, start: Orbit, settings: Settings, *, progress: Progress | None = None
+    period_map: StrobeMap, start: Orbit, settings: Settings, *, progress: Tick | None = None
 ) -> Branch:
     """Return the branch through ``start``, followed both ways."""
     down = follow_branch(period_map, start, settings, upwards=False, progress=progress)
@@ -70,7 +71,7 @@ def branch_tree(
     settings: Settings,
     *,
     doublings: int = 1,
-    progress: Progress | None = None,
+    progress: Tick | None = None,
 ) -> tuple[Branch, ...]:
     """Return the branches through ``starts`` and, ``doublings`` deep, those of twice the order that leave them at doublings.
 

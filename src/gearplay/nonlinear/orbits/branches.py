@@ -23,6 +23,7 @@ from gearplay.nonlinear.orbits.orbits import (
 )
 from gearplay.nonlinear.orbits.period_map import PeriodMap
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
+from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
 CLOSE = 1e-9  # residual in natural sizes
@@ -143,7 +144,7 @@ def follow_branch(
     settings: Settings,
     *,
     upwards: bool = True,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Tick | None = None,
 ) -> Branch:
     """Return the branch of periodic orbits through ``start``, stable and unstable ones, until the parameter leaves its bounds.
 

@@ -1,42 +1,62 @@
 """Periodic orbits of a case and their branches over one of its fields."""
 
-import json
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearplay.model.case import Case
-from gearplay.model.field_units import unit_at
 from gearplay.model.plan_values import number_in_si, value_at
-from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits, signals_of
-from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
-from gearplay.nonlinear.orbits.orbits import Orbit, find_orbit
+from gearplay.nonlinear.orbits.answers import Branches, OneBranch, PeriodicOrbit
+from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
+from gearplay.nonlinear.orbits.branches import Settings, follow_branch
+from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
-from gearplay.results.provenance import provenance, signal_words
-from gearplay.results.result import Source, case_of
+from gearplay.results.door import Source, case_of
 from gearplay.solver.flow import prepare_tangent
 from gearplay.vocabulary.errors import Fault, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-Progress = Callable[[float, float], None]
+from gearplay.vocabulary.progress import Progress, ticking
 
 
-def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Orbit:
-    """Return the periodic orbit of an order near what a case settles to in ``settle`` common periods.
+def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> PeriodicOrbit:
+    """Return the periodic orbit of an order near what a case settles to.
 
-    States at the section are those of `StrobeMap`: free positions and rotations, their velocities, latched impact speeds.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    order
+        Common periods after which the orbit repeats, 1 to 1000.
+    settle
+        Common periods before the search begins.
 
-    Raises `InputError` for a case without a period, `SimulationError` where no orbit is near.
+    Returns
+    -------
+    PeriodicOrbit
+        States at the section, shape [order, state], SI: free positions and rotations, their velocities, latched impact speeds;
+        Floquet multipliers, the largest first.
+
+    Raises
+    ------
+    InputError
+        For a case without a period.
+    SimulationError
+        Where no orbit is near.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
+    >>> gp.periodic_orbit(pair, settle=50).stable
+    True
+
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
     base = case_of(case)
     prepare_tangent(base)
-    period_map = StrobeMap(lambda _: base, 0.0)
-    return find_orbit(period_map, period_map.settle(period_map.start(0.0), 0.0, settle), 0.0, order=order)
+    family = StrobeMap(lambda _: base, 0.0)
+    found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
+    return PeriodicOrbit(**vars(found), case=base)
 
 
 def branch(
@@ -51,14 +71,53 @@ def branch(
     orbits: int = 500,
     upwards: bool = True,
     progress: Progress | None = None,
-) -> Branch:
+) -> OneBranch:
     """Return the branch of periodic orbits over a field of a case, from near what the case itself settles to.
 
-    ``low`` and ``high`` bound the field, in SI or with a unit; ``size`` is its natural size, a tenth of the range if not given.
     The branch is followed upwards (or downwards) from the case's own value, through folds, stable and unstable, until the field
-    leaves its bounds; see `follow_branch`, and `branches` for both ways at once.
+    leaves its bounds; see `branches` for both ways at once.
 
-    Raises `InputError` for a field or bounds that cannot be, `SimulationError` where there is no orbit to start from.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    path
+        The field: ``rotors.ring.load``.
+    low, high
+        Its bounds, in SI or with a unit.
+    order
+        Common periods after which the orbits repeat, 1 to 1000.
+    settle
+        Common periods before the search for the first orbit.
+    size
+        Natural size of the field [SI]; a tenth of the range if not given.
+    orbits
+        Most orbits of the branch.
+    upwards
+        Which way to go.
+    progress
+        Called with what is running, how much is done, and of how much.
+
+    Returns
+    -------
+    OneBranch
+        The orbits in order, the special points between them, and why the branch ends.
+
+    Raises
+    ------
+    InputError
+        For a field or bounds that cannot be.
+    SimulationError
+        Where there is no orbit to start from.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
+    >>> found = gp.branch(pair, "rotors.wheel.inertia", 0.9e-3, 1.1e-3, settle=50, orbits=3)
+    >>> len(found.orbits), found.order
+    (3, 1)
+
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
@@ -66,9 +125,11 @@ def branch(
     prepare_tangent(base)
     settings = _settings(base, path, low, high, size, orbits)
     now = _value_now(base, path)
-    period_map = StrobeMap(along(base, path), now)
-    (start,) = settled_orbits(period_map, [now], order=order, settle=settle)
-    return follow_branch(period_map, start, settings, upwards=upwards, progress=progress)
+    family = StrobeMap(along(base, path), now)
+    (start,) = settled_orbits(family, [now], order=order, settle=settle)
+    tick = ticking(progress, "orbits")
+    found = follow_branch(family, start, settings, upwards=upwards, progress=tick)
+    return OneBranch((found,), base, path)
 
 
 def branches(
@@ -83,14 +144,41 @@ def branches(
     size: float | None = None,
     orbits: int = 500,
     progress: Progress | None = None,
-) -> tuple[Branch, ...]:
-    """Return the branch of periodic orbits over a field both ways, and those that leave it at period doublings.
+) -> Branches:
+    """Return all connected branches of periodic orbits over a field: both ways, and those that leave at period doublings.
 
     Starts are near what the case settles to at its own value of the field, if that lies within the bounds, and at these; a
-    start on the branch of another is left out. ``doublings`` says how many times the order may double; ``orbits`` bounds each
-    branch each way; the rest as in `branch`.
+    start on the branch of another is left out.
 
-    Raises as `branch` does.
+    Parameters
+    ----------
+    case, path, low, high, order, settle, size, progress
+        As of `branch`.
+    doublings
+        How many times the order may double, 0 to 8.
+    orbits
+        Most orbits of each branch, each way.
+
+    Returns
+    -------
+    Branches
+        A sequence of branches; ``.table(signals)`` has signals at the sections of their orbits.
+
+    Raises
+    ------
+    InputError
+        For a field or bounds that cannot be.
+    SimulationError
+        Where there is no orbit to start from.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
+    >>> found = gp.branches(pair, "rotors.wheel.inertia", 0.99e-3, 1.01e-3, settle=50, orbits=3, doublings=0)
+    >>> len(found), found.path
+    (1, 'rotors.wheel.inertia')
+
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
@@ -100,9 +188,10 @@ def branches(
     now = _value_now(base, path)
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
-    period_map = StrobeMap(along(base, path), places[0])
-    starts = settled_orbits(period_map, places, order=order, settle=settle)
-    return branch_tree(period_map, starts, settings, doublings=doublings, progress=progress)
+    family = StrobeMap(along(base, path), places[0])
+    starts = settled_orbits(family, places, order=order, settle=settle)
+    tick = ticking(progress, "orbits")
+    return Branches(branch_tree(family, starts, settings, doublings=doublings, progress=tick), base, path)
 
 
 def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:
@@ -113,52 +202,6 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
     flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))
-
-
-def branch_signals(case: Source, path: str, branch: Branch, signals: Sequence[str]) -> Any:
-    """Return signals at the sections of each orbit of a branch over a field, shape [orbit, order, signal], SI."""
-    return signals_of(
-        StrobeMap(along(case_of(case), path), branch.orbits[0].parameter), branch, list(signals)
-    )
-
-
-def branches_dataset(
-    case: Source, path: str, found: Sequence[Branch], signals: Sequence[str], levels: Sequence[Any]
-) -> "xr.Dataset":
-    """Return branches as one table: a row for each orbit, with signals at its first section, and one for each special point.
-
-    ``levels`` are the signals of each branch as `branch_signals` returns them.
-
-    Coordinates: ``orbit`` with ``branch`` (number), ``order``, the field, ``stable`` (1 or 0) and ``multiplier`` (the largest
-    modulus); ``special`` with its kind, branch and field.
-    """
-    import xarray as xr
-
-    base = case_of(case)
-    name = path.rpartition(".")[2]
-    unit = {"units": unit_at(base, path), "long_name": path}
-    rows = [
-        (at, branch.order, orbit.parameter, int(orbit.stable), abs(orbit.multipliers[0]))
-        for at, branch in enumerate(found)
-        for orbit in branch.orbits
-    ]
-    numbers, orders, places, stable, largest = zip(*rows, strict=True)
-    points = [(s.kind, at, s.orbit.parameter) for at, branch in enumerate(found) for s in branch.special]
-    variables: dict[str, Any] = {
-        "branch": ("orbit", np.array(numbers), {"long_name": "number of the branch"}),
-        "order": ("orbit", np.array(orders), {"long_name": "periods after which the orbit repeats"}),
-        name: ("orbit", np.array(places), unit),
-        "stable": ("orbit", np.array(stable), {"long_name": "whether small changes decay"}),
-        "multiplier": ("orbit", np.array(largest), {"units": "1", "long_name": "largest modulus of the Floquet multipliers"}),
-        "special_kind": ("special", np.array([p[0] for p in points], dtype=object), {"long_name": "what happens there"}),
-        "special_branch": ("special", np.array([p[1] for p in points], dtype=np.int64), {"long_name": "number of the branch"}),
-        f"special_{name}": ("special", np.array([p[2] for p in points]), unit),
-    }  # fmt: skip
-    values = np.concatenate([each[:, 0] for each in levels])
-    for at, signal in enumerate(signals):
-        variables[signal] = ("orbit", values[:, at], signal_words(signal))
-    ended = json.dumps([each.ended for each in found])
-    return xr.Dataset(variables, attrs=provenance(base, ended=ended))
 
 
 def _value_now(base: Case, path: str) -> float:

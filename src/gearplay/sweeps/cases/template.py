@@ -6,6 +6,7 @@ from typing import Any
 
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, value_at
+from gearplay.model.policy import LIMITS
 from gearplay.model.reading import load_case, replace
 from gearplay.sweeps.cases.chains import Chain
 from gearplay.sweeps.cases.points import Points, points_of
@@ -43,7 +44,8 @@ class Template:
             axis = plan.axes[self.points.carried]
             self.chain = Chain(plan.carry, axis.path, self.points.values[self.points.carried], self.base)
         self.pieces: list[str] = []
-        if self.chain is None:
+        self.limited = any(path in (f"run.{name}" for name in LIMITS) for path, _, _ in self.fields)
+        if self.chain is None and not self.limited:
             self._cut()
 
     def changes(self, values: dict[str, Any]) -> dict[str, Any]:
@@ -62,7 +64,7 @@ class Template:
 
     def _cut(self) -> None:
         """Cut the base's JSON at the varied fields, where that gives every case's own JSON."""
-        document = self.base.resolved()
+        document = self.base.identity()
         for at, (path, _, _) in enumerate(self.fields):
             place: Any = document
             *way, last = path.split(".")
@@ -80,7 +82,7 @@ class Template:
         count = len(self.points)
         for index in {0, count // 3, count - 1}:
             try:
-                if self._text(index) != _json(self.case_at(index)[0].resolved()):
+                if self._text(index) != _json(self.case_at(index)[0].identity()):
                     self.pieces = []
                     return
             except InputError:  # a point that the case does not take has no JSON to compare with
@@ -99,6 +101,15 @@ class Template:
             return self.case_at(index)[0].sha256
         return hashlib.sha256(self._text(index).encode("ascii")).hexdigest()
 
+    def _limits(self, index: int) -> str:
+        """Return the limits of a point, no part of its case's digest, that may have ended it: empty where it has none."""
+        try:
+            case = self.case_at(index)[0] if self.limited else self.base
+        except InputError:
+            return ""
+        limits = {name: getattr(case.run, name) for name in LIMITS}
+        return f" {limits}" if any(value is not None for value in limits.values()) else ""
+
     def address_of(self, index: int) -> bytes:
         """Return the address of a point's result, 32 bytes; one that the case refuses goes by its values."""
         values, member = self.points.at(index)
@@ -106,7 +117,7 @@ class Template:
             digest = self.digest_of(index)
         except InputError:
             digest = f"{self.base.sha256} {values}"
-        words = f"{digest} {member} {self.kept}"
+        words = f"{digest} {member} {self.kept}{self._limits(index)}"
         if self.chain is not None and self.plan.carry is not None:
             words += f" {self.chain.story(values[self.plan.carry.axis], values['direction'])}"
         return hashlib.sha256(words.encode()).digest()

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, Tag, model_validator
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.sweeps.plans.design import Text
 from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 Frequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
 
@@ -86,15 +87,7 @@ class ContactReduction(_Reduction):
 
     kind: Literal["contact"] = "contact"
     contact: Text
-    statistic: Literal[
-        "share_of_time",
-        "impacts_per_second",
-        "mean_impact_speed",
-        "rms_impact_speed",
-        "max_impact_speed",
-        "peak_force",
-        "max_penetration",
-    ]
+    statistic: Literal[tuple(CONTACT_STATISTICS)]  # type: ignore[valid-type]
 
 
 class JamReduction(_Reduction):

@@ -206,9 +206,11 @@ class View:
         return np.asarray(_quietly(np.nanmean, found)) if found.ndim > 1 else found
 
     def failed(self, dims: Sequence[str], place: Place) -> Flags:
-        """Return where no case was finished, over ``dims``."""
-        wrong = self.dataset["status"].isel(dict(place)) != 0
-        return np.asarray(wrong.all([d for d in wrong.dims if d not in dims]).transpose(*dims).values)
+        """Return where cases failed and none was finished, over ``dims``; what has not been run yet is no failure."""
+        status = self.dataset["status"].isel(dict(place))
+        over = [d for d in status.dims if d not in dims]
+        wrong = (status != 0).all(over) & (status > 0).any(over)
+        return np.asarray(wrong.transpose(*dims).values)
 
     @property
     def band_words(self) -> str:

@@ -1,10 +1,13 @@
 """The pictures that make sense for a sweep: chosen from what varies and what is kept, each with a caption."""
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gearplay.files.atomic import write_bytes
 from gearplay.pictures.scales import spread_places
 from gearplay.sweeps.report.curves import PER_PAGE, carried_axis, hysteresis_figure, line_figure
 from gearplay.sweeps.report.drawable import DIRECTION, View
@@ -29,6 +32,13 @@ class Picture:
     name: str
     png: bytes
     caption: str
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the PNG, whole or not at all."""
+        write_bytes(Path(path), self.png)
 
 
 def sweep_figures_of(sweep: Sweep, dataset: "xr.Dataset") -> dict[str, bytes]:

@@ -12,6 +12,7 @@ from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.model.toml_files import write_toml
 from gearplay.pictures.pages import data_uri, render_page
 from gearplay.pictures.words import shown_in
+from gearplay.results.account import Account
 from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, along_of
 from gearplay.sweeps.report.figures import Picture, pictures_of
@@ -53,7 +54,8 @@ def number(value: float, digits: int = 4) -> str:
 
 def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> str:
     """Return the report as one self-contained HTML page."""
-    status, failures = dataset["status"].values, failures_of(dataset)
+    failures = failures_of(dataset)
+    account = Account.of(dataset["status"].values, dataset["reason"].values)
     return render_page(
         "gearplay.sweeps.report",
         "page.html",
@@ -62,9 +64,7 @@ def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> 
         plan=sweep.plan,
         base=sweep.template.base,
         varied=varied_of(sweep, dataset),
-        cases=int(status.size),
-        failed=int((status > 0).sum()),
-        missing=int((status < 0).sum()),
+        account=account,
         failures=failures[:MOST_REASONS],
         reasons=len(failures),
         rows=summary_of(dataset),

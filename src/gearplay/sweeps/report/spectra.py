@@ -18,8 +18,9 @@ from gearplay.pictures.canvas import (
     set_title,
     to_png,
 )
+from gearplay.pictures.extremes import extremes
 from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
-from gearplay.pictures.style import thinned
+from gearplay.pictures.style import MOST_POINTS
 from gearplay.pictures.words import plain, wrapped
 from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.maps import (
@@ -226,7 +227,7 @@ def curves_figure(view: View, name: str) -> bytes | None:
     figure, axes = make_figure(1, 1, 3.9, width=7.5)
     ax, handles = axes[0, 0], {}
     for at, (words, values) in enumerate(found):
-        ax.plot(*thinned(x, values), color=PALETTE[at], linewidth=0.8)
+        ax.plot(*extremes(x, values, MOST_POINTS // 2), color=PALETTE[at], linewidth=0.8)
         handles[words] = legend_mark(PALETTE[at], line="-")
     ends = logarithmic_range(np.concatenate([values for _, values in found]))
     if ends is not None and not history:

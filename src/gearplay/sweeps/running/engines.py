@@ -5,9 +5,10 @@ import os
 import queue
 import signal
 import threading
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -231,3 +232,34 @@ def _first_line(error: BaseException) -> str:
     if isinstance(error, TimeoutError) and not str(error):
         return f"no answer within {PATIENCE:g} s"
     return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Where a sweep runs; none of it changes the result.
+
+    ``kind`` is "threads" or "processes", with ``workers`` of them (the cores if not given); ``scheduler`` is the address of an
+    existing Dask cluster, with ``security`` its TLS files. ``shard`` (i, n) runs the i-th of n parts.
+
+    Raises `InputError` for another kind.
+    """
+
+    kind: str = "threads"
+    workers: int | None = None
+    scheduler: str | None = None
+    security: Mapping[str, Path] | None = None
+    shard: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("threads", "processes"):
+            raise InputError(Fault("engine", self.kind, "must be threads or processes", "Choose one"))
+
+    def outcomes(
+        self, made: Sweep, jobs: Sequence[int], stop: threading.Event | None = None
+    ) -> Generator[list[Outcome]]:
+        """Yield the outcomes of jobs as they are done; threads end their cases early once stopped."""
+        if self.scheduler is not None:
+            return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}))
+        if self.kind == "processes":
+            return run_processes(made, jobs, workers=self.workers)
+        return run_threads(made, jobs, workers=self.workers, stop=stop)

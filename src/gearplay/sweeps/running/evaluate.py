@@ -16,9 +16,11 @@ from gearplay.solver.status import Status
 from gearplay.sweeps.cases.template import Template
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.running.reduce import Reducer
-from gearplay.vocabulary.errors import GearplayError
+from gearplay.vocabulary.errors import GearplayError, ResourceError
 
 Floats = NDArray[np.float64]
+LARGEST = 4e9
+"""Largest product that is made in one piece [bytes]."""
 REFUSED, REDUCED = 100, 101
 """Status of a point whose case was refused, and of one that was simulated but lacks a reduction; the others are those of
 `solver.status`."""
@@ -45,6 +47,24 @@ class Sweep:
         self.plan = plan
         self.template = Template(plan)
         self.reducer = Reducer(plan, self.template.base, pack(self.template.base))
+
+    @property
+    def bytes(self) -> float:
+        """Size of the product in memory."""
+        return float(len(self.template.points)) * (8.0 * self.reducer.size + 10.0)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the product is too large for one piece."""
+        return self.bytes > LARGEST
+
+    def check_size(self) -> None:
+        """Raise `ResourceError` for a product too large for one piece."""
+        if self.is_large:
+            raise ResourceError(
+                f"sweep: a product of {self.bytes / 1e9:.2g} GB is more than the limit of {LARGEST / 1e9:.0f} GB. "
+                "Say --zarr, which writes it piece by piece, keep fewer numbers per case, or coarsen an axis."
+            )
 
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Outcome]:
         """Simulate and reduce the points of a job; nothing once stopped. A point that fails is an outcome with its reason."""

@@ -10,40 +10,17 @@ from numpy.typing import NDArray
 
 from gearplay.files.atomic import netcdf_bytes, write_bytes
 from gearplay.model.field_units import unit_at
+from gearplay.results.account import MISSING
+from gearplay.results.provenance import provenance
 from gearplay.solver.status import Status
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.sweeps.running.reduce import Kept
-from gearplay.vocabulary.errors import ResourceError
-from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MISSING = -1
-LARGEST = 4e9
-"""Largest product that is made in one piece [bytes]."""
-
 Rows = Mapping[bytes, tuple[int, str, bytes]]
 """Finished points by address: status, reason, and the bytes of what was kept."""
-
-
-def product_bytes(sweep: Sweep) -> float:
-    """Return the size of the product in memory [bytes]."""
-    return float(len(sweep.template.points)) * (8.0 * sweep.reducer.size + 10.0)
-
-
-def is_large(sweep: Sweep) -> bool:
-    """Return whether the product is too large for one piece."""
-    return product_bytes(sweep) > LARGEST
-
-
-def check_size(sweep: Sweep) -> None:
-    """Raise `ResourceError` for a product too large for one piece."""
-    if is_large(sweep):
-        raise ResourceError(
-            f"sweep: a product of {product_bytes(sweep) / 1e9:.2g} GB is more than the limit of {LARGEST / 1e9:.0f} GB. "
-            "Say --zarr, which writes it piece by piece, keep fewer numbers per case, or coarsen an axis."
-        )
 
 
 def to_product(sweep: Sweep, rows: Rows) -> "xr.Dataset":
@@ -56,7 +33,7 @@ def to_product(sweep: Sweep, rows: Rows) -> "xr.Dataset":
     """
     import xarray as xr
 
-    check_size(sweep)
+    sweep.check_size()
     whole = tuple(slice(0, length) for length in sweep.template.points.shape)
     return xr.Dataset(
         variables_of(sweep, rows, whole), coords=coordinates_of(sweep), attrs=attributes_of(sweep)
@@ -119,14 +96,12 @@ def _flags() -> dict[int, str]:
 
 def attributes_of(sweep: Sweep) -> dict[str, str]:
     """Return the attributes of the product: what it came from."""
-    return {
-        "title": sweep.plan.title,
-        "Conventions": "CF-1.11",
-        "plan": sweep.plan.model_dump_json(exclude_none=True),
-        "base_case": json.dumps(sweep.template.base.resolved()),
-        "base_case_sha256": sweep.template.base.sha256,
-        "gearplay_version": VERSION,
-    }
+    return provenance(
+        sweep.template.base,
+        title=sweep.plan.title,
+        name="base_case",
+        plan=sweep.plan.model_dump_json(exclude_none=True),
+    )
 
 
 def coordinates_of(sweep: Sweep) -> dict[str, Any]:

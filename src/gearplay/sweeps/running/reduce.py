@@ -29,21 +29,13 @@ from gearplay.sweeps.plans.kept import (
 )
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 Floats = NDArray[np.float64]
 OfSignal = (
     StatisticReduction | LineReduction | HumpReduction | LevelReduction | SpectrumReduction | HistoryReduction
 )
 INCREMENTS = {"ax": "vx", "ay": "vy"}
-CONTACT_UNITS = {
-    "share_of_time": "1",
-    "impacts_per_second": "1/s",
-    "mean_impact_speed": "m/s",
-    "rms_impact_speed": "m/s",
-    "max_impact_speed": "m/s",
-    "peak_force": "N",
-    "max_penetration": "m",
-}
 
 
 @dataclass(frozen=True)
@@ -184,7 +176,7 @@ def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:
     name = reduction.name
     if isinstance(reduction, ContactReduction):
         words = f"{reduction.statistic.replace('_', ' ')} of {reduction.contact}"
-        return [Kept(name, CONTACT_UNITS[reduction.statistic], words)]
+        return [Kept(name, CONTACT_STATISTICS[reduction.statistic].unit, words)]
     if isinstance(reduction, JamReduction):
         return [Kept(name, "1", f"share of time with both flanks of {reduction.mesh} pressed")]
     quantity = RESULT_VARIABLES[reduction.signal]

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearplay.files.atomic import make_folder, shown_path
+from gearplay.results.account import MISSING, Account
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import (
-    MISSING,
     Rows,
     attributes_of,
     coordinates_of,
@@ -28,16 +28,15 @@ if TYPE_CHECKING:
 
 BLOCK = 64e6
 """Size of a block in memory [bytes]."""
-MOST_REASONS = 5
 TEXT = np.dtypes.StringDType()
 
 
-def write_cube(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
+def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
     """Write the product of a sweep as a Zarr store, beside and renamed; what is missing has status -1 and NaN.
 
     It is an export that can be made again, never the source of truth: a chunk that is lost later reads as missing too.
 
-    Returns how many cases failed or are missing, and up to five reasons.
+    Returns the account of its cases.
 
     Raises `InputError` where the folder cannot be written or is full.
     """
@@ -61,7 +60,7 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
     return ended
 
 
-def _write(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
+def _write(sweep: Sweep, rows: Rows, path: Path) -> Account:
     import xarray as xr
 
     points = sweep.template.points
@@ -71,19 +70,16 @@ def _write(sweep: Sweep, rows: Rows, path: Path) -> tuple[int, list[str]]:
     blank.to_zarr(
         path, mode="w", compute=False, consolidated=False, encoding={"status": {"fill_value": MISSING}}
     )
-    failed, reasons = 0, set[str]()
+    parts = []
     for piece in chain([first], pieces):
         region = dict(zip(points.dims, piece, strict=True))
         block = xr.Dataset(variables_of(sweep, rows, piece))
         block["reason"] = block["reason"].astype(TEXT)
         block.to_zarr(path, mode="r+", region=region, consolidated=False)
-        bad = block["status"].values != 0
-        failed += int(bad.sum())
-        if len(reasons) < MOST_REASONS:
-            reasons |= set(block["reason"].values[bad].tolist())
+        parts.append(Account.of(block["status"].values, block["reason"].values))
     zarr = load_optional("zarr", "cluster")
     zarr.consolidate_metadata(path)  # or xarray warns of every store that it opens
-    return failed, sorted(reasons)[:MOST_REASONS]
+    return Account.sum(parts)
 
 
 def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:

@@ -5,10 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.sweeps.door import Policy, Report, sweep
+from gearplay.sweeps.door import sweep
+from gearplay.sweeps.running.engines import Engine
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
 from gearplay.sweeps.tolerances.page import values_of, write_tolerance
+from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,8 +31,8 @@ def answer(
     product: "xr.Dataset",
     folder: Path,
     *,
-    policy: Policy | None = None,
-    progress: Report | None = None,
+    engine: Engine | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> dict[str, Any]:
     """Write the tolerance page of a finished sweep into its folder and return the document behind it.
@@ -48,11 +50,11 @@ def answer(
             found = sweep(
                 search_plan(plan, tolerance, factor, fresh=fresh),
                 folder=place,
-                policy=policy,
+                engine=engine,
                 progress=progress,
                 stop=stop,
             )
-            return values_of(found, tolerance.measure)
+            return values_of(found.ds, tolerance.measure)
 
         return evaluate
 

@@ -1,0 +1,281 @@
+"""What the verbs of periodic orbits return: one orbit, one branch, or all connected branches, each with its case."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.field_units import unit_at
+from gearplay.nonlinear.orbits.branch_tree import signals_of
+from gearplay.nonlinear.orbits.branches import Branch, Special
+from gearplay.nonlinear.orbits.orbits import Orbit
+from gearplay.nonlinear.orbits.period_map import StrobeMap, along
+from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
+from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.tabled import Column, Tabled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class PeriodicOrbit(Orbit, Tabled):
+    """A periodic orbit of a case; see `Orbit`."""
+
+    case: Case
+
+    answer = "orbit"
+    VARIABLES = MappingProxyType(
+        {
+            "states": Column(("section", "state"), "", "state at the section, SI"),
+            "matrix": Column(("state", "change"), "", "derivative of the map over the orbit, SI"),
+            "multipliers": Column(("multiplier",), "1", "Floquet multiplier"),
+            "contacts": Column(("contact_change", "pair"), "", "contact, and 1 where it begins"),
+        }
+    )
+    SCALARS = MappingProxyType({"parameter": float, "residual": float})
+
+    @property
+    def message(self) -> str:
+        """Order, stability and the largest multiplier in words."""
+        largest = (
+            f"largest multiplier {abs(self.multipliers[0]):.4g}" if self.multipliers.size else "no multiplier"
+        )
+        kind = "stable" if self.stable else "unstable"
+        return f"{kind} periodic orbit of order {self.order}, {largest}"
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the multipliers in the unit circle, within which small changes decay."""
+        drawn = ax if ax is not None else new_axes(4.5, 4.5)
+        angle = np.linspace(0.0, 2.0 * np.pi, 361)
+        drawn.plot(np.cos(angle), np.sin(angle), color=CLEARANCE, linewidth=1.0)
+        drawn.plot(self.multipliers.real, self.multipliers.imag, "o", color=COUPLED, markersize=4)
+        drawn.set_aspect("equal")
+        drawn.set_xlabel("real part of the Floquet multiplier [1]", fontsize=8)
+        drawn.set_ylabel("imaginary part [1]", fontsize=8)
+        return drawn
+
+
+@dataclass(frozen=True, repr=False)
+class Branches(Answer):
+    """Branches of periodic orbits over a field of a case: a sequence of `Branch`, with what a verb's answer has."""
+
+    branches: tuple[Branch, ...]
+    case: Case
+    path: str
+
+    answer = "branches"
+
+    def __len__(self) -> int:
+        return len(self.branches)
+
+    def __iter__(self) -> Iterator[Branch]:
+        return iter(self.branches)
+
+    def __getitem__(self, place: int) -> Branch:
+        return self.branches[place]
+
+    @property
+    def message(self) -> str:
+        """How many there are, how many of their orbits are stable, and what happens on the way."""
+        orbits = sum(len(branch.orbits) for branch in self)
+        stable = sum(int(branch.stable.sum()) for branch in self)
+        kinds: dict[str, int] = {}
+        for special in (each for branch in self for each in branch.special):
+            kinds[special.kind] = kinds.get(special.kind, 0) + 1
+        met = "".join(f", {count} × {kind}" for kind, count in kinds.items())
+        several = "branches" if len(self) != 1 else "branch"
+        return f"{len(self)} {several} over {self.path}: {orbits} orbits, {stable} of them stable{met}"
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return a line for each branch."""
+        unit = unit_at(self.case, self.path)
+        found = []
+        for branch in self:
+            special = "".join(f"; {s.kind} at {s.orbit.parameter:.6g} {unit}" for s in branch.special)
+            words = f"{len(branch.orbits)} orbits, {int(branch.stable.sum())} stable{special}; ends: {branch.ended}"
+            found.append((f"order {branch.order}", words))
+        return found
+
+    def levels(self, signals: Sequence[str]) -> list[Floats]:
+        """Return signals at the sections of each branch's orbits, shape [orbit, order, signal] each, SI."""
+        family = StrobeMap(along(self.case, self.path), self.branches[0].orbits[0].parameter)
+        return [signals_of(family, branch, list(signals)) for branch in self]
+
+    def table(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
+        """Return a row for each orbit, with signals at its first section, and one for each special point.
+
+        Coordinates: ``orbit`` with ``branch`` (number), ``order``, the field, ``stable`` (1 or 0) and ``multiplier`` (the largest
+        modulus); ``special`` with its kind, branch and field. ``levels`` are those of `levels`, where they are known.
+        """
+        import xarray as xr
+
+        name, unit = self.path.rpartition(".")[2], unit_at(self.case, self.path)
+        words = {"units": unit, "long_name": self.path}
+        rows = [
+            (at, branch.order, orbit.parameter, int(orbit.stable), abs(orbit.multipliers[0]))
+            for at, branch in enumerate(self)
+            for orbit in branch.orbits
+        ]
+        numbers, orders, places, stable, largest = zip(*rows, strict=True)
+        points = [(s.kind, at, s.orbit.parameter) for at, branch in enumerate(self) for s in branch.special]
+        variables: dict[str, Any] = {
+            "branch": ("orbit", np.array(numbers), {"long_name": "number of the branch"}),
+            "order": ("orbit", np.array(orders), {"long_name": "periods after which the orbit repeats"}),
+            name: ("orbit", np.array(places), words),
+            "stable": ("orbit", np.array(stable), {"long_name": "whether small changes decay"}),
+            "multiplier": ("orbit", np.array(largest), {"units": "1", "long_name": "largest Floquet multiplier, modulus"}),
+            "special_kind": ("special", np.array([p[0] for p in points], dtype=object), {"long_name": "what happens there"}),
+            "special_branch": ("special", np.array([p[1] for p in points], dtype=np.int64), {"long_name": "its branch"}),
+            f"special_{name}": ("special", np.array([p[2] for p in points]), words),
+        }  # fmt: skip
+        if signals:
+            values = np.concatenate([each[:, 0] for each in levels or self.levels(signals)])
+            for at, signal in enumerate(signals):
+                variables[signal] = ("orbit", values[:, at], signal_words(signal))
+        ended = json.dumps([each.ended for each in self])
+        return xr.Dataset(variables, attrs=provenance(self.case, ended=ended, path=self.path))
+
+    def dataset(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
+        """Return `table` with all of every orbit beside it, so that a file holds the branches whole."""
+        every = [orbit for branch in self for orbit in branch.orbits]
+        special = [each for branch in self for each in branch.special]
+        place = np.array([each.place for each in special], dtype=np.int64)
+        whole = self.table(signals, levels)
+        whole = whole.assign(_packed("orbit", every) | _packed("special", [each.orbit for each in special]))
+        return whole.assign(
+            {"special_place": ("special", place, {"long_name": "orbit of its branch before it"})}
+        )
+
+    @property
+    def ds(self) -> xr.Dataset:
+        """A row for each orbit and each special point, and all of every orbit; `table` has signals at their sections."""
+        return self.dataset(())
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the branches whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        every, points = _unpacked("orbit", dataset), _unpacked("special", dataset)
+        numbers, of = dataset["branch"].values, dataset["special_branch"].values
+        orders, kinds = dataset["order"].values, dataset["special_kind"].values
+        found = []
+        for at, ended in enumerate(json.loads(dataset.attrs["ended"])):
+            own = np.flatnonzero(numbers == at)
+            special = tuple(
+                Special(str(kinds[k]), int(dataset["special_place"].values[k]), points[k])
+                for k in np.flatnonzero(of == at)
+            )
+            found.append(Branch(tuple(every[k] for k in own), special, ended, int(orders[own[0]])))
+        return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]))
+
+    def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""
+        from gearplay.nonlinear.orbits.figures import draw_branch
+        from gearplay.pictures.words import plain, shown_in
+        from gearplay.solver.flow import Flow
+
+        name = signal or Flow(self.case).free_names[0]
+        levels = self.levels([name])
+        words, drawn = signal_words(name), ax if ax is not None else new_axes()
+        unit_y, up = shown_in(words["units"], max(float(np.abs(each).max()) for each in levels))
+        unit_x, across = shown_in(
+            unit_at(self.case, self.path), max(float(np.abs(b.parameters).max()) for b in self)
+        )
+        for branch, each in zip(self, levels, strict=True):
+            draw_branch(drawn, branch, up * each[:, :, 0], factor=across)
+        drawn.set_xlabel(plain(f"{self.path} [{unit_x}]"), fontsize=8)
+        drawn.set_ylabel(plain(f"{name} [{unit_y}]"), fontsize=8)
+        return drawn
+
+
+class OneBranch(Branches):
+    """One branch of periodic orbits over a field of a case: `Branches` of one, with what its `Branch` has."""
+
+    answer = "branch"
+
+    @property
+    def orbits(self) -> tuple[Orbit, ...]:
+        """The orbits in the order of the branch."""
+        return self.branches[0].orbits
+
+    @property
+    def special(self) -> tuple[Special, ...]:
+        """Points where the kind of the orbits changes."""
+        return self.branches[0].special
+
+    @property
+    def ended(self) -> str:
+        """Why the branch ends."""
+        return self.branches[0].ended
+
+    @property
+    def order(self) -> int:
+        """Periods after which its orbits repeat."""
+        return self.branches[0].order
+
+    @property
+    def parameters(self) -> Floats:
+        """The field at each orbit [SI], shape [orbit]."""
+        return self.branches[0].parameters
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each orbit is stable, shape [orbit]."""
+        return self.branches[0].stable
+
+
+def _packed(along_: str, orbits: Sequence[Orbit]) -> dict[str, Any]:
+    """Return all of some orbits as variables over ``along_``, ragged ones filled up with NaN."""
+    size = len(orbits[0].matrix) if orbits else 0
+    most = max((orbit.order for orbit in orbits), default=1)
+    states = np.full((len(orbits), most, size), np.nan)
+    multipliers = np.full((len(orbits), size, 2), np.nan)
+    for at, orbit in enumerate(orbits):
+        states[at, : orbit.order] = orbit.states
+        multipliers[at, : orbit.multipliers.size] = np.stack(
+            [orbit.multipliers.real, orbit.multipliers.imag], axis=-1
+        )
+    matrices = np.array([orbit.matrix for orbit in orbits]).reshape(len(orbits), size, size)
+    contacts = np.array([json.dumps(orbit.contacts.tolist()) for orbit in orbits], dtype=object)
+    own = {"orbit": "", "special": "special_"}[along_]
+    dims = (f"{own}section", f"{own}state", f"{own}change")
+    return {
+        f"{own}states": ((along_, *dims[:2]), states, {"long_name": "state at each section, SI"}),
+        f"{own}matrix": ((along_, *dims[1:]), matrices, {"long_name": "derivative of the map over the orbit, SI"}),
+        f"{own}multipliers": ((along_, f"{own}multiplier_", "part"), multipliers, {"long_name": "Floquet multipliers"}),
+        f"{own}contacts": (along_, contacts, {"long_name": "contact changes, JSON"}),
+        f"{own}residual": (along_, np.array([orbit.residual for orbit in orbits]), {"long_name": "residual in natural sizes"}),
+        f"{own}parameter": (along_, np.array([orbit.parameter for orbit in orbits]), {"long_name": "the field, SI"}),
+    }  # fmt: skip
+
+
+def _unpacked(along_: str, dataset: xr.Dataset) -> list[Orbit]:
+    own = {"orbit": "", "special": "special_"}[along_]
+    names = ("states", "matrix", "multipliers", "contacts", "residual", "parameter")
+    columns = [dataset[f"{own}{name}"].values for name in names]
+    found = []
+    for states, matrix, multipliers, contacts, residual, parameter in zip(*columns, strict=True):
+        known = multipliers[np.isfinite(multipliers[:, 0])]
+        found.append(
+            Orbit(
+                parameter=float(parameter),
+                states=states[np.isfinite(states).all(axis=1)],
+                matrix=matrix,
+                multipliers=known[:, 0] + 1j * known[:, 1],
+                residual=float(residual),
+                contacts=np.array(json.loads(str(contacts)), dtype=np.int64).reshape(-1, 2),
+            )
+        )
+    return found

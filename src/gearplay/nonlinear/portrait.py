@@ -1,0 +1,110 @@
+"""A portrait: all that is free to move along a settled motion, once per period, and at each onset of a contact."""
+
+import contextlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from gearplay.model.case import Case
+from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.nonlinear.sections import contact_section, stroboscopic_section
+from gearplay.results.answer import Answer, WasDataset, check_kind
+from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.flow import Flow
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+PARTS = 200
+"""Samples of a portrait's path in each mesh period."""
+
+
+@dataclass(frozen=True, repr=False)
+class Portrait(Answer, WasDataset):
+    """Path, section and onsets of a settled motion.
+
+    ``ds`` has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over
+    ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on [SI], rotations from the nominal ones.
+    """
+
+    dataset: "xr.Dataset"
+
+    answer = "portrait"
+
+    @property
+    def ds(self) -> "xr.Dataset":
+        """The numbers, SI."""
+        return self.dataset
+
+    @classmethod
+    def from_dataset(cls, dataset: "xr.Dataset") -> Self:
+        """Return the portrait whose ``ds`` it was."""
+        check_kind(dataset, cls.answer)
+        return cls(dataset)
+
+    @property
+    def message(self) -> str:
+        """How much it holds, in words."""
+        sizes, period = self.dataset.sizes, float(self.dataset.attrs["period"])
+        return f"{sizes['section_time']} sections, one per {period:.4g} s, and {sizes['onset_time']} onsets of contacts"
+
+    def plot(self, *, rotors: tuple[str, ...] = (), title: str = "") -> "Figure":
+        """Draw orbits in the clearance circles and phase portraits of all rotors, or the chosen ones; returns the figure."""
+        from gearplay.nonlinear.portraits import portrait_drawing
+
+        drawn: Figure = portrait_drawing(self.dataset, rotors=rotors, title=title)
+        return drawn
+
+
+def portrait_of(
+    case: Case, *, settle: int, keep: int, show: int, period: str | float, member: int
+) -> Portrait:
+    """Return the portrait of a case: ``settle`` periods pass, the path is sampled over ``show`` periods, the rest over ``keep``.
+
+    Raises `InputError` for a case without a period, with nothing free to move, or numbers that cannot be.
+    """
+    import xarray as xr
+
+    for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
+        if number < least:
+            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
+    flow = Flow(case)
+    packed, signals = flow.packed, flow.free_names
+    if not signals:
+        rule = "must leave a rotor free to move or turn"
+        raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))
+    step, parts = section_period(packed, period), PARTS
+    with contextlib.suppress(InputError):  # of a mesh period where there is one
+        parts = PARTS * max(1, min(100, round(step / section_period(packed, "mesh"))))
+    path = stroboscopic_section(
+        case, signals, keep=show * parts + 1, settle=settle * parts, period=step / parts, member=member
+    )
+    strobe = stroboscopic_section(case, signals, keep=keep, settle=settle, period=step, member=member)
+    hits = {
+        label: contact_section(
+            case, signals, label, duration=keep * step, transient=settle * step, member=member
+        )
+        for label in packed.contact_labels
+    }
+    instants = np.concatenate([np.zeros(0), *(each.times for each in hits.values())])
+    order = np.argsort(instants, kind="stable")
+    names = [label for label, each in hits.items() for _ in each.times]
+    rows = np.concatenate([np.zeros((0, len(signals) + 1)), *(each.values for each in hits.values())])
+    contact = np.array(names, dtype=object)[order]
+    variables: dict[str, Any] = {"contact": ("onset_time", contact, {"long_name": "contact that begins"})}
+    for at, signal in enumerate(signals):
+        words = signal_words(signal)
+        variables[f"path.{signal}"] = ("path_time", path.values[:, at], words)
+        variables[f"section.{signal}"] = ("section_time", strobe.values[:, at], words)
+        variables[f"onset.{signal}"] = ("onset_time", rows[order, at], words)
+    seconds = {"units": "s", "long_name": "time"}
+    coordinates = {
+        "path_time": ("path_time", path.times, seconds),
+        "section_time": ("section_time", strobe.times, seconds),
+        "onset_time": ("onset_time", instants[order], seconds),
+    }
+    attributes = provenance(case, settle=settle, period=step)
+    return Portrait(xr.Dataset(variables, coords=coordinates, attrs=attributes))

@@ -1,0 +1,51 @@
+"""A curve in fewer points that keeps its lowest and highest values: thinning loses shocks and lines."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def extreme_places(y: Floats, stretches: int) -> NDArray[np.int64]:
+    """Return the places of the lowest and highest value of each of at most ``stretches`` stretches, in order.
+
+    All places for no more than two values a stretch; a stretch that holds a NaN has one of them, so that gaps stay.
+
+    >>> extreme_places(np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0, 9.0]), 3).tolist()
+    [0, 1, 3, 4, 6]
+    """
+    size = -(-y.size // stretches) if y.size else 0
+    if size <= 2:
+        return np.arange(y.size, dtype=np.int64)
+    whole = y.size // size
+    table = y[: whole * size].reshape(whole, size)
+    places = np.stack([table.argmin(axis=1), table.argmax(axis=1)], axis=1) + size * np.arange(whole)[:, None]
+    rest = y[whole * size :]
+    ends = (
+        whole * size + np.array([rest.argmin(), rest.argmax()]) if rest.size else np.zeros(0, dtype=np.int64)
+    )
+    return np.unique(np.concatenate([places.ravel(), ends]))
+
+
+def extremes(x: Floats, y: Floats, stretches: int) -> tuple[Floats, Floats]:
+    """Return the lowest and highest point of each of at most ``stretches`` stretches of a curve, in their order.
+
+    A curve of no more than two points a stretch comes back whole.
+
+    >>> extremes(np.arange(7.0), np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0, 9.0]), 3)
+    (array([0., 1., 3., 4., 6.]), array([ 0.,  5.,  2., -3.,  9.]))
+    """
+    at = extreme_places(y, stretches)
+    return x[at], y[at]
+
+
+def thinned_path(x: Floats, y: Floats, most: int) -> tuple[Floats, Floats]:
+    """Return at most about ``most`` points of a path in a plane, its extremes along both axes among them.
+
+    >>> thinned_path(np.array([0.0, 9.0, 0.0, 0.0, 1.0, 0.0]), np.array([0.0, 0.0, 7.0, 0.0, 0.0, 1.0]), 4)[0].tolist()
+    [0.0, 9.0, 0.0, 0.0, 1.0, 0.0]
+    """
+    if x.size <= most:
+        return x, y
+    at = np.union1d(extreme_places(x, most // 4), extreme_places(y, most // 4))
+    return x[at], y[at]

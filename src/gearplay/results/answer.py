@@ -1,0 +1,129 @@
+"""What every verb returns: a dataset, words, a picture, a file, and the same object back from that file."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+
+from gearplay.files.atomic import write_dataset
+from gearplay.model.case import Case
+from gearplay.model.reading import load_case
+from gearplay.pictures.pages import html_table
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND: Final = "gearplay_kind"
+"""Attribute of a file that says which object it holds."""
+
+
+class Answer(ABC):
+    """What a verb returns.
+
+    Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, what came out in words;
+    ``plot()``, a picture; `save`, whose file `gearplay.read_result` turns into the same object again.
+    """
+
+    answer: ClassVar[str]
+
+    @property
+    @abstractmethod
+    def ds(self) -> xr.Dataset:
+        """The numbers, SI, every variable with ``units`` and ``long_name``."""
+
+    @property
+    @abstractmethod
+    def message(self) -> str:
+        """What came out, in words."""
+
+    @classmethod
+    @abstractmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the object whose ``ds`` it was."""
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return further lines of the table that a notebook shows: name and value as text."""
+        return ()
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write ``ds`` as netCDF-4, whole or not at all; `gearplay.read_result` gives the same object back.
+
+        Parameters
+        ----------
+        path
+            The file.
+        overwrite
+            Whether an existing file may be replaced.
+
+        Raises
+        ------
+        InputError
+            Where the file exists and ``overwrite`` is false, or cannot be written.
+
+        """
+        write_dataset(self.ds.assign_attrs({KIND: self.answer}), Path(path), overwrite=overwrite)
+
+    def __repr__(self) -> str:
+        return f"<gearplay {self.answer}: {self.message}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}"
+
+
+class WasDataset:
+    """Answers that were bare datasets once: what these had is still there, with a `DeprecationWarning`."""
+
+    ds: Any
+
+    def _old(self, what: str) -> Any:
+        words = f"{what} of what this verb returns is old: say .ds{what}"
+        warnings.warn(words, DeprecationWarning, stacklevel=3)
+        return self.ds
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._old(f".{name}"), name)
+
+    def __getitem__(self, name: Any) -> Any:
+        return self._old(f"[{name!r}]")[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._old("")
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._old(""))
+
+
+class WasDocument:
+    """Answers that were bare dictionaries once: their keys still work, with a `DeprecationWarning`."""
+
+    document: Mapping[str, Any]
+
+    def __getitem__(self, name: str) -> Any:
+        words = f"[{name!r}] of what this verb returns is old: say .document[{name!r}]"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        return self.document[name]
+
+
+def case_in(dataset: xr.Dataset) -> Case:
+    """Return the case behind a dataset; `InputError` where it names none."""
+    if "case" not in dataset.attrs:
+        raise InputError(Fault("dataset", "no case", "must name its case", "Write it again"))
+    return load_case(json.loads(dataset.attrs["case"]))
+
+
+def check_kind(dataset: xr.Dataset, kind: str) -> None:
+    """Raise `InputError` where a dataset is not the ``ds`` of an answer of this kind."""
+    found = dataset.attrs.get(KIND, kind)
+    if found != kind:
+        raise InputError(
+            Fault("dataset", str(found), f"must be that of a {kind}", "Read it with read_result")
+        )

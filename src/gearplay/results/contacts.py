@@ -1,0 +1,74 @@
+"""The contacts of a run or an ensemble in one table: what every door shows of them."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.solver.trajectory import Trajectory
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+
+Floats = NDArray[np.float64]
+RATES = ("share_of_time", "impacts_per_second")
+LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
+"""Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """Statistics of every contact over all members of an ensemble, SI, each of shape [contact].
+
+    Shares and rates are means over the time of all members, impact speeds over all their impacts, the largest of all is the
+    largest. ``spread`` holds the standard deviation of each statistic over the members, NaN for one member.
+    """
+
+    labels: tuple[str, ...]
+    members: int
+    values: Mapping[str, Floats]
+    spread: Mapping[str, Floats]
+    impacts: Floats
+
+    @property
+    def words(self) -> str:
+        """What the numbers are of: nothing to say for one run, else how members make one number."""
+        if self.members == 1:
+            return ""
+        return f"{self.members} members together: means over their time and impacts, the largest of all"
+
+
+def contact_table(labels: Sequence[str], each: Mapping[str, Floats], spans: Floats) -> ContactTable:
+    """Return the table of members' statistics, each of shape [member, contact], recorded over ``spans`` [s], shape [member].
+
+    A member that recorded nothing counts for nothing.
+
+    >>> each = dict.fromkeys(CONTACT_STATISTICS, np.zeros((2, 1)))
+    >>> each |= {"impacts_per_second": np.array([[1.0], [3.0]]), "mean_impact_speed": np.array([[0.1], [0.2]])}
+    >>> found = contact_table(["ring"], each, np.array([1.0, 1.0]))
+    >>> found.values["impacts_per_second"].tolist(), found.values["mean_impact_speed"].round(9).tolist()
+    ([2.0], [0.175])
+    """
+    time = np.where(np.isfinite(spans) & (spans > 0.0), spans, 0.0)[:, None]
+    each = {name: np.where(time > 0.0, table, 0.0) for name, table in each.items()}
+    impacts = each["impacts_per_second"] * time
+    whole, total = float(time.sum()), impacts.sum(axis=0)
+    over_time = {name: (each[name] * time).sum(axis=0) / (whole or np.nan) for name in RATES}
+    known = np.maximum(total, np.finfo(float).tiny)
+    values = over_time | {
+        "mean_impact_speed": (each["mean_impact_speed"] * impacts).sum(axis=0) / known,
+        "rms_impact_speed": np.sqrt((each["rms_impact_speed"] ** 2 * impacts).sum(axis=0) / known),
+        **{name: each[name].max(axis=0) for name in LARGEST},
+    }
+    lasting = time[:, 0] > 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of fewer than two members there is no spread
+        spread = {name: np.std(table[lasting], axis=0, ddof=1) for name, table in each.items()}
+    return ContactTable(tuple(labels), len(spans), {n: values[n] for n in CONTACT_STATISTICS}, spread, total)
+
+
+def contacts_of(runs: Sequence[Trajectory]) -> ContactTable:
+    """Return the table of all members' contacts."""
+    each = {name: np.array([getattr(run.statistics, name) for run in runs]) for name in CONTACT_STATISTICS}
+    spans = np.array([run.reached - run.first_sample for run in runs])
+    return contact_table(runs[0].statistics.labels, each, spans)

@@ -1,0 +1,133 @@
+"""`simulate`: a case, or several, into results."""
+
+import os
+from collections.abc import Mapping
+from typing import Any, overload
+
+from gearplay.model.case import Case
+from gearplay.model.policy import Policy
+from gearplay.model.reading import load_case, replace
+from gearplay.results.result import Result
+from gearplay.solver.simulate import run_batch
+from gearplay.vocabulary.progress import Progress, ticking
+
+Source = Case | str | os.PathLike[str] | Mapping[str, Any]
+
+
+def case_of(source: Source, **run: Any) -> Case:
+    """Return a case as it is, or read it: a file, the name of a bundled case, or a mapping; ``run`` overrides fields of its run.
+
+    >>> case_of("han2021", duration=0.5, seed=None).run.duration
+    0.5
+    """
+    case = source if isinstance(source, Case) else load_case(source)
+    given = {f"run.{name}": value for name, value in run.items() if value is not None}
+    return replace(case, given) if given else case
+
+
+@overload
+def simulate(
+    case: Source,
+    *,
+    duration: float | None = ...,
+    transient: float | None = ...,
+    sampling: float | None = ...,
+    ensemble: int | None = ...,
+    tolerance: float | None = ...,
+    policy: Policy | None = ...,
+    signals: list[str] | None = ...,
+    progress: Progress | None = ...,
+    threads: int | None = ...,
+) -> Result: ...
+
+
+@overload
+def simulate(
+    case: list[Any] | tuple[Any, ...],
+    *,
+    duration: float | None = ...,
+    transient: float | None = ...,
+    sampling: float | None = ...,
+    ensemble: int | None = ...,
+    tolerance: float | None = ...,
+    policy: Policy | None = ...,
+    signals: list[str] | None = ...,
+    progress: Progress | None = ...,
+    threads: int | None = ...,
+) -> list[Result]: ...
+
+
+def simulate(
+    case: Source | list[Any] | tuple[Any, ...],
+    *,
+    duration: float | None = None,
+    transient: float | None = None,
+    sampling: float | None = None,
+    ensemble: int | None = None,
+    tolerance: float | None = None,
+    policy: Policy | None = None,
+    signals: list[str] | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> Result | list[Result]:
+    """Simulate a case and return its `Result`, whatever its status; for a list of cases, the list of their results.
+
+    Nothing is raised once a run has started: look at ``result.success`` and ``result.message``.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping; or a list of these.
+    duration, transient
+        Recorded time and time before it [s]; the case's if not given.
+    sampling
+        Samples per second [Hz]; the case's if not given.
+    ensemble
+        Number of members, from perturbed starts; the case's if not given.
+    tolerance
+        Error tolerance on scaled states [1]; the policy's or the case's if not given.
+    policy
+        How to compute, in place of the case's own tolerance, method and limits.
+    signals
+        Names of signals to keep, ``ax`` or ``ring.ax``; all by default.
+    progress
+        Called with what is running, simulated seconds done, and of how many.
+    threads
+        Threads that all members of all cases share; the cores by default. It changes nothing in the results.
+
+    Returns
+    -------
+    Result or list of Result
+
+    Raises
+    ------
+    InputError
+        For bad input.
+    ResourceError
+        For a run that is too large.
+
+    Examples
+    --------
+    >>> result = simulate("han2021", duration=0.01, transient=0.0)
+    >>> result.success, sorted(result.ds.sizes)[:2]
+    (True, ['contact', 'mesh'])
+    >>> [r.success for r in simulate(["han2021", "external-pair"], duration=0.001, transient=0.0)]
+    [True, True]
+
+    """
+    changes = {} if policy is None else policy.changes()
+    for name, value in (
+        ("duration", duration),
+        ("transient", transient),
+        ("sampling", sampling),
+        ("ensemble", ensemble),
+        ("tolerance", tolerance),
+    ):
+        changes |= {} if value is None else {f"run.{name}": value}
+    cases = [case_of(source) for source in (case if isinstance(case, (list, tuple)) else [case])]
+    cases = [replace(each, changes) if changes else each for each in cases]
+    jobs = [(each, range(each.run.ensemble)) for each in cases]
+    label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
+    runs = run_batch(jobs, signals=signals, progress=ticking(progress, label), threads=threads)
+    results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
+    return results if isinstance(case, (list, tuple)) else results[0]

@@ -1,0 +1,100 @@
+"""What `sweep` returns."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+from gearplay.results.account import Account
+from gearplay.results.answer import Answer, WasDataset, check_kind
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearplay.sweeps.report.figures import Picture
+
+
+@dataclass(frozen=True, repr=False)
+class SweepResult(Answer, WasDataset):
+    """A sweep's product: a dimension per axis, what was kept of each case, ``status`` and ``reason``.
+
+    Attributes: ``ds``, ``plan``, ``account`` (how many cases ended how), ``message``.
+    """
+
+    dataset: xr.Dataset
+
+    answer = "sweep"
+
+    @property
+    def ds(self) -> xr.Dataset:
+        """The product, SI; dimensions are the axes, ``sample`` and ``member`` where there are any."""
+        return self.dataset
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the sweep whose product it is."""
+        check_kind(dataset, cls.answer)
+        if "plan" not in dataset.attrs:
+            raise InputError(Fault("dataset", "no plan", "must be a sweep's product", "Run the sweep again"))
+        return cls(dataset)
+
+    @cached_property
+    def plan(self) -> SweepPlan:
+        """What was asked for."""
+        return load_sweep(json.loads(self.dataset.attrs["plan"]))
+
+    @property
+    def account(self) -> Account:
+        """How many cases ended how."""
+        return Account.of(self.dataset["status"].values, self.dataset["reason"].values)
+
+    @property
+    def message(self) -> str:
+        """Title and account in words."""
+        title = str(self.dataset.attrs.get("title", ""))
+        return f"{title}: {self.account}" if title else str(self.account)
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return axes, what was kept, and why cases failed."""
+        axes = [
+            (str(dim), f"{size} values")
+            for dim, size in self.dataset.sizes.items()
+            if dim in self.dataset["status"].dims
+        ]
+        kept = [
+            (str(name), f"{variable.attrs.get('long_name', '')} [{variable.attrs.get('units', '1')}]")
+            for name, variable in self.dataset.data_vars.items()
+            if name not in ("status", "reason")
+        ]
+        return [*axes, *kept, *((f"{count} failed", reason) for reason, count in self.account.reasons)]
+
+    def pictures(self) -> list[Picture]:
+        """Return the pictures that make sense for it, each a PNG with a caption; none where nothing varies."""
+        from gearplay.sweeps.report.figures import pictures_of
+
+        return pictures_of(Sweep(self.plan), self.dataset)
+
+    def plot(self, name: str | None = None) -> Picture:
+        """Return one of `pictures`, the first if not named; a notebook shows it, ``.save(path)`` writes it.
+
+        Raises `InputError` where there is none, or none of that name.
+        """
+        drawn = self.pictures()
+        if name is None and drawn:
+            return drawn[0]
+        for picture in drawn:
+            if picture.name == name:
+                return picture
+        known = (
+            ", ".join(picture.name for picture in drawn) or "none: nothing varies, or no case was finished"
+        )
+        raise InputError(
+            Fault("plot", name or "picture", "must be a picture of this sweep", f"Pictures: {known}")
+        )

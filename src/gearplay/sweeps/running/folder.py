@@ -1,0 +1,153 @@
+"""A sweep in its folder: claimed by a plan, run as far as it is missing, gathered into one product."""
+
+import json
+import threading
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearplay.files.atomic import shown_path, write_text
+from gearplay.model.reading import bundled_names, load_case
+from gearplay.results.account import Account
+from gearplay.sweeps.cases.points import order_of
+from gearplay.sweeps.plans.plan import SweepPlan
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.engines import Engine
+from gearplay.sweeps.running.evaluate import Outcome, Sweep
+from gearplay.sweeps.running.product import to_product, write_product
+from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
+from gearplay.sweeps.running.zarr_export import write_cube
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Progress
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
+
+
+def run_in(
+    made: Sweep,
+    folder: Path,
+    engine: Engine,
+    *,
+    retry: bool = False,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> int:
+    """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
+
+    Every finished case is stored at once. ``retry`` runs those again that failed.
+    """
+    claim(made.plan, folder)
+    if retry:
+        forget_failed(folder, engine.shard)
+    points = made.template.points
+    known = {address for address, *_ in read_rows(folder, made.reducer.size, engine.shard)}
+    wanted, each = order_of(points.jobs), len(points) // points.jobs
+    if engine.shard is not None:
+        wanted = wanted[engine.shard[0] - 1 :: engine.shard[1]]
+    left = [int(job) for job in wanted if not known or not _is_done(made, int(job), known)]
+    finished = watched(made, engine, left, len(wanted) - len(left), progress, stop)
+    # Whatever ends the loop ends the workers before the store is closed.
+    with closing(RowStore(folder / store_name(engine.shard))) as store, closing(finished):
+        for outcomes in finished:
+            store.add(outcomes)
+    return each * len(left)
+
+
+def _is_done(made: Sweep, job: int, known: set[bytes]) -> bool:
+    """Return whether every point of a job is stored."""
+    return all(made.template.address_of(i) in known for i in made.template.points.job(job))
+
+
+def watched(
+    made: Sweep,
+    engine: Engine,
+    left: Sequence[int],
+    before: int,
+    progress: Progress | None,
+    stop: threading.Event | None,
+) -> Generator[list[Outcome]]:
+    """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
+    label, total = made.plan.title or "sweep", before + len(left)
+    done = before
+    with closing(engine.outcomes(made, left, stop)) as finished:
+        for outcomes in finished:
+            done += 1
+            yield outcomes
+            if progress is not None:
+                progress(label, done, total)
+            if stop is not None and stop.is_set():
+                raise KeyboardInterrupt
+    if done < total and stop is not None and stop.is_set():
+        raise KeyboardInterrupt
+
+
+def freeze(plan: SweepPlan) -> SweepPlan:
+    """Return a plan with its case file in it: what goes on later, or elsewhere, must not depend on where the file lies."""
+    if not isinstance(plan.case, str) or plan.case in bundled_names():
+        return plan
+    return plan.model_copy(update={"case": load_case(plan.case).resolved()})
+
+
+def claim(plan: SweepPlan, folder: Path) -> None:
+    """Note the plan in its folder; `InputError` where the folder has another plan."""
+    text = plan.model_dump_json(exclude_none=True, indent=1)
+    path = folder / PLAN
+    if not path.exists():
+        write_text(path, text)
+    elif _read_plan(path) != json.loads(text):
+        rule = "must hold the same plan"
+        raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or say --overwrite"))
+
+
+def plan_in(folder: Path) -> SweepPlan:
+    """Return the plan of a sweep's folder.
+
+    Raises `InputError` where there is none.
+    """
+    path = folder / PLAN
+    if not path.exists():
+        rule = f"must be a sweep's folder, with its {PLAN}"
+        raise InputError(
+            Fault("folder", shown_path(folder), rule, "Give the folder that gearplay sweep wrote")
+        )
+    return load_sweep(_read_plan(path))
+
+
+def _read_plan(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        document = None
+    if not isinstance(document, dict):
+        rule = f"its {path.name} must be a plan that gearplay sweep wrote"
+        cure = "Choose another folder with --out, or say --overwrite"
+        raise InputError(Fault("out", shown_path(path.parent), rule, cure))
+    return document
+
+
+def gather(made: Sweep, folder: Path) -> "xr.Dataset":
+    """Return the product of all rows in a folder, and write it there."""
+    rows = {
+        address: (status, reason, row)
+        for address, status, reason, _, row in read_rows(folder, made.reducer.size)
+    }
+    product = to_product(made, rows)
+    _sweep_up(folder)
+    write_product(product, folder / PRODUCT)
+    return product
+
+
+def gather_cube(made: Sweep, folder: Path) -> Account:
+    """Write all rows in a folder as a Zarr store there, block by block; return the account of its cases."""
+    with closing(StoredRows(folder, made.reducer.size)) as rows:
+        return write_cube(made, rows, folder / CUBE)
+
+
+def _sweep_up(folder: Path) -> None:
+    for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
+        if stale.is_file():  # a run was killed while it wrote
+            stale.unlink()
