@@ -114,7 +114,7 @@ def test_an_orbit_and_a_branch_of_a_case_file(tmp_path: Path) -> None:
 
 
 def test_sections_and_exponents_of_a_bundled_case() -> None:
-    once = gp.section("han2021", ["ring.x", "ring.vx"], count=5, skip=2, period="mesh")
+    once = gp.section("han2021", ["ring.x", "ring.vx"], keep=5, settle=2, period="mesh")
     assert once.values.shape == (5, 2)
     assert once.times == pytest.approx(0.025 * np.arange(2, 7))
     hits = gp.impacts("han2021", ["ring.x", "ring.y"], "ring", duration=0.5, transient=0.1)

@@ -20,7 +20,7 @@ def period_of(frequency: float) -> float:
 
 def test_exponents_of_the_linear_pair_are_its_damping(measured: Any) -> None:
     case = torsional_pair(0.7, damping_ratio=0.03, mean_force=1.0, force=0.2, backlash=False)
-    found = lyapunov_exponents(case, time=1000.0 * period_of(0.7), transient=0.0)
+    found = lyapunov_exponents(case, duration=1000.0 * period_of(0.7), transient=0.0)
     error = np.max(np.abs(found.values / (0.03 * NATURAL_FREQUENCY) + 1.0))
     measured("exponents of the damped linear pair", error, "1e-2 (of their turning within a block)")
     assert error < 1e-2
@@ -34,7 +34,7 @@ def test_exponents_on_an_orbit_are_its_multipliers(measured: Any) -> None:
     orbit = find_orbit(family, family.settle(family.start(frequency), frequency, 200), frequency)
     found = lyapunov_exponents(
         torsional_pair(frequency, mean_force=0.1, force=0.1, damping_ratio=0.05),
-        time=1000.0 * period_of(frequency),
+        duration=1000.0 * period_of(frequency),
         transient=300.0 * period_of(frequency),
     )
     expected = np.log(np.abs(orbit.multipliers)) / period_of(frequency)
@@ -55,7 +55,7 @@ def test_exponents_on_an_orbit_are_its_multipliers(measured: Any) -> None:
     ids=["torsional", "han2021"],
 )
 def test_the_sum_of_all_exponents_is_the_mean_divergence(case: gp.Case, measured: Any) -> None:
-    found = lyapunov_exponents(case, time=0.5, transient=0.05)
+    found = lyapunov_exponents(case, duration=0.5, transient=0.05)
     error = abs(found.values.sum() / found.divergence - 1.0)
     measured("sum of the exponents against the mean divergence", error, "1e-2")
     assert error < 1e-2
@@ -65,7 +65,7 @@ def test_chaos_has_a_positive_exponent_and_periodic_motion_has_not() -> None:
     chaotic = lyapunov_exponents(
         torsional_pair(0.6, mean_force=0.1, force=0.2, damping_ratio=0.1),
         count=1,
-        time=2000.0 * period_of(0.6),
+        duration=2000.0 * period_of(0.6),
         transient=100.0 * period_of(0.6),
     )
     value, error = chaotic.largest
@@ -73,7 +73,7 @@ def test_chaos_has_a_positive_exponent_and_periodic_motion_has_not() -> None:
     periodic = lyapunov_exponents(
         torsional_pair(0.8, mean_force=0.1, force=0.2, damping_ratio=0.1),
         count=1,
-        time=1000.0 * period_of(0.8),
+        duration=1000.0 * period_of(0.8),
         transient=300.0 * period_of(0.8),
     )
     value, error = periodic.largest
@@ -89,7 +89,7 @@ def test_the_largest_exponent_is_how_fast_neighbours_part() -> None:
     value, error = lyapunov_exponents(
         torsional_pair(frequency, mean_force=0.1, force=0.2, damping_ratio=0.1),
         count=1,
-        time=4000.0 * T,
+        duration=4000.0 * T,
         transient=100.0 * T,
     ).largest
     state, rates = family.settle(family.start(frequency), frequency, 100), []
@@ -134,4 +134,4 @@ def test_counts_and_times_that_cannot_be() -> None:
     with pytest.raises(InputError, match="count = 3: must lie between 1 and 2"):
         lyapunov_exponents(case, count=3)
     with pytest.raises(InputError, match="time = 0"):
-        lyapunov_exponents(case, time=0.0)
+        lyapunov_exponents(case, duration=0.0)

@@ -42,8 +42,11 @@ def extremes(x: Floats, y: Floats, stretches: int) -> tuple[Floats, Floats]:
 def thinned_path(x: Floats, y: Floats, most: int) -> tuple[Floats, Floats]:
     """Return at most about ``most`` points of a path in a plane, its extremes along both axes among them.
 
-    >>> thinned_path(np.array([0.0, 9.0, 0.0, 0.0, 1.0, 0.0]), np.array([0.0, 0.0, 7.0, 0.0, 0.0, 1.0]), 4)[0].tolist()
-    [0.0, 9.0, 0.0, 0.0, 1.0, 0.0]
+    >>> x, y = np.zeros(100), np.zeros(100)
+    >>> x[40], y[70] = 9.0, -7.0
+    >>> thin = thinned_path(x, y, 8)
+    >>> max(thin[0]), min(thin[1]), len(thin[0]) < 10
+    (9.0, -7.0, True)
     """
     if x.size <= most:
         return x, y

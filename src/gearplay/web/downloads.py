@@ -22,7 +22,11 @@ def file_of(frame: bytes, form: str) -> bytes:
     dataset = dataset_of(unpack_frame(frame))
     if form == "nc":
         return netcdf_bytes(dataset)
-    units = {name: variable.attrs["units"] for name, variable in dataset.variables.items() if variable.attrs}
+    units = {
+        name: variable.attrs["units"]
+        for name, variable in dataset.variables.items()
+        if "units" in variable.attrs
+    }
     words = {"value": dataset["value"].attrs["long_name"]} if "value" in dataset else {}
     if not dataset["reason"].values.astype(bool).any():
         dataset = dataset.drop_vars("reason")

@@ -6,12 +6,12 @@ from calibration_problems import MEASURED, small_plan
 from gearplay.calibration.plan import to_value
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.trials import Problem
-from gearplay.files.plan_files import bundled
+from gearplay.model.bundled import bundled
 from gearplay.published.article import conditions, printed
 from gearplay.vocabulary.errors import InputError
 
 
-@pytest.mark.parametrize("name", bundled("gearplay.calibration"))
+@pytest.mark.parametrize("name", bundled("gearplay.calibration", "plans"))
 def test_bundled_plans_fit_their_cases(name: str) -> None:
     plan = load_plan(name)
     for model in plan.models:

@@ -9,9 +9,10 @@ import pytest
 from tests.cross.random_systems import random_case
 
 import gearplay as gp
+from gearplay.nonlinear.diagrams import bifurcation_diagram
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along, common_period, section_period
-from gearplay.nonlinear.sections import bifurcation_diagram, contact_section, stroboscopic_section
+from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_one
@@ -39,7 +40,7 @@ def test_a_section_is_the_run_sampled_once_per_period() -> None:
         "pinion-ring.center_distance",
         "ring.sleeve_penetration",
     ]
-    found = stroboscopic_section(case, names, count=2, period=0.025)
+    found = stroboscopic_section(case, names, keep=2, period=0.025)
     assert found.names == tuple(names)
     run = run_one(case)
     for at, name in enumerate(names):
@@ -99,7 +100,7 @@ def test_a_carried_motion_goes_on_where_the_excitation_begins_anew() -> None:
         period="mesh",
         directions=["up"],
     )
-    whole = stroboscopic_section(fast, ["ring.x"], count=24, period="mesh")
+    whole = stroboscopic_section(fast, ["ring.x"], keep=24, period="mesh")
     assert found.values[0, 0, :, 0] == pytest.approx(whole.values[1:4, 0], rel=1e-6)
     assert found.values[0, 1, :, 0] == pytest.approx(whole.values[21:24, 0], rel=1e-3)
 
@@ -168,11 +169,11 @@ def test_a_wish_to_stop_is_heard() -> None:
     ("call", "words"),
     [
         (
-            lambda: stroboscopic_section(case_of(), ["ring.ax"], count=1),
+            lambda: stroboscopic_section(case_of(), ["ring.ax"], keep=1),
             'signals = "ax": must follow from the state alone',
         ),
-        (lambda: stroboscopic_section(case_of(), ["ring.x"], count=1, period="tooth"), 'period = "tooth"'),
-        (lambda: stroboscopic_section(case_of(), ["ring.x"], count=1, period=-1.0), "period = -1"),
+        (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period="tooth"), 'period = "tooth"'),
+        (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period=-1.0), "period = -1"),
         (lambda: contact_section(case_of(), ["ring.x"], "rng", duration=1.0), 'contact = "rng"'),
         (
             lambda: contact_section(case_of(), ["ring.x"], "ring", change="hit", duration=1.0),
@@ -186,7 +187,7 @@ def test_a_wish_to_stop_is_heard() -> None:
         ),
         (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], keep=0), "keep = 0: must be 1 or more"),
         (
-            lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], count=1),
+            lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], keep=1),
             "must be a prescribed speed without a ramp",
         ),
         (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),

@@ -37,7 +37,7 @@ def plan_with(**changes: Any) -> SweepPlan:
 
 
 def test_steps_are_runs_chained_by_hand() -> None:
-    found = sweep(plan_with(), reduce=None)
+    found = sweep(plan_with(), reduce=None).ds
     assert found.path.dims == ("speed", "direction", "path_time")
     base = gp.replace(gp.load_case("han2021"), PLAN["set"])
     prepare(base)
@@ -61,7 +61,7 @@ def test_windows_of_a_run_up_are_one_run() -> None:
     """Three windows of 10 ms against one ramp of 30 ms; their mean speeds are the axis's."""
     base = {**PLAN["set"], "run.duration": 0.01, "run.transient": 0.0, "run.tolerance": 1e-11}
     carry = {"axis": "speed", "mode": "run-up", "directions": ["up"]}
-    found = sweep(plan_with(set=base, carry=carry))
+    found = sweep(plan_with(set=base, carry=carry)).ds
     drive = {"kind": "speed", "speed": 135.0 * RPM, "start_speed": 45.0 * RPM, "ramp": 0.03}
     whole = gp.replace(gp.load_case("han2021"), {**base, "run.duration": 0.03, "rotors.pinion.drive": drive})
     run = run_one(whole)

@@ -13,7 +13,8 @@ from tests.sweep_products import BACKLASH, PLAY, made, plan_of
 
 from gearplay.cli.main import run
 from gearplay.model.toml_files import write_toml
-from gearplay.sweeps.running import product
+from gearplay.results.account import MISSING, Account
+from gearplay.sweeps.running import evaluate
 from gearplay.sweeps.running import zarr_export as cube
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import Rows
@@ -57,10 +58,11 @@ def test_a_cube_is_the_product_however_it_is_cut(
     sweep, whole = made(plan_of(FORMULATION, BACKLASH, members=3) | {"reduce": [PATH]}, some)
     cut_in(sweep, points, monkeypatch)
     rows = rows_of(sweep, whole)
-    failed, reasons = write_cube(sweep, rows, tmp_path / "sweep.zarr")
+    ended = write_cube(sweep, rows, tmp_path / "sweep.zarr")
     assert opened(tmp_path / "sweep.zarr").identical(whole)
-    assert failed == int((whole.status != 0).sum()) > 0
-    assert reasons == ["the shaft is locked"]
+    assert ended.failed == int((whole.status > 0).sum()) > 0
+    assert ended.reasons == (("the shaft is locked", ended.failed),)
+    assert ended == Account.of(whole.status.values, whole.reason.values)
     assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
 
 
@@ -77,14 +79,14 @@ def test_what_is_missing_says_so(lost: str, tmp_path: Path, monkeypatch: pytest.
     rows: dict[bytes, tuple[int, str, bytes]] = rows_of(sweep, whole)
     if lost == "row":
         del rows[sweep.template.address_of(0)]
-    failed, _ = write_cube(sweep, rows, tmp_path / "sweep.zarr")
+    ended = write_cube(sweep, rows, tmp_path / "sweep.zarr")
     if lost == "chunk":
         shutil.rmtree(tmp_path / "sweep.zarr" / "status" / "c" / "0")
     found = opened(tmp_path / "sweep.zarr")
     assert found.status.dtype == np.int16
-    assert int(found.status[0, 0]) == product.MISSING
+    assert int(found.status[0, 0]) == MISSING
     assert int(found.status[-1, -1]) == 0
-    assert failed == (lost == "row")
+    assert (ended.failed, ended.missing) == (0, int(lost == "row"))
     assert math.isnan(found.rms[0, 0]) == (lost == "row")
 
 
@@ -121,7 +123,7 @@ def test_a_cube_beyond_memory_goes_without_the_product(
 ) -> None:
     plan = plan_of(BACKLASH | {"count": 3}, members=2)
     (tmp_path / "plan.toml").write_text(write_toml(plan), encoding="utf-8")
-    monkeypatch.setattr(product, "LARGEST", 100.0)
+    monkeypatch.setattr(evaluate, "LARGEST", 100.0)
     words = ["sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "out"), "--json"]
     assert run(words) == 5
     assert "Say --zarr" in capsys.readouterr().err

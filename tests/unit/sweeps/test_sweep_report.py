@@ -66,7 +66,7 @@ def test_a_page_of_a_real_sweep_says_how_it_was_computed(tmp_path: Path) -> None
     plan = load_sweep(
         plan_of(MODEL, {**SPEED, "count": 2}, {**DRAG, "count": 2, "scale": "log"}, members=2, title="")
     )
-    dataset = run_sweep(plan)
+    dataset = run_sweep(plan).ds
     write_sweep_report(Sweep(plan), dataset, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "<h1>Sweep</h1>" in page

@@ -370,6 +370,7 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
         assert (saved.value.attrs["units"], saved[BACKLASH].attrs["units"]) == ("m/s^2", "m")
         np.testing.assert_array_equal(saved.value.values, unpack_frame(frame)["values"])
         assert json.loads(saved.attrs["case"])["run"]["duration"] == 0.05
+        assert saved.attrs["case_sha256"] == load_case(json.loads(saved.attrs["case"])).sha256
     lines = file_of(frame, "csv").decode().splitlines()
     assert lines[0] == f"{CLEARANCE} [m],{BACKLASH} [m],rms acceleration of ring [m/s^2]"
     assert len(lines) == 1 + 6
@@ -381,6 +382,8 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
     made = {
         "kind": "bifurcation",
         "title": "t",
+        "case": load_case("han2021").resolved(),
+        "failures": [[1, 0, "the shaft is locked"]],
         "signal": "ring.x",
         "path": BACKLASH,
         "unit": "m",
@@ -391,6 +394,8 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
     with xr.open_dataset(path, engine="h5netcdf") as saved:
         assert saved["ring.x"].sel(direction="up").values.min() == 1.0
         assert saved["ring.x"].sel(direction="down").values.max() == 0.0
+        assert saved.attrs["case_sha256"] == load_case("han2021").sha256
+        assert saved["reason"].values.tolist() == [["", ""], ["the shaft is locked", ""]]
     with pytest.raises(InputError, match="must be a diagram or a map"):
         file_of(pack_frame({"kind": "run", "title": None}), "csv")
 

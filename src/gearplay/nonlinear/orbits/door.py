@@ -45,8 +45,8 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     Examples
     --------
     >>> import gearplay as gp
-    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
-    >>> gp.periodic_orbit(pair, settle=50).stable
+    >>> pair = gp.torsional_pair(0.7, force=0.05)
+    >>> gp.periodic_orbit(pair, settle=300).stable
     True
 
     """
@@ -113,8 +113,8 @@ def branch(
     Examples
     --------
     >>> import gearplay as gp
-    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
-    >>> found = gp.branch(pair, "rotors.wheel.inertia", 0.9e-3, 1.1e-3, settle=50, orbits=3)
+    >>> pair = gp.torsional_pair(0.7, force=0.05)
+    >>> found = gp.branch(pair, "meshes.0.transmission_error.0.amplitude", "2 um", "9 um", settle=300, orbits=3)
     >>> len(found.orbits), found.order
     (3, 1)
 
@@ -174,10 +174,10 @@ def branches(
     Examples
     --------
     >>> import gearplay as gp
-    >>> pair = gp.torsional_pair(load=1.0, excitation=0.0, excitation_frequency=50.0)
-    >>> found = gp.branches(pair, "rotors.wheel.inertia", 0.99e-3, 1.01e-3, settle=50, orbits=3, doublings=0)
+    >>> pair = gp.torsional_pair(0.7, force=0.05)
+    >>> found = gp.branches(pair, "meshes.0.transmission_error.0.amplitude", "2 um", "9 um", orbits=3, doublings=0)
     >>> len(found), found.path
-    (1, 'rotors.wheel.inertia')
+    (1, 'meshes.0.transmission_error.0.amplitude')
 
     """
     _check_whole("order", order, 1, 1000)
