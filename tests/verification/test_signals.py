@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gearplay.files.record import Channel
-from gearplay.signals.line_table import line_table
+from gearplay.signals.line_tables import line_table
 from gearplay.signals.orders import order_spectrum, track_orders
 from gearplay.signals.synchronous import synchronous_average
 

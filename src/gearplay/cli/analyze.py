@@ -40,7 +40,7 @@ def analyze(
 ) -> None:
     """Show the statistics, the lines with their uncertainty, and figures of one channel."""
     from gearplay.files.measurements import read_measurement
-    from gearplay.signals.line_table import line_table
+    from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics
 
     held = read_measurement(record, sampling=sampling)

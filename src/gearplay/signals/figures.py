@@ -17,10 +17,10 @@ from gearplay.pictures.words import plain, shown_unit
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum, power_density
 from gearplay.signals.checks import TWO_PI, check_channel
-from gearplay.signals.envelope import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
-from gearplay.signals.line_table import LineTable, line_table
+from gearplay.signals.envelopes import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
+from gearplay.signals.line_tables import LineTable, line_table
 from gearplay.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
-from gearplay.signals.spectrogram import Spectrogram, spectrogram
+from gearplay.signals.spectrograms import Spectrogram, spectrogram
 from gearplay.signals.statistics import signal_statistics
 from gearplay.signals.synchronous import SynchronousAverage, synchronous_average
 

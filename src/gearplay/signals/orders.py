@@ -11,7 +11,7 @@ from gearplay.signals.angle import AngleRecord, ShaftAngle
 from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_overlap, check_positive, refuse
 from gearplay.signals.resampling import resampled
-from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.spectrograms import spectrogram
 
 Floats = NDArray[np.float64]
 

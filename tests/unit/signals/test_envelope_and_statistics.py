@@ -7,8 +7,8 @@ import pytest
 
 from gearplay.files.record import Channel
 from gearplay.signals.averaging import mean_square, power_density
-from gearplay.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
-from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.envelopes import envelope, envelope_spectrum, most_impulsive_band
+from gearplay.signals.spectrograms import spectrogram
 from gearplay.signals.statistics import signal_statistics
 
 FS = 2000.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearplay.files.record import Channel
-from gearplay.signals.line_table import line_table
+from gearplay.signals.line_tables import line_table
 
 FS, N = 2000.0, 8000
 T = np.arange(N) / FS

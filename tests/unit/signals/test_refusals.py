@@ -8,10 +8,10 @@ import pytest
 from gearplay.files.record import Channel
 from gearplay.signals.angle import angle_from_speed, angle_from_tacho
 from gearplay.signals.averaging import averaged_spectrum, power_density
-from gearplay.signals.envelope import envelope, envelope_spectrum, most_impulsive_band
-from gearplay.signals.line_table import line_table
+from gearplay.signals.envelopes import envelope, envelope_spectrum, most_impulsive_band
+from gearplay.signals.line_tables import line_table
 from gearplay.signals.orders import order_map, order_spectrum, track_orders
-from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.spectrograms import spectrogram
 from gearplay.signals.statistics import signal_statistics
 from gearplay.signals.synchronous import synchronous_average
 from gearplay.vocabulary.errors import InputError

@@ -16,7 +16,7 @@ from gearplay.signals.figures import (
     plot_spectrogram,
 )
 from gearplay.signals.orders import track_orders
-from gearplay.signals.spectrogram import spectrogram
+from gearplay.signals.spectrograms import spectrogram
 from gearplay.vocabulary.errors import InputError
 
 T = np.arange(20_000) / 5000.0
