@@ -25,10 +25,26 @@ def plan_folder(source: str | os.PathLike[str]) -> Path:
 def load_plan(source: Source) -> Plan:
     """Read a calibration plan: a bundled name, the path of a TOML file, or a dictionary laid out as one.
 
-    Raises `InputError` with every fault found.
+    Parameters
+    ----------
+    source
+        A bundled name, the path of a TOML file, or a dictionary laid out as one.
 
+    Returns
+    -------
+    Plan
+        Validated, in SI.
+
+    Raises
+    ------
+    InputError
+        With every fault found.
+
+    Examples
+    --------
     >>> len(load_plan("han2021").conditions)
     6
+
     """
     document = plan_document(source, PACKAGE)
     try:

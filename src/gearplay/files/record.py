@@ -39,6 +39,12 @@ class Channel:
     attributes
         What else the source says of the channel, as text.
 
+    Examples
+    --------
+    >>> channel = Channel("acc", np.zeros(500), 1000.0, "m/s^2")
+    >>> channel.duration, float(channel.time[1])
+    (0.5, 0.001)
+
     """
 
     name: str

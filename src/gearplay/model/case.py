@@ -45,10 +45,40 @@ class Run(Part):
 
 
 class Case(Part):
-    """A planar network of rotors, sleeves and meshes, and the run to do with it.
+    """A planar network of rotors, sleeves and meshes, and the run to do with it; `gearplay.load_case` makes one.
 
     All numbers are SI. The tables `rotors` and `sleeves` keep the order of the file, which is the order of
     the state and of the results.
+
+    Parameters
+    ----------
+    title
+        For people.
+    formulation
+        "geometric", exact involute flanks, or "as_published", the article's equations.
+    backlash_model
+        "coupled" to the centre distance, or "uncoupled".
+    gravity
+        Along x and y [m/s^2].
+    rotors, sleeves
+        By name; a sleeve by the name of the rotor that it supports.
+    meshes, couplings
+        What connects rotors.
+    run
+        Duration, sampling, ensemble, and how to compute (`Policy`).
+
+    Raises
+    ------
+    pydantic.ValidationError
+        For values that cannot be; `gearplay.load_case` says it in words.
+
+    Examples
+    --------
+    >>> from gearplay.model.reading import load_case
+    >>> case = load_case("han2021")
+    >>> list(case.rotors), case.meshes[0].backlash, case.policy.tolerance
+    (['pinion', 'ring'], 0.0001, 1e-09)
+
     """
 
     title: Annotated[

@@ -50,6 +50,16 @@ class Finding:
 def check_case(case: Case) -> list[Finding]:
     """Return what is remarkable about a valid case, warnings first.
 
+    Parameters
+    ----------
+    case
+        A valid case.
+
+    Returns
+    -------
+    list of Finding
+        Each with ``severity``, ``path`` and words; warnings first.
+
     Raises
     ------
     InputError

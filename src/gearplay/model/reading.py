@@ -81,6 +81,16 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
     changes
         New values by path, as numbers in SI, text with a unit, or tables; None removes an optional value.
 
+    Returns
+    -------
+    Case
+        The changed copy.
+
+    Raises
+    ------
+    InputError
+        With every fault found.
+
     Examples
     --------
     >>> changed = replace(load_case("han2021"), {"meshes.0.backlash": "200 um", "run.seed": 3})

@@ -139,7 +139,7 @@ def lyapunov(
     --------
     >>> import gearplay as gp
     >>> found = gp.lyapunov(gp.torsional_pair(0.7), count=1, duration=0.2, transient=0.1)
-    >>> bool(found.largest[0] < 0.0), found.ds.values.attrs["units"]
+    >>> bool(found.largest[0] < 0.0), found.ds["values"].attrs["units"]
     (True, '1/s')
 
     """

@@ -45,11 +45,41 @@ def torsional_pair(
     ``stiffness_amplitude`` is that of kappa = 1 + a cos(Omega tau), or with ``square`` of a wave 1 + a over ``duty`` of the
     period, then 1 - a. Without ``backlash`` the mesh is linear, in contact to both sides.
 
-    Raises `InputError` for numbers outside their range.
+    Parameters
+    ----------
+    frequency
+        Omega, mesh over natural frequency [1].
+    damping_ratio
+        Of critical [1].
+    mean_force, force
+        F_m and F_a over ``k_m b`` [1].
+    force_phase
+        Of the alternating force [rad].
+    stiffness_amplitude
+        a of kappa = 1 + a cos(Omega tau) [1].
+    square, duty
+        Whether kappa is 1 + a over ``duty`` of the period, then 1 - a.
+    backlash
+        Whether there is any; without, the mesh is linear, in contact to both sides.
+    tolerance
+        Error tolerance on scaled states [1].
 
+    Returns
+    -------
+    Case
+        A driver and a driven wheel, ready to simulate.
+
+    Raises
+    ------
+    InputError
+        For numbers outside their range.
+
+    Examples
+    --------
     >>> case = torsional_pair(0.5, mean_force=0.2)
     >>> round(case.rotors["pinion"].drive.speed * TEETH / NATURAL_FREQUENCY, 6), case.meshes[0].backlash
     (0.5, 0.0001)
+
     """
     for name, value, low, high in (
         ("frequency", frequency, 1e-3, 1e3),

@@ -45,7 +45,7 @@ def thinned_path(x: Floats, y: Floats, most: int) -> tuple[Floats, Floats]:
     >>> x, y = np.zeros(100), np.zeros(100)
     >>> x[40], y[70] = 9.0, -7.0
     >>> thin = thinned_path(x, y, 8)
-    >>> max(thin[0]), min(thin[1]), len(thin[0]) < 10
+    >>> float(max(thin[0])), float(min(thin[1])), len(thin[0]) < 10
     (9.0, -7.0, True)
     """
     if x.size <= most:

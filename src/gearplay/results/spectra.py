@@ -14,12 +14,31 @@ NORMALISATIONS = ("amplitude", "unnormalised")
 
 @dataclass(frozen=True)
 class Spectrum:
-    """An amplitude spectrum of one record or of an ensemble.
+    """An amplitude spectrum of one record or of an ensemble, as `amplitude_spectrum` and `ensemble_spectrum` return it.
 
-    ``frequency`` [Hz] and ``amplitude`` have shape [line]. With ``normalisation`` "amplitude" a sine of amplitude a gives a
-    line of height a, in the signal's unit; "unnormalised" is the bare magnitude of the discrete Fourier transform, which grows
-    with the number of samples. ``spread`` is the standard deviation of log10(amplitude) over the members (decades), None for one
-    record; the mean over ``members`` has it divided by sqrt(members).
+    Parameters
+    ----------
+    frequency
+        Of the lines [Hz], shape [line].
+    amplitude
+        Shape [line]. With ``normalisation`` "amplitude" a sine of amplitude a gives a line of height a, in the signal's unit;
+        "unnormalised" is the bare magnitude of the discrete Fourier transform, which grows with the number of samples.
+    window, normalisation, unit
+        How it was made.
+    members
+        Records behind it.
+    spread
+        Standard deviation of log10(amplitude) over the members [decades], None for one record; the mean has it divided by
+        sqrt(members).
+    each
+        Amplitudes of the members, shape [member, line].
+
+    Examples
+    --------
+    >>> s = amplitude_spectrum(np.sin(np.arange(100.0)), 50.0, unit="m/s^2")
+    >>> s.resolution, s.amplitude.shape
+    (0.5, (51,))
+
     """
 
     frequency: Floats
@@ -44,12 +63,36 @@ def amplitude_spectrum(
 
     The mean is taken off first. "amplitude": 2 |X_k| / sum(w), the window's coherent gain corrected. "unnormalised": |X_k|.
 
-    Raises `InputError` for a record that is too short or not finite, or an unknown window or normalisation.
+    Parameters
+    ----------
+    signal
+        Samples, shape [time].
+    sampling
+        Sampling rate [Hz].
+    window
+        Window that scipy.signal knows by name.
+    normalisation
+        "amplitude" or "unnormalised".
+    unit
+        Unit of the signal.
 
+    Returns
+    -------
+    Spectrum
+        ``frequency`` [Hz] and ``amplitude`` [unit], shape [line].
+
+    Raises
+    ------
+    InputError
+        For a record that is too short or not finite, or an unknown window or normalisation.
+
+    Examples
+    --------
     >>> t = np.arange(1000) / 1000.0
     >>> s = amplitude_spectrum(3.0 * np.sin(2.0 * np.pi * 50.0 * t), 1000.0)
     >>> round(float(s.amplitude[50]), 9)
     3.0
+
     """
     if normalisation not in NORMALISATIONS:
         raise InputError(
@@ -98,7 +141,35 @@ def ensemble_spectrum(
     Motion with clearances is chaotic: a single record's spectrum repeats to some 0.2 decades only, so comparisons
     use this average.
 
-    Raises `InputError` for records of different lengths, whose spectra have different lines, and as `amplitude_spectrum` does.
+    Parameters
+    ----------
+    signals
+        Records of one length, each of shape [time].
+    sampling
+        Sampling rate [Hz].
+    window
+        Window that scipy.signal knows by name.
+    normalisation
+        "amplitude" or "unnormalised".
+    unit
+        Unit of the signals.
+
+    Returns
+    -------
+    Spectrum
+        With ``spread``, the standard deviation of log10(amplitude) over the members [decades].
+
+    Raises
+    ------
+    InputError
+        For records of different lengths, whose spectra have different lines, and as `amplitude_spectrum` does.
+
+    Examples
+    --------
+    >>> both = ensemble_spectrum([np.sin(np.arange(64.0)), 2.0 * np.sin(np.arange(64.0))], 64.0)
+    >>> both.members, both.amplitude.shape
+    (2, (33,))
+
     """
     lengths = {len(signal) for signal in signals}
     if len(lengths) != 1:

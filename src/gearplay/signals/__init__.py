@@ -2,10 +2,10 @@
 
 Put samples into a `Channel` with their rate and unit; every function takes one and returns numbers with their settings.
 
->>> import numpy as np
+>>> import gearplay as gp, numpy as np
 >>> t = np.arange(4000) / 1000.0
->>> channel = Channel("acc", 3.0 * np.sin(2.0 * np.pi * 50.0 * t), 1000.0, "m/s^2")
->>> row = line_table(channel, [50.0]).rows[0]
+>>> channel = gp.Channel("acc", 3.0 * np.sin(2.0 * np.pi * 50.0 * t), 1000.0, "m/s^2")
+>>> row = gp.signals.line_table(channel, [50.0]).rows[0]
 >>> round(row.frequency, 6), round(row.amplitude, 6)
 (50.0, 3.0)
 """

@@ -104,11 +104,27 @@ def angle_from_speed(speed: Channel) -> ShaftAngle:
 
     Its unit must be rad/s, rpm, 1/min, rev/min, Hz, 1/s, rev/s or deg/s.
 
-    Raises `InputError` for another unit, samples that are too few or not finite, or a speed that is not positive.
+    Parameters
+    ----------
+    speed
+        Speed in rad/s, rpm, 1/min, rev/min, Hz, 1/s, rev/s or deg/s, shape [time].
 
+    Returns
+    -------
+    ShaftAngle
+        Angle [rad] over time [s].
+
+    Raises
+    ------
+    InputError
+        For another unit, samples that are too few or not finite, or a speed that is not positive.
+
+    Examples
+    --------
     >>> shaft = angle_from_speed(Channel("n", np.full(11, 60.0), 10.0, "rpm"))
     >>> round(float(shaft.angle[-1]) / (2.0 * np.pi), 9)  # one second at one turn a second
     1.0
+
     """
     from scipy.interpolate import CubicSpline
 
@@ -125,11 +141,29 @@ def angle_from_speed(speed: Channel) -> ShaftAngle:
 def angle_from_angle(channel: Channel, *, wrapped: bool = False) -> ShaftAngle:
     """Return the shaft's angle of an angle channel in rad, deg or rev; ``wrapped`` where it starts anew each turn.
 
-    Raises `InputError` for another unit, samples that are too few or not finite, or an angle that does not rise.
+    Parameters
+    ----------
+    channel
+        Angle in rad, deg or rev, shape [time].
+    wrapped
+        Whether it starts anew each turn.
 
+    Returns
+    -------
+    ShaftAngle
+        Angle [rad] over time [s].
+
+    Raises
+    ------
+    InputError
+        For another unit, samples that are too few or not finite, or an angle that does not rise.
+
+    Examples
+    --------
     >>> shaft = angle_from_angle(Channel("phi", (100.0 * np.arange(12)) % 360.0, 1.0, "deg"), wrapped=True)
     >>> round(float(np.degrees(shaft.angle[-1])), 9)
     1100.0
+
     """
     angle = check_channel(channel) * _factor(channel, ANGLE_UNITS)
     if wrapped:
@@ -178,12 +212,32 @@ def angle_from_tacho(
 
     Source: Fyfe and Munck, Mech. Syst. Signal Process. 11 (1997) 187. Arguments as `pulse_times`.
 
-    Raises `InputError` for fewer than 4 pulses, or samples that are too few or not finite.
+    Parameters
+    ----------
+    tacho
+        Pulses, shape [time].
+    pulses
+        Pulses per revolution.
+    threshold, hysteresis
+        As `pulse_times` takes them.
 
+    Returns
+    -------
+    ShaftAngle
+        Angle [rad] over time [s], zero at the first pulse.
+
+    Raises
+    ------
+    InputError
+        For fewer than 4 pulses, or samples that are too few or not finite.
+
+    Examples
+    --------
     >>> tacho = Channel("tacho", np.tile([0.0, 0.0, 1.0, 1.0], 9), 4.0, "V")
     >>> shaft = angle_from_tacho(tacho, 2)
     >>> [float(v) / np.pi for v in shaft.angle[:3]]
     [0.0, 1.0, 2.0]
+
     """
     check_count("pulses", pulses, 1, 100_000, "Give the pulses per revolution")
     times = pulse_times(tacho, threshold=threshold, hysteresis=hysteresis)

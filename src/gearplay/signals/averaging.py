@@ -146,6 +146,11 @@ def power_density(
     detrend
         What is taken off each segment: "none", "mean" or "linear".
 
+    Returns
+    -------
+    AveragedSpectrum
+        ``frequency`` [Hz] and ``values`` [unit^2/Hz], shape [line], with the settings in ``caption``.
+
     Raises
     ------
     InputError
@@ -189,13 +194,33 @@ def averaged_spectrum(
 
     Source: Brandt, Noise and Vibration Analysis (2011), sections 9.3 and 10.2. Parameters as `power_density`.
 
-    Raises `InputError` for samples that are too few or not finite, and unknown or impossible settings.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    window, segment, overlap, averaging, detrend
+        As `power_density` takes them.
+    correction
+        "amplitude" or "energy".
 
+    Returns
+    -------
+    AveragedSpectrum
+        ``frequency`` [Hz] and ``values`` [unit], shape [line], with the settings in ``caption``.
+
+    Raises
+    ------
+    InputError
+        For samples that are too few or not finite, and unknown or impossible settings.
+
+    Examples
+    --------
     >>> t = np.arange(64) / 64.0
     >>> c = Channel("acc", 3.0 * np.cos(2.0 * np.pi * 8.0 * t), 64.0, "m/s^2")
     >>> s = averaged_spectrum(c, segment=32)
     >>> round(float(s.values[4]), 9), float(s.frequency[4]), s.averages, s.unit
     (3.0, 8.0, 3, 'm/s^2')
+
     """
     check_choice("correction", correction, CORRECTIONS)
     power, w, taken, averages = _segments(channel, window, segment, overlap, detrend, averaging)
@@ -215,9 +240,24 @@ def averaged_spectrum(
 def mean_square(spectrum: AveragedSpectrum, *, low: float = 0.0, high: float = math.inf) -> float:
     """Return the mean square [unit^2] of a density between two frequencies [Hz], its sum times the line spacing.
 
+    Parameters
+    ----------
+    spectrum
+        A density, as `power_density` returns it.
+    low, high
+        Ends of the band [Hz].
+
+    Returns
+    -------
+    float
+        Mean square [unit^2].
+
+    Examples
+    --------
     >>> c = Channel("acc", np.array([1.0, -1.0] * 4), 8.0)
     >>> mean_square(power_density(c, window="boxcar"))
     1.0
+
     """
     check_choice("kind", spectrum.kind, ("density",))
     inside = (spectrum.frequency >= low) & (spectrum.frequency <= high)

@@ -85,14 +85,35 @@ def envelope(channel: Channel, low: float, high: float, *, filter: str = "fft", 
 
     Source: Randall, Vibration-based Condition Monitoring (2011), section 3.3 and chapter 5.
 
-    Raises `InputError` for samples that are too few or not finite, a band that is empty or above half the sampling rate, and
-    an unknown filter.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    low, high
+        Ends of the band [Hz].
+    filter
+        "fft" or "butterworth".
+    order
+        Of the Butterworth filter.
 
+    Returns
+    -------
+    Envelope
+        The envelope as a channel [unit of the signal], with its settings in ``caption``.
+
+    Raises
+    ------
+    InputError
+        For samples that are too few or not finite, a band that is empty or above half the sampling rate, and an unknown filter.
+
+    Examples
+    --------
     >>> t = np.arange(400) / 400.0
     >>> c = Channel("acc", 2.0 * np.cos(2.0 * np.pi * 100.0 * t) + np.cos(2.0 * np.pi * 10.0 * t), 400.0)
     >>> e = envelope(c, 80.0, 120.0)
     >>> bool(np.allclose(e.channel.values, 2.0)), e.caption
     (True, 'FFT band-pass 80 to 120 Hz, Hilbert envelope')
+
     """
     values = check_channel(channel, 32)
     low, high = check_band(channel, low, high)
@@ -125,11 +146,37 @@ def envelope_spectrum(
     Of a (1 + m cos(2 pi f t)) modulated carrier it holds a line of height a m at f. ``segment`` is all of the record unless
     given [samples]. Source and faults as `envelope` and `averaged_spectrum`.
 
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    low, high
+        Ends of the band [Hz].
+    filter, order
+        As `envelope` takes them.
+    window, overlap
+        As `averaged_spectrum` takes them.
+    segment
+        Length of a segment [samples]; all of the record if not given.
+
+    Returns
+    -------
+    EnvelopeSpectrum
+        ``spectrum`` of the envelope, and its settings.
+
+    Raises
+    ------
+    InputError
+        As `envelope` and `averaged_spectrum`.
+
+    Examples
+    --------
     >>> t = np.arange(1000) / 1000.0
     >>> x = (1.0 + 0.5 * np.cos(2.0 * np.pi * 5.0 * t)) * np.cos(2.0 * np.pi * 200.0 * t)
     >>> s = envelope_spectrum(Channel("acc", x, 1000.0), 150.0, 250.0).spectrum
     >>> round(float(s.values[5]), 6), float(s.frequency[5])
     (0.5, 5.0)
+
     """
     made = envelope(channel, low, high, filter=filter, order=order)
     length = made.channel.values.size if segment is None else segment
@@ -145,12 +192,30 @@ def most_impulsive_band(channel: Channel, *, levels: int = 4) -> tuple[float, fl
 
     Source: Antoni, Mech. Syst. Signal Process. 21 (2007) 108.
 
-    Raises `InputError` for samples that are too few or not finite.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    levels
+        How often the frequencies are halved.
 
+    Returns
+    -------
+    tuple of float
+        Ends of the band [Hz].
+
+    Raises
+    ------
+    InputError
+        For samples that are too few or not finite.
+
+    Examples
+    --------
     >>> c = Channel("acc", np.cos(2.0 * np.pi * 300.0 * np.arange(2000) / 1000.0) * (np.arange(2000) % 250 < 10), 1000.0)
     >>> low, high = most_impulsive_band(c, levels=2)
     >>> low < 300.0 < high
     True
+
     """
     values = check_channel(channel, 256)
     first, last = 0.025 * channel.sampling, 0.475 * channel.sampling

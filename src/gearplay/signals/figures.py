@@ -213,7 +213,38 @@ def draw_record(
     ``band`` [Hz] (the most impulsive one unless given); with a shaft's ``speed`` (see `shaft_angle`) order spectrum, order map
     and synchronous average up to the order ``highest``. Nothing is written where an analysis is refused.
 
-    Raises `InputError` as the analyses do, and where the folder cannot be made.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    folder
+        Where the pictures go.
+    speed
+        Of the shaft: a constant [rad/s], a speed channel, or a `ShaftAngle`. With it orders are drawn too.
+    expected
+        Frequencies of lines [Hz].
+    band
+        Band of the envelope [Hz]; the most impulsive one if not given.
+    highest
+        Highest order; as far as the sampling allows if not given.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The pictures.
+
+    Raises
+    ------
+    InputError
+        As the analyses do, and where the folder cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> made = draw_record(Channel("acc", np.sin(np.arange(2048.0)), 1000.0), tempfile.mkdtemp())
+    >>> [path.name for path in made][:2]
+    ['history.png', 'spectrum.png']
+
     """
     values = check_channel(channel, 256)
     low, high = band if band is not None else most_impulsive_band(channel)

@@ -25,5 +25,29 @@ def band_levels(spectrum: Spectrum, samples: int, edges: Floats) -> Floats:
 
 
 def band_level(spectrum: Spectrum, samples: int, low: float, high: float) -> float:
-    """Return the rms value from ``low`` to ``high`` [Hz]; see `band_levels`."""
+    """Return the rms value from ``low`` to ``high`` [Hz]; see `band_levels`.
+
+    Parameters
+    ----------
+    spectrum
+        Amplitude spectrum of a record or an ensemble.
+    samples
+        Length of the record behind it.
+    low, high
+        Ends of the band [Hz].
+
+    Returns
+    -------
+    float
+        Rms value [unit of the spectrum].
+
+    Examples
+    --------
+    >>> from gearplay.results.spectra import amplitude_spectrum
+    >>> t = np.arange(1000) / 1000.0
+    >>> s = amplitude_spectrum(np.sqrt(2.0) * np.sin(2.0 * np.pi * 50.0 * t), 1000.0)
+    >>> round(band_level(s, 1000, 40.0, 60.0), 6)
+    1.0
+
+    """
     return float(band_levels(spectrum, samples, np.array([low, high]))[0])

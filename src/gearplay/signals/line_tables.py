@@ -145,6 +145,11 @@ def line_table(
     false_alarm
         Probability of finding a line where there is noise alone.
 
+    Returns
+    -------
+    LineTable
+        A row for each expected frequency: frequency [Hz], amplitude [unit] and phase [rad] with standard uncertainties.
+
     Raises
     ------
     InputError

@@ -59,13 +59,33 @@ def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> L
 
     Prominence is its height over the median of the spectrum from half to one and a half times ``expected``.
 
-    Raises `InputError` where the band holds fewer than three lines.
+    Parameters
+    ----------
+    spectrum
+        Amplitude spectrum of a record or an ensemble.
+    expected
+        Where the line should be [Hz].
+    search
+        Relative half width of the band searched.
 
+    Returns
+    -------
+    Line
+        Frequency [Hz], resolved between the bins, amplitude [unit] and prominence [1].
+
+    Raises
+    ------
+    InputError
+        Where the band holds fewer than three lines.
+
+    Examples
+    --------
     >>> from gearplay.results.spectra import amplitude_spectrum
     >>> t = np.arange(4000) / 1000.0
     >>> line = find_line(amplitude_spectrum(2.0 * np.sin(2.0 * np.pi * 40.1 * t), 1000.0), 40.0)
     >>> round(line.frequency, 3), round(line.amplitude, 2)
     (40.1, 2.0)
+
     """
     margin = max(search * expected, 1.5 * spectrum.resolution)
     low, high = _band(spectrum, expected - margin, expected + margin)
@@ -87,7 +107,32 @@ def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.0
 
     Its amplitude is that of the smoothed spectrum, so it depends on the record's length as all noise-like content does.
 
-    Raises `InputError` where the band holds fewer than three lines.
+    Parameters
+    ----------
+    spectrum
+        Amplitude spectrum of a record or an ensemble.
+    low, high
+        Ends of the band [Hz].
+    width
+        Relative width of the smoothing.
+
+    Returns
+    -------
+    Line
+        Frequency [Hz], amplitude [unit] and prominence [1].
+
+    Raises
+    ------
+    InputError
+        Where the band holds fewer than three lines.
+
+    Examples
+    --------
+    >>> from gearplay.results.spectra import amplitude_spectrum
+    >>> noise = np.random.default_rng(1).standard_normal(4000)
+    >>> 1.0 < find_hump(amplitude_spectrum(noise, 100.0), 1.0, 10.0).frequency < 10.0
+    True
+
     """
     _band(spectrum, low, high)
     frequency, inside = smoothed(spectrum, low, high, width)

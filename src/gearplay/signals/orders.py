@@ -141,13 +141,41 @@ def order_spectrum(
     The record is first taken to equal angles (`resampled`, which see for ``speed`` and ``highest``). Without ``revolutions``
     all whole revolutions are one segment. Source: Brandt, Noise and Vibration Analysis (2011), chapter 12.
 
-    Raises `InputError` for a speed that is not positive, too short a record, or impossible settings.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    speed
+        Of the shaft: a constant [rad/s], a speed channel, or a `ShaftAngle`.
+    highest
+        Highest order; as far as the sampling allows if not given.
+    revolutions
+        Revolutions of a segment; all whole ones if not given.
+    window
+        Window that scipy.signal knows by name.
+    overlap
+        Share of a segment that the next one takes again, 0 to 0.95.
+    averaging
+        "mean" or "median" over segments.
 
+    Returns
+    -------
+    OrderSpectrum
+        ``order`` [1/rev] and ``amplitude`` [unit], shape [line].
+
+    Raises
+    ------
+    InputError
+        For a speed that is not positive, too short a record, or impossible settings.
+
+    Examples
+    --------
     >>> c = Channel("acc", 2.0 * np.cos(2.0 * np.pi * 30.0 * np.arange(4001) / 1000.0), 1000.0, "m/s^2")
     >>> s = order_spectrum(c, 2.0 * np.pi * 10.0)
     >>> at = int(np.argmax(s.amplitude))
     >>> round(float(s.order[at]), 9), round(float(s.amplitude[at]), 3)
     (3.0, 2.0)
+
     """
     record = resampled(channel, speed, highest=highest)
     segment = _samples(record, revolutions, float(int(record.revolutions)))
@@ -174,10 +202,38 @@ def order_map(
 
     Source and faults as `order_spectrum`.
 
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    speed
+        Of the shaft: a constant [rad/s], a speed channel, or a `ShaftAngle`.
+    highest
+        Highest order; as far as the sampling allows if not given.
+    revolutions
+        Revolutions of a segment, 8 if not given.
+    window
+        Window that scipy.signal knows by name.
+    overlap
+        Share of a segment that the next one takes again, 0 to 0.95.
+
+    Returns
+    -------
+    OrderMap
+        ``amplitude`` [unit], shape [order, segment].
+
+    Raises
+    ------
+    InputError
+        As `order_spectrum`.
+
+    Examples
+    --------
     >>> c = Channel("acc", 2.0 * np.cos(2.0 * np.pi * 30.0 * np.arange(4001) / 1000.0), 1000.0, "m/s^2")
     >>> m = order_map(c, 2.0 * np.pi * 10.0, revolutions=4)
     >>> m.amplitude.shape[1], float(m.order[12]), bool(np.allclose(m.amplitude[12], 2.0, rtol=1e-3))
     (19, 3.0, True)
+
     """
     record = resampled(channel, speed, highest=highest)
     segment = _samples(record, revolutions, 8.0)
@@ -222,12 +278,38 @@ def track_orders(
 
     Source: Blough, Mech. Syst. Signal Process. 17 (2003) 1187 (orthogonality compensation); weights: ours.
 
-    Raises `InputError` for a speed that is not positive, orders too close or too high, or too short a record.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    speed
+        Of the shaft: a constant [rad/s], a speed channel, or a `ShaftAngle`.
+    orders
+        Orders to follow [1/rev].
+    revolutions
+        Revolutions of a block.
+    overlap
+        Share of a segment that the next one takes again, 0 to 0.95.
+    highest
+        Highest order; as far as the sampling allows if not given.
 
+    Returns
+    -------
+    OrderTracks
+        ``amplitude`` [unit] and ``phase`` [rad], shape [order, block].
+
+    Raises
+    ------
+    InputError
+        For a speed that is not positive, orders too close or too high, or too short a record.
+
+    Examples
+    --------
     >>> c = Channel("acc", 2.0 * np.cos(2.0 * np.pi * 30.0 * np.arange(4001) / 1000.0), 1000.0, "m/s^2")
     >>> tracks = track_orders(c, 2.0 * np.pi * 10.0, (1.0, 3.0), revolutions=4.0)
     >>> np.round(np.abs(tracks.amplitude[:, 5]), 3).tolist(), round(abs(float(tracks.phase[1, 5])), 3)
     ([0.0, 2.0], 0.0)
+
     """
     record = resampled(channel, speed, highest=highest)
     segment = _samples(record, revolutions, revolutions)

@@ -72,14 +72,38 @@ def spectrogram(
     "amplitude": a sine of amplitude a is a ridge of height a (window's coherent gain corrected). "density": one-sided, as
     `power_density`. Source: scipy.signal.ShortTimeFFT; Groechenig, Foundations of Time-Frequency Analysis (2001), section 3.
 
-    Raises `InputError` for samples that are too few or not finite, impossible settings, or more than 2e7 values.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    kind
+        "amplitude" or "density".
+    window
+        Window that scipy.signal knows by name.
+    segment
+        Length of a segment [samples].
+    overlap
+        Share of a segment that the next one takes again, 0 to 0.95.
 
+    Returns
+    -------
+    Spectrogram
+        ``values``, shape [line, time], over ``frequency`` [Hz] and ``time`` [s].
+
+    Raises
+    ------
+    InputError
+        For samples that are too few or not finite, impossible settings, or more than 2e7 values.
+
+    Examples
+    --------
     >>> t = np.arange(1000) / 1000.0
     >>> s = spectrogram(Channel("acc", 3.0 * np.cos(2.0 * np.pi * 100.0 * t), 1000.0, "m/s^2"), segment=100)
     >>> bool(np.allclose(s.values[10], 3.0)), float(s.frequency[10]), s.values.shape
     (True, 100.0, (51, 19))
     >>> float(s.time[0])
     0.05
+
     """
     from scipy.signal import ShortTimeFFT
 

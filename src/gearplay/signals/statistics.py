@@ -39,11 +39,29 @@ def signal_statistics(channel: Channel, *, remove_mean: bool = False) -> SignalS
 
     Source: Randall, Vibration-based Condition Monitoring (2011), section 5.3; Kendall, Advanced Theory of Statistics 1.
 
-    Raises `InputError` for fewer than 8 samples or samples that are not finite.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    remove_mean
+        Whether rms, peak and crest factor are about the mean.
 
+    Returns
+    -------
+    SignalStatistics
+        Rms, peak values [unit], crest factor, skewness and kurtosis [1].
+
+    Raises
+    ------
+    InputError
+        For fewer than 8 samples or samples that are not finite.
+
+    Examples
+    --------
     >>> s = signal_statistics(Channel("acc", np.array([1.0, -1.0] * 4), 100.0, "m/s^2"))
     >>> s.rms, s.crest_factor, s.kurtosis, s.skewness, s.peak_to_peak
     (1.0, 1.0, 1.0, 0.0, 2.0)
+
     """
     values = check_channel(channel)
     mean = float(np.mean(values))

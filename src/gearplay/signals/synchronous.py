@@ -59,12 +59,36 @@ def synchronous_average(
 
     Source: McFadden, Mech. Syst. Signal Process. 1 (1987) 83. ``speed`` and the other arguments as `resampled`.
 
-    Raises `InputError` for a speed that is not positive, or fewer than two periods.
+    Parameters
+    ----------
+    channel
+        Signal, shape [time].
+    speed
+        Of the shaft: a constant [rad/s], a speed channel, or a `ShaftAngle`.
+    period
+        Whole revolutions of a period.
+    highest
+        Highest order; as far as the sampling allows if not given.
+    samples_per_revolution
+        As `resampled` takes it.
 
+    Returns
+    -------
+    SynchronousAverage
+        ``average`` [unit] over ``angle`` [rad] with its standard error.
+
+    Raises
+    ------
+    InputError
+        For a speed that is not positive, or fewer than two periods.
+
+    Examples
+    --------
     >>> c = Channel("acc", np.cos(2.0 * np.pi * 30.0 * np.arange(4001) / 1000.0), 1000.0, "m/s^2")
     >>> tsa = synchronous_average(c, 2.0 * np.pi * 10.0)
     >>> tsa.periods, round(float(tsa.average[0]), 3), tsa.residual_share < 1e-3
     (40, 1.0, True)
+
     """
     check_count("period", period, 1, 100_000, "Give the revolutions after which the signal repeats")
     record = resampled(channel, speed, highest=highest, samples_per_revolution=samples_per_revolution)

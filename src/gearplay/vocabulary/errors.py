@@ -162,7 +162,18 @@ def _with_stop(sentence: str) -> str:
 
 
 class GearplayError(Exception):
-    """Base of every error that a user can cure; `exit_code` is what the command line ends with."""
+    """Base of every error that a user can cure; `exit_code` is what the command line ends with.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> try:
+    ...     gp.load_case({})
+    ... except gp.GearplayError as error:
+    ...     error.exit_code
+    2
+
+    """
 
     exit_code: ClassVar[int] = exit_codes.BROKEN
 
@@ -198,18 +209,54 @@ class InputError(GearplayError):
 
 
 class SimulationError(GearplayError):
-    """A simulation could not be carried to its end."""
+    """A simulation could not be carried to its end.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> try:
+    ...     gp.periodic_orbit("han2021", settle=1)
+    ... except gp.SimulationError as error:
+    ...     error.exit_code
+    3
+
+    """
 
     exit_code = exit_codes.SIMULATION
 
 
 class ResourceError(GearplayError):
-    """The work asked for is over a limit on memory, disk, steps or time."""
+    """The work asked for is over a limit on memory, disk, steps or time.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> try:
+    ...     gp.simulate("han2021", duration=1e6, sampling=1e7)
+    ... except gp.ResourceError as error:
+    ...     error.exit_code
+    5
+
+    """
 
     exit_code = exit_codes.RESOURCE
 
 
 class MeasurementError(GearplayError):
-    """A measurement file cannot be read, or does not hold what it declares."""
+    """A measurement file cannot be read, or does not hold what it declares.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> import pathlib, tempfile
+    >>> place = pathlib.Path(tempfile.mkdtemp()) / "run.wav"
+    >>> _ = place.write_bytes(b"RIFF")
+    >>> try:
+    ...     gp.read_measurement(place)
+    ... except gp.MeasurementError as error:
+    ...     error.exit_code
+    6
+
+    """
 
     exit_code = exit_codes.MEASUREMENT

@@ -58,6 +58,11 @@ def read_measurement(
         Channel name -> (factor, unit): the samples are multiplied and get this unit. A WAV file's integers are
         first scaled to +-1.
 
+    Returns
+    -------
+    Record
+        Its channels with unit and sampling rate [Hz].
+
     Raises
     ------
     MeasurementError
@@ -67,6 +72,15 @@ def read_measurement(
         is not installed.
     ResourceError
         Where the memory does not suffice.
+
+    Examples
+    --------
+    >>> import tempfile, numpy as np
+    >>> from gearplay.files.record import Channel
+    >>> place = tempfile.mkdtemp() + "/run.csv"
+    >>> Record((Channel("acc", np.sin(np.arange(100.0)), 1000.0, "m/s^2"),)).save(place)
+    >>> read_measurement(place).channel("acc").sampling
+    1000.0
 
     """
     place = Path(path)

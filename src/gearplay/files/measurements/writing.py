@@ -45,6 +45,14 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
     InputError
         Where the extension is unknown or cannot be written, the file exists, or the record does not fit the kind.
 
+    Examples
+    --------
+    >>> import tempfile
+    >>> place = tempfile.mkdtemp() + "/run.h5"
+    >>> write_record(Record((Channel("acc", np.zeros(100), 1000.0, "m/s^2"),)), place)
+    >>> Path(place).exists()
+    True
+
     """
     place = Path(path)
     kind = check_record_path(place, overwrite=overwrite)

@@ -175,8 +175,8 @@ def branches(
     --------
     >>> import gearplay as gp
     >>> pair = gp.torsional_pair(0.7, force=0.05)
-    >>> found = gp.branches(pair, "meshes.0.transmission_error.0.amplitude", "2 um", "9 um", orbits=3, doublings=0)
-    >>> len(found), found.path
+    >>> found = gp.branches(pair, "meshes.0.transmission_error.0.amplitude", "4 um", "6 um", orbits=20, doublings=0)
+    >>> found[0].order, found.path
     (1, 'meshes.0.transmission_error.0.amplitude')
 
     """

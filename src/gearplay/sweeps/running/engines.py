@@ -238,10 +238,29 @@ def _first_line(error: BaseException) -> str:
 class Engine:
     """Where a sweep runs; none of it changes the result.
 
-    ``kind`` is "threads" or "processes", with ``workers`` of them (the cores if not given); ``scheduler`` is the address of an
-    existing Dask cluster, with ``security`` its TLS files. ``shard`` (i, n) runs the i-th of n parts.
+    Parameters
+    ----------
+    kind
+        "threads" or "processes".
+    workers
+        How many of them; the cores if not given.
+    scheduler
+        Address of an existing Dask cluster, in place of both.
+    security
+        Its TLS files.
+    shard
+        (i, n) runs the i-th of n parts.
 
-    Raises `InputError` for another kind.
+    Raises
+    ------
+    InputError
+        For another kind.
+
+    Examples
+    --------
+    >>> Engine("processes", workers=2).kind
+    'processes'
+
     """
 
     kind: str = "threads"
