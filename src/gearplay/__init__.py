@@ -58,16 +58,9 @@ if TYPE_CHECKING:
     from gearplay.model.check import check_case
     from gearplay.model.policy import Policy
     from gearplay.model.reading import load_case, replace
-    from gearplay.nonlinear.door import (
-        basins,
-        bifurcation,
-        impacts,
-        lyapunov,
-        motion,
-        portrait,
-        section,
-    )
+    from gearplay.nonlinear.door import basins, bifurcation, lyapunov, motion
     from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
+    from gearplay.nonlinear.section_door import impacts, portrait, section
     from gearplay.nonlinear.torsional import torsional_pair
     from gearplay.python_door import read_result
     from gearplay.results.door import simulate

@@ -41,7 +41,12 @@ def test_every_public_name_says_what_it_takes_and_shows_itself(room: Any, name: 
     for parameter in inspect.signature(it).parameters.values():
         if parameter.name == "self" or parameter.kind == parameter.VAR_POSITIONAL:
             continue
-        listed = [part.strip() for line in words.splitlines() if not line.startswith(" ") for part in line.split(",")]
+        listed = [
+            part.strip()
+            for line in words.splitlines()
+            if not line.startswith(" ")
+            for part in line.split(",")
+        ]
         assert parameter.name in listed, f"{parameter.name} is not described"
     if inspect.isfunction(it) and name not in ("write_record",):
         assert "Returns\n-------" in words

@@ -32,8 +32,8 @@ def portrait(
     """Draw the orbits and phase portraits of a settled motion, once per period and at each onset of a contact."""
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.model.reading import load_case
-    from gearplay.nonlinear.door import portrait as portrait_of
     from gearplay.nonlinear.portraits import portrait_figure
+    from gearplay.nonlinear.section_door import portrait as portrait_of
     from gearplay.solver.simulate import prepare
     from gearplay.vocabulary.errors import Fault, InputError
 

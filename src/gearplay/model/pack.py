@@ -14,16 +14,15 @@ from gearplay.kernels.elements import servo, sleeve
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry
-from gearplay.model.assembly import ANGLE_SCALE, LENGTH_SCALE, Assembly, Contact, blank, stacked
+from gearplay.model.assembly import Assembly, Contact, blank, stacked
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.model.natural_sizes import natural_sizes
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
 Floats = NDArray[np.float64]
-
-SPEED_SCALE = 0.1  # m/s, natural size of a speed behind the error tolerances
 
 
 @dataclass(frozen=True)
@@ -315,21 +314,6 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
     return np.array(rows).reshape(-1, 3)
 
 
-def _arms(system: System) -> list[float]:
-    """Return the radius [m] that turns each rotor's rotation into a length: its largest toothing, or 0.1 m."""
-    arms, meshes = np.zeros(system.rotors.size), system.records[mesh_element.KIND]
-    np.maximum.at(arms, meshes["a"], np.abs(meshes["rho_a"]))
-    np.maximum.at(arms, meshes["b"], np.abs(meshes["rho_b"]))
-    return [float(arm) or 0.1 for arm in arms]
-
-
-def _natural_sizes(system: System, states: int) -> Floats:
-    arms = _arms(system)
-    positions = [x for r in arms for x in (LENGTH_SCALE, LENGTH_SCALE, LENGTH_SCALE / r)]
-    speeds = [x for r in arms for x in (SPEED_SCALE, SPEED_SCALE, SPEED_SCALE / r)]
-    return np.array(positions + speeds + [ANGLE_SCALE] * states)
-
-
 def pack(case: "Case") -> Packed:
     """Translate a case for the kernels.
 
@@ -358,7 +342,7 @@ def pack(case: "Case") -> Packed:
         | {name: tuple(found) for name, found in assembly.labels.items()},
         contact_labels=tuple(assembly.contact_labels),
         angular=np.array(assembly.angular, dtype=bool),
-        natural=_natural_sizes(system, assembly.states),
+        natural=natural_sizes(system, assembly.states),
         restart_step=0.1 / max(1.0, *(r.ripple_rate for r in rotors), assembly.fastest),
         stops=np.array(ramps, dtype=np.float64),
     )

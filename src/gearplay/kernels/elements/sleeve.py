@@ -17,8 +17,8 @@ from gearplay.kernels.advancement import (
     open_span,
     rotor_bounds,
 )
-from gearplay.kernels.bed import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements.sleeve_law import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
 from gearplay.kernels.layout import (
     FORCE,
     FORCE_X,
@@ -27,11 +27,9 @@ from gearplay.kernels.layout import (
     MARGIN,
     OPEN,
     PENETRATION,
-    PLACES,
     RATE,
     Branch,
     Loads,
-    Signal,
     System,
     latch_of,
     omega_of,
@@ -47,33 +45,7 @@ from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
 
 Floats = NDArray[np.float64]
 
-KIND = 1
-RECORD = np.dtype(
-    [
-        *PLACES,
-        ("clearance", "f8"),  # m, radius difference
-        ("stiffness", "f8"),  # N/m^n
-        ("exponent", "f8"),  # n
-        ("dissipation", "f8"),  # a of F = K delta^n (1 + a ddelta/v_in)
-        ("friction", "f8"),  # Coulomb coefficient
-        ("friction_speed", "f8"),  # m/s
-        ("shaft_radius", "f8"),  # m
-        ("bed_stiffness", "f8"),  # N/m^k/rad
-        ("bed_exponent", "f8"),  # k
-        ("damping", "f8"),  # N s/m, of the journal against a carried bush
-        ("offset_x", "f8"),  # m, bush on its carrier at zero rotation
-        ("offset_y", "f8"),
-        ("journal", "i8"),  # rotor
-        ("bush", "i8"),  # rotor, -1 for the ground
-        ("bed", "i8"),
-    ],
-    align=True,
-)
-SIGNALS = (
-    Signal("sleeve_penetration", "delta", "m", "um", 1e6, "penetration of journal into bush", True),
-    Signal("sleeve_force_x", "Fx", "N", "N", 1.0, "force of the bush on the journal along x"),
-    Signal("sleeve_force_y", "Fy", "N", "N", 1.0, "force of the bush on the journal along y"),
-)
+__all__ = ["KIND", "RECORD", "SIGNALS"]
 MEMORY: tuple[float, ...] = ()
 MODES = 0
 PER_CONTACT = 2  # switches: touch, pull
@@ -81,65 +53,6 @@ PER_CONTACT = 2  # switches: touch, pull
 # Slots of the scratch: penetration [m], its rate [m/s], direction u, sliding speed [m/s], the bush's arm on its carrier [m],
 # velocity [m/s] of the journal's centre against the bush, its part across u.
 DELTA, DELTA_RATE, U_X, U_Y, SLIDING, ARM_X, ARM_Y, V_X, V_Y, ACROSS = range(10)
-
-
-@compiled_inline
-def signed_power(x: float, n: float) -> float:
-    """Return sign(x) |x|^n: a smooth continuation of x^n for stages that look behind a release."""
-    if n == 1.5:
-        return x * math.sqrt(abs(x))
-    if n == 1.0:
-        return x
-    return math.copysign(abs(x) ** n, x)
-
-
-@compiled_inline
-def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float]:
-    """Return the normal force [N] and its margin (positive while pressing) at penetration delta [m].
-
-    F = K delta^n (1 + a ddelta/v_in), equations (7)-(11) with the damping of (10) written as the factor ``a``;
-    the conformal bed (12)-(14) replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the latched impact speed.
-    As printed, the bed's damping C = a K delta_m^n / v_in is the same at every angle.
-    """
-    margin = 1.0 + sleeve.dissipation * rate / v_in
-    if sleeve.bed == BED_NONE:
-        return sleeve.stiffness * signed_power(delta, sleeve.exponent) * margin, margin
-    if delta <= 0.0:
-        return 0.0, margin
-    elastic, opening = bed_integrals(delta, sleeve.clearance, sleeve.shaft_radius, sleeve.bed_exponent)
-    if sleeve.bed == BED_AS_PRINTED:
-        damping = sleeve.dissipation * sleeve.stiffness * delta**sleeve.exponent / v_in
-        force = sleeve.stiffness * elastic + damping * rate * opening
-        return force, force
-    return sleeve.bed_stiffness * elastic * margin, margin
-
-
-@compiled
-def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float, float]:
-    """Return the derivatives of `sleeve_force` by delta [N/m], rate and v_in [N s/m]."""
-    margin, by_rate = 1.0 + sleeve.dissipation * rate / v_in, sleeve.dissipation / v_in
-    by_latch = -by_rate * rate / v_in
-    if sleeve.bed == BED_NONE:
-        force = sleeve.stiffness * signed_power(delta, sleeve.exponent)
-        steepness = sleeve.exponent * (
-            math.sqrt(abs(delta)) if sleeve.exponent == 1.5 else abs(delta) ** (sleeve.exponent - 1.0)
-        )
-        return sleeve.stiffness * steepness * margin, force * by_rate, force * by_latch
-    if delta <= 0.0:
-        return 0.0, 0.0, 0.0
-    c, R, k = sleeve.clearance, sleeve.shaft_radius, sleeve.bed_exponent
-    elastic, opening = bed_integrals(delta, c, R, k)
-    stiffer, wider = bed_slopes(delta, c, R, k)
-    if sleeve.bed == BED_AS_PRINTED:
-        damping = by_rate * sleeve.stiffness * delta**sleeve.exponent
-        grown = sleeve.exponent * damping / delta
-        return (
-            sleeve.stiffness * stiffer + (grown * opening + damping * wider) * rate,
-            damping * opening,
-            -damping * rate * opening / v_in,
-        )
-    pressed = sleeve.bed_stiffness * elastic
-    return sleeve.bed_stiffness * stiffer * margin, pressed * by_rate, pressed * by_latch
 
 
 @compiled_inline

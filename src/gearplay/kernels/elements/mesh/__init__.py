@@ -1,0 +1,41 @@
+"""A mesh: two gears, external or internal, whose drive and back flanks are one-sided contacts (docs/theory, section 2).
+
+Two contacts, drive then back. Each flank has a switch of its own, the end of its damping ramp; a square wave of stiffness adds
+one for the mesh, its next edge. Gears on a carrier roll in its frame.
+"""
+
+from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, stay_open
+from gearplay.kernels.elements.mesh.record import KIND, MEMORY, MODES, PER_CONTACT, RECORD, SIGNALS
+from gearplay.kernels.elements.mesh.slopes import SLOPES, add_change, crossing, linearise
+from gearplay.kernels.elements.mesh.switches import (
+    jump,
+    may_return,
+    own_switch,
+    settle,
+    settle_touch,
+    switch_own,
+)
+
+__all__ = [
+    "KIND",
+    "MEMORY",
+    "MODES",
+    "PER_CONTACT",
+    "RECORD",
+    "SIGNALS",
+    "SLOPES",
+    "act",
+    "add_change",
+    "crossing",
+    "forcing_rate",
+    "jump",
+    "linearise",
+    "may_return",
+    "observe",
+    "own_switch",
+    "press",
+    "settle",
+    "settle_touch",
+    "stay_open",
+    "switch_own",
+]

@@ -1,0 +1,96 @@
+"""What is packed of a mesh: its record, its signals, its modes and switches."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.layout import (
+    PLACES,
+    Signal,
+)
+from gearplay.kernels.mesh_geometry import (
+    FRESH,
+    MESH,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+KIND = MESH
+RECORD = np.dtype(
+    [
+        *PLACES,
+        ("rho_a", "f8"),  # m, signed base (or pitch) radii, docs/conventions
+        ("rho_b", "f8"),
+        ("c0", "f8"),  # m, sum or difference of the base radii
+        ("A0", "f8"),  # m, distance of the nominal centres as placed
+        ("opening0", "f8"),  # m, s c0 (inv alpha - inv alpha0) as placed: 0 at the nominal distance
+        ("u0_x", "f8"),  # nominal direction from a to b
+        ("u0_y", "f8"),
+        ("sin_alpha0", "f8"),  # of the working pressure angle as placed
+        ("cos_alpha0", "f8"),
+        ("A_nominal_squared", "f8"),  # m^2
+        ("inv_A_nominal_squared", "f8"),  # 1/m^2
+        ("u_series", "f8"),  # largest |(A/A0)^2 - 1| of the involute series
+        ("inv_alpha0", "f8"),  # of the reference pressure angle
+        ("sigma", "f8"),  # +1/-1, sense of the drive flank
+        ("s", "f8"),  # +1 internal, -1 external
+        ("backlash", "f8"),  # m, total, normal, at the nominal centre distance
+        ("A_min", "f8"),  # m, smallest and largest centre distance that meshes
+        ("A_max", "f8"),
+        ("z_driver", "f8"),
+        ("k_m", "f8"),  # N/m
+        ("k_single", "f8"),  # N/m, square wave
+        ("duty", "f8"),  # share of the mesh period with k_m in a square wave
+        ("phase", "f8"),  # rad, of the square wave or spline
+        ("C_m", "f8"),  # N s/m
+        ("depth", "f8"),  # m
+        ("inv_depth", "f8"),  # 1/m
+        ("highest_order", "f8"),  # of stiffness and transmission error
+        ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
+        ("error_bend", "f8"),
+        ("a", "i8"),  # rotor at the foot of the vector of centres
+        ("b", "i8"),  # rotor at its tip
+        ("driver", "i8"),
+        ("frame", "i8"),  # carrier rotor that turns the nominal direction, -1 for none
+        ("kind", "i8"),
+        ("stiffness_kind", "i8"),
+        ("ramp", "i8"),
+        ("stiffness_start", "i8"),  # rows in System.terms or System.spline
+        ("stiffness_count", "i8"),
+        ("error_start", "i8"),
+        ("error_count", "i8"),
+    ],
+    align=True,
+)
+_DEGREES = 180.0 / math.pi
+SIGNALS = (
+    Signal("drive_penetration", "p_d", "m", "um", 1e6, "penetration of the drive flanks", True),
+    Signal("back_penetration", "p_b", "m", "um", 1e6, "penetration of the back flanks", True),
+    Signal("drive_force", "F_d", "N", "N", 1.0, "normal force of the drive flanks"),
+    Signal("back_force", "F_b", "N", "N", 1.0, "normal force of the back flanks"),
+    Signal("backlash", "b_t", "m", "um", 1e6, "total normal backlash", True),
+    Signal("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
+    Signal("center_distance", "A", "m", "mm", 1e3, "centre distance", True),
+    Signal(
+        "transmission_error_dynamic",
+        "DTE",
+        "m",
+        "um",
+        1e6,
+        "dynamic transmission error along the line of action",
+        True,
+    ),
+    Signal("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
+)
+SHOWN = len(SIGNALS)
+MEMORY = FRESH
+PER_CONTACT = 3  # switches: touch, pull, end of the damping ramp
+
+# Modes of its own: 1 for each flank beyond the damping ramp, then the half-waves passed by a square wave.
+DRIVE, BACK = 0, 1
+SEGMENT = 2
+MODES = 3
+# Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave.
+EDGE = 2 * PER_CONTACT

@@ -1,0 +1,178 @@
+"""The switches of a mesh: ends of damping ramps, edges of a square stiffness, and what a step may hide of them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.elements.mesh.record import BACK, DRIVE, EDGE, KIND, PER_CONTACT, SEGMENT
+from gearplay.kernels.flank import RAMP_SMOOTH
+from gearplay.kernels.layout import (
+    LOADED,
+    MARGIN,
+    OPEN,
+    PENETRATION,
+    PULL,
+    RATE,
+    Branch,
+    Loads,
+    System,
+    omega_of,
+)
+from gearplay.kernels.mesh_geometry import (
+    is_printed,
+    mesh_phase,
+)
+from gearplay.kernels.tooth_stiffness import (
+    STIFFNESS_SQUARE,
+    square_edge,
+    square_segment,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@compiled_inline
+def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return the end of a flank's ramp [m] or the edge of the square wave [rad] as a switch function."""
+    modes = branch.modes
+    mesh = system.records[KIND][n]
+    if s == EDGE:
+        psi, _ = mesh_phase(mesh, system, t, y)
+        segment = modes[mesh.mode + SEGMENT]
+        return max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
+    flank = s // PER_CONTACT
+    if mesh.C_m == 0.0 or modes[mesh.contact + flank] == OPEN:
+        return -1.0
+    beyond = loads.contacts[mesh.contact + flank, PENETRATION] - mesh.depth
+    return beyond if modes[mesh.mode + flank] == 0 else -beyond
+
+
+@compiled
+def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
+    """Pass the end of a flank's ramp or the edge of the square wave."""
+    modes = branch.modes
+    mesh = system.records[KIND][n]
+    if s == EDGE:
+        psi, _ = mesh_phase(mesh, system, t, y)
+        slot = mesh.mode + SEGMENT
+        middle = 0.5 * (square_edge(mesh, modes[slot]) + square_edge(mesh, modes[slot] + 1))
+        modes[slot] += 1 if psi > middle else -1
+        return
+    slot = mesh.mode + s // PER_CONTACT
+    modes[slot] = 1 - modes[slot]
+
+
+@compiled
+def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) -> None:
+    """Set the segment of mesh n's square wave from the state; while the mesh is open nobody counts segments."""
+    mesh = system.records[KIND][n]
+    if mesh.stiffness_kind == STIFFNESS_SQUARE:
+        psi, _ = mesh_phase(mesh, system, t, y)
+        modes[mesh.mode + SEGMENT] = square_segment(mesh, psi)
+
+
+@compiled
+def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
+    mesh = system.records[KIND][n]
+    depth = mesh.depth
+    for flank in range(2):
+        past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
+        branch.modes[mesh.mode + flank] = 1 if past else 0
+    _settle_segment(system, n, t, y, branch.modes)
+
+
+@compiled
+def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch) -> None:
+    """Set what the touch of contact k begins with: its ramp, and the segment if the mesh was open."""
+    mesh = system.records[KIND][n]
+    modes = branch.modes
+    flank = k - mesh.contact
+    modes[mesh.mode + flank] = 0
+    if modes[mesh.contact + 1 - flank] == OPEN:
+        _settle_segment(system, n, t, y, modes)
+
+
+@compiled_inline
+def _ramp_weight(u: float) -> float:
+    """Return u (3 - 2 u) of the damping ramp's factor, 0 below its start; it is largest at u = 3/4."""
+    return max(u * (3.0 - 2.0 * u), 0.0)
+
+
+@compiled_inline
+def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -> bool:
+    """Return whether flank contact k, on one mode at both ends of a step, may have let go, or taken hold, in between.
+
+    On the smooth ramp F / p = K - (C / d) u (3 - 2u) |dp/dt|, u = p / d, whose one minimum lies at u = 3/4.
+    """
+    c = mesh.C_m * mesh.inv_depth
+    fastest, slowest = max(-start[k, RATE], -end[k, RATE]), min(-start[k, RATE], -end[k, RATE])
+    if mode == LOADED and fastest <= 0.0:
+        return False
+    u_0, u_1 = start[k, PENETRATION] * mesh.inv_depth, end[k, PENETRATION] * mesh.inv_depth
+    # Stiffnesses at both ends, with a half to spare for what changes between them.
+    k_0 = start[k, MARGIN] - c * _ramp_weight(u_0) * start[k, RATE]
+    k_1 = end[k, MARGIN] - c * _ramp_weight(u_1) * end[k, RATE]
+    if mode != LOADED:
+        return 1.5 * max(k_0, k_1) > c * slowest * min(_ramp_weight(u_0), _ramp_weight(u_1))
+    deepest, slightest = min(max(u_0, u_1), 0.75), max(min(u_0, u_1), 0.0)
+    if slightest > 0.75:
+        deepest = slightest
+    return 0.5 * min(k_0, k_1) < c * fastest * _ramp_weight(deepest)
+
+
+@compiled_inline
+def _phase_bend(system: System, mesh: Any, stages: Floats) -> float:
+    """Return the largest |psi''| [rad/s^2] at the stages of a step."""
+    most = 0.0
+    for stage in range(stages.shape[0]):
+        alpha = stages[stage, omega_of(system, mesh.driver)]
+        if mesh.frame >= 0:
+            alpha -= stages[stage, omega_of(system, mesh.frame)]
+        most = max(most, abs(alpha))
+    return mesh.z_driver * most
+
+
+@compiled_inline
+def may_return(
+    system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Floats,
+) -> bool:  # fmt: skip
+    """Return whether switch s of mesh n, not positive at both ends of a step of h [s], may be so in between."""
+    modes, start, end = branch.modes, loads_0.contacts, loads.contacts
+    mesh = system.records[KIND][n]
+    at = mesh.switch + s
+    if (
+        s == EDGE
+    ):  # a function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages
+        return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
+    flank, role = s // PER_CONTACT, s % PER_CONTACT
+    k = mesh.contact + flank
+    if modes[k] == OPEN:
+        return False
+    past = modes[mesh.mode + flank]
+    if role == PULL:
+        smooth = mesh.ramp == RAMP_SMOOTH and past == 0
+        return smooth and g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
+    sign = 1.0 if past == 0 else -1.0
+    rising, falling = sign * start[k, RATE], -sign * end[k, RATE]
+    return rising > 0.0 and falling > 0.0 and g_0[at] + rising * h > 0.0 and g_1[at] + falling * h > 0.0
+
+
+@compiled
+def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
+    """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
+    mesh = system.records[KIND][n]
+    k, found = mesh.contact, -1
+    if is_printed(mesh):
+        for flank in range(2):
+            if (before[k + flank] == OPEN) != (modes[k + flank] == OPEN) and found < 0:
+                found = PER_CONTACT * flank
+    if mesh.stiffness_kind == STIFFNESS_SQUARE:
+        slot, closed = mesh.mode + SEGMENT, before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
+        if closed and before[slot] != modes[slot]:
+            found = EDGE
+    return found
