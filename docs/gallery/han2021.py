@@ -8,7 +8,6 @@ import numpy as np
 import gearplay as gp
 from gearplay.model.geometry import jam_ratio
 from gearplay.nonlinear.figures import WAYS
-from gearplay.nonlinear.orbits.door import branch_signals
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
 from gearplay.nonlinear.portraits import portrait_figure
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
@@ -71,15 +70,17 @@ def tongue() -> None:
     trees = {}
     for ax, model in zip(axes[0], MODELS, strict=True):
         case = gp.replace(gp.load_case("han2021"), LOADED | {"backlash_model": model, TORQUE: 0.3})
-        found = gp.bifurcation(case, TORQUE, values.tolist(), ["ring.x"], period="mesh", settle=400, keep=20)
+        found = gp.bifurcation(
+            case, TORQUE, values.tolist(), ["ring.x"], period="mesh", settle=400, keep=20
+        ).ds
         for way, name in enumerate(found["direction"].values):
             sections = 1e6 * found["ring.x"].values[way]
             ax.plot(
                 np.repeat(values, sections.shape[1]), sections.ravel(), ".", color=WAYS[name], markersize=2.0
             )
         tree = trees[model] = gp.branches(case, TORQUE, 0.08, 0.4, doublings=1, settle=400)
-        for branch in tree:
-            draw_branch(ax, branch, 1e6 * branch_signals(case, TORQUE, branch, ["ring.x"])[:, :, 0])
+        for branch, levels in zip(tree, tree.levels(["ring.x"]), strict=True):
+            draw_branch(ax, branch, 1e6 * levels[:, :, 0])
             for special in branch.special:
                 print(model, branch.order, special.kind, f"{special.orbit.parameter:.6f}")
         ax.set_xlabel("load torque [N m]", fontsize=SMALL)

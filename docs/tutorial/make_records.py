@@ -8,7 +8,7 @@ from gearplay.model.reading import load_case, replace
 from gearplay.rig import measure
 from gearplay.rig.plan import load_rig
 
-FOLDER = Path(__file__).parents[2] / "src/gearplay/study/calibration/plans/records"
+FOLDER = Path(__file__).parents[2] / "src/gearplay/calibration/plans/records"
 TRUE = {
     "sleeves.ring.radial_clearance": "85 um",
     "meshes.0.backlash": "150 um",

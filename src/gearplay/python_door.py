@@ -102,7 +102,7 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     from gearplay.results.answer import KIND
 
     place = Path(path)
-    if place.suffix.lower() not in (".nc", ".nc4", ".h5", ".hdf5", "") and place.exists():
+    if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
     dataset = read_dataset(place)
     kind = str(dataset.attrs.get(KIND) or _older(dataset))

@@ -110,7 +110,7 @@ def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFix
     ("words", "told"),
     [
         (["han2021", "--periods", "99"], "periods = 99: must be 100 or more"),
-        (["han2021", "--members", "3"], "members = 3: must be 4 or more"),
+        (["han2021", "--members", "3"], "ensemble = 3: must be 4 or more"),
         (["han2021", "--settle", "-1"], "settle = -1: must be 0 or more"),
         (["han2021", "--period", "tooth"], 'period = "tooth"'),
         (["external-pair"], "must be a prescribed speed without a ramp"),

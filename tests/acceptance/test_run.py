@@ -32,7 +32,7 @@ def test_run_saves_what_it_says(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
-    saved = gp.read_result(out)
+    saved = gp.read_result(out).ds
     assert document["status"] == saved.attrs["status"] == "DONE"
     assert document["case_sha256"] == saved.attrs["case_sha256"]
     assert saved.sizes["time"] == 5000
@@ -87,7 +87,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
         assert "Interrupted" in output + errors
         if out.exists():
             break
-    saved = gp.read_result(out)
+    saved = gp.read_result(out).ds
     assert saved.attrs["status"] == "INTERRUPTED"
     assert 0 < saved.sizes["time"] < 200_000
 
@@ -95,18 +95,18 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
     import dataclasses
 
-    import gearplay.results.result
+    import gearplay.results.door
     from gearplay.cli.main import run as run_words
     from gearplay.solver.status import Status
 
-    simulate = gearplay.results.result.simulate
+    simulate = gearplay.results.door.simulate
 
     def one_fails(*words: object, **options: object) -> gp.Result:
         result = simulate(*words, **options)  # type: ignore[arg-type]
         result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
         return result
 
-    monkeypatch.setattr(gearplay.results.result, "simulate", one_fails)
+    monkeypatch.setattr(gearplay.results.door, "simulate", one_fails)
     words = [
         "run",
         "han2021",

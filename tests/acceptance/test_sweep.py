@@ -34,6 +34,7 @@ from gearplay.solver.simulate import worker_count
 from gearplay.sweeps import door
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import engines
+from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
 from gearplay.vocabulary.errors import InputError
@@ -117,7 +118,7 @@ def do(*words: object) -> int:
 
 def finish(plan: Path, folder: Path, **policy: Any) -> None:
     """Run a sweep in its folder to its end, without its report."""
-    found = door.sweep(plan, folder=folder, policy=door.Policy(**policy))
+    found = door.sweep(plan, folder=folder, engine=engines.Engine(**policy)).ds
     assert not found.status.any()
 
 
@@ -256,7 +257,7 @@ def test_a_cluster_gives_the_same_bytes(
 def test_memory_and_folder_hold_the_same(plan: Path, whole: Path) -> None:
     import xarray as xr
 
-    found = door.sweep(plan)
+    found = door.sweep(plan).ds
     with xr.open_dataset(whole / "sweep.nc", engine="h5netcdf") as kept:
         assert kept.identical(found)
     assert found.rms.dims == ("speed", "clearance", "model", "member")
@@ -317,10 +318,10 @@ def start_once(made: Sweep, folder: Path, told: BinaryIO) -> int:
         os.setpgid(child, child)
         return child
     try:
-        made.evaluate, door.RowStore = telling, Telling  # type: ignore[assignment,method-assign,misc]
+        made.evaluate, in_folder.RowStore = telling, Telling  # type: ignore[assignment,method-assign,misc]
         with locked(folder):
-            door.run_in(made, folder, door.Policy(workers=2))
-            door.gather(made, folder)
+            in_folder.run_in(made, folder, engines.Engine(workers=2))
+            in_folder.gather(made, folder)
         os._exit(0)
     except BaseException:
         traceback.print_exc()
@@ -497,9 +498,9 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stop = threading.Event()
-    one = door.Policy(workers=1)
+    one = engines.Engine(workers=1)
     with pytest.raises(KeyboardInterrupt):
-        door.sweep(few, folder=tmp_path, policy=one, stop=stop, progress=lambda *_: stop.set())
+        door.sweep(few, folder=tmp_path, engine=one, stop=stop, progress=lambda *_: stop.set())
     assert len(rows(tmp_path)) == 1
     ran = 0
     for part in (1, 2):
@@ -706,12 +707,12 @@ def test_corners_of_a_plan_may_be_refused_and_lengths_may_differ(tmp_path: Path)
         {"name": "pinion", "path": "rotors.pinion.teeth", "values": [58, 20]},
         {"name": "ring", "path": "rotors.ring.teeth", "values": [56, 60]},
     ]
-    found = door.sweep({**FEW, "axes": teeth})
+    found = door.sweep({**FEW, "axes": teeth}).ds
     assert found.status.values[0].tolist()[0] == found.sel(pinion=58, ring=56).status == REFUSED
     assert found.sel(pinion=20, ring=60).status == 0
     lengths = [{"name": "duration", "path": "run.duration", "values": [0.01, 0.02]}]
     history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
-    found = door.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path)
+    found = door.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path).ds
     assert found.status.values.tolist() == [REDUCED, 0]
     assert "must keep the 20 numbers of the base case" in str(found.reason.values[0])
 

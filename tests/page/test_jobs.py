@@ -63,7 +63,7 @@ class Client:
         """Run a case, again while the queue is full; return the answer and how often it was full."""
         full = 0
         while True:
-            await self.say(type="run", id=number, case=case, models=["coupled"])
+            await self.say(kind="run", id=number, case=case, models=["coupled"])
             words = await self.hear()
             if words["type"] != "full":
                 return words, full
@@ -133,10 +133,10 @@ def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
     async def go() -> None:
         async with Client(server) as made:
             for number in range(4):
-                await made.say(type="run", id=number, case=case)
+                await made.say(kind="run", id=number, case=case)
             await asyncio.sleep(0.5)
             for number in (3, 0, 1, 2):
-                await made.say(type="cancel", id=number)
+                await made.say(kind="cancel", id=number)
             assert sorted([(await made.hear())["type"] for _ in range(4)]) == ["cancelled"] * 4
             words, _ = await made.run(9, brief_case(server))
             assert words["type"] == "result"
@@ -151,7 +151,7 @@ def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
     async def go() -> None:
         async with Client(server) as gone:
             for number in range(6):
-                await gone.say(type="run", id=number, case=case)
+                await gone.say(kind="run", id=number, case=case)
             await asyncio.sleep(0.3)
         async with Client(server) as made:
             words, _ = await made.run(1, brief_case(server))
@@ -163,12 +163,12 @@ def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ({"type": "run", "id": 1}, "case"),
-        ({"type": "run", "id": 1, "case": {"rotors": {}}}, "rotors"),
-        ({"type": "dance", "id": 1}, "type: must be one of"),
-        ({"type": "run"}, "must be JSON with an id"),
-        ({"type": "bifurcation", "id": 1, "count": 5, "keep": 5, "settle": 1}, "case"),
-        ({"type": "map", "id": 1, "case": "han2021"}, "case"),
+        ({"kind": "run", "id": 1}, "case"),
+        ({"kind": "run", "id": 1, "case": {"rotors": {}}}, "rotors"),
+        ({"kind": "dance", "id": 1}, "kind: must be one of"),
+        ({"kind": "run"}, "must be JSON with an id"),
+        ({"kind": "bifurcation", "id": 1, "count": 5, "keep": 5, "settle": 1}, "case"),
+        ({"kind": "map", "id": 1, "case": "han2021"}, "case"),
     ],
 )
 def test_a_bad_message_gets_one_sentence(server: Server, words: dict[str, Any], said: str) -> None:
@@ -186,7 +186,7 @@ def test_a_bad_message_gets_one_sentence(server: Server, words: dict[str, Any], 
 def test_a_run_beyond_the_page_s_size_is_refused(server: Server) -> None:
     async def go() -> dict[str, Any]:
         async with Client(server) as made:
-            await made.say(type="run", id=1, case=brief_case(server, duration=1000.0, sampling=1e5))
+            await made.say(kind="run", id=1, case=brief_case(server, duration=1000.0, sampling=1e5))
             return await made.hear()
 
     answer = together(go)
@@ -199,7 +199,7 @@ def test_a_client_cannot_speak_to_a_worker(server: Server) -> None:
     async def go() -> None:
         async with Client(server) as made:
             for number in range(4):
-                await made.say(type="map", id=number, stop=True, case=brief_case(server))
+                await made.say(kind="map", id=number, stop=True, case=brief_case(server))
                 assert (await made.hear())["type"] == "error"
             words, _ = await made.run(9, brief_case(server))
             assert words["type"] == "result"
@@ -213,8 +213,8 @@ def test_a_cancel_right_after_is_heard(server: Server) -> None:
     async def go() -> None:
         async with Client(server) as made:
             for number in range(12):
-                await made.say(type="run", id=number, case=case)
-                await made.say(type="cancel", id=number)
+                await made.say(kind="run", id=number, case=case)
+                await made.say(kind="cancel", id=number)
                 assert (await made.hear())["type"] == "cancelled"
 
     together(go)
@@ -252,7 +252,7 @@ def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
 
     async def go() -> None:
         async with Client(server) as made:
-            await made.say(type="run", id=1, case=case)
+            await made.say(kind="run", id=1, case=case)
             while json.loads(await asyncio.wait_for(made.socket.recv(), 60))["type"] != "progress":
                 pass
             for each in children(server.process.pid):

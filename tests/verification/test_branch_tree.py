@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.nonlinear.orbits.answers import Branches
 from gearplay.nonlinear.orbits.branch_tree import joined
 from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, Branch
-from gearplay.nonlinear.orbits.door import branch_signals, branches_dataset
 from gearplay.nonlinear.orbits.orbits import constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
 from gearplay.vocabulary.errors import InputError, SimulationError
@@ -23,11 +23,11 @@ def pair() -> gp.Case:
 
 
 @pytest.fixture(scope="module")
-def tree() -> tuple[Branch, ...]:
+def tree() -> Branches:
     return gp.branches(pair(), FORCE, "16 um", "36 um", doublings=2, settle=300)
 
 
-def test_branches_of_both_ends_and_their_doublings(tree: tuple[Branch, ...]) -> None:
+def test_branches_of_both_ends_and_their_doublings(tree: Branches) -> None:
     """One branch from the low end doubles, doubles again; another begins at a fold and is met at the high end only."""
     assert [branch.order for branch in tree] == [1, 1, 2, 4]
     one, other, two, four = tree
@@ -44,7 +44,7 @@ def test_branches_of_both_ends_and_their_doublings(tree: tuple[Branch, ...]) -> 
     assert four.orbits[0].parameter == pytest.approx(second.orbit.parameter, abs=2e-9)
 
 
-def test_a_branch_followed_both_ways_is_one_line(tree: tuple[Branch, ...]) -> None:
+def test_a_branch_followed_both_ways_is_one_line(tree: Branches) -> None:
     branch = tree[0]
     parameters = branch.parameters
     assert parameters[0] < 16e-6 < 36e-6 < parameters[-1]
@@ -54,7 +54,7 @@ def test_a_branch_followed_both_ways_is_one_line(tree: tuple[Branch, ...]) -> No
     assert [not s for s in branch.stable] == [p > branch.special[0].orbit.parameter for p in parameters]
 
 
-def test_joining_turns_the_first_round(tree: tuple[Branch, ...]) -> None:
+def test_joining_turns_the_first_round(tree: Branches) -> None:
     branch = tree[0]
     middle = len(branch.orbits) // 2
     low = Branch(branch.orbits[middle::-1], (), "low end", 1)
@@ -64,19 +64,18 @@ def test_joining_turns_the_first_round(tree: tuple[Branch, ...]) -> None:
     assert whole.ended == "low end; high end"
 
 
-def test_stable_orbits_are_where_the_motion_settles(tree: tuple[Branch, ...]) -> None:
+def test_stable_orbits_are_where_the_motion_settles(tree: Branches) -> None:
     """The section of a sweep at a value of the second branch's stable part is its pair of states."""
     two = tree[2]
     at = next(i for i, orbit in enumerate(two.orbits) if orbit.stable and orbit.parameter > 23.5e-6)
     value = two.orbits[at].parameter
     found = gp.bifurcation(pair(), FORCE, [value], ["wheel.theta"], settle=600, keep=2, directions=["up"])
-    levels = branch_signals(pair(), FORCE, two, ["wheel.theta"])[at, :, 0]
-    assert np.sort(found["wheel.theta"].values.ravel()) == pytest.approx(np.sort(levels), abs=1e-9)
+    levels = tree.levels(["wheel.theta"])[2][at, :, 0]
+    assert np.sort(found.ds["wheel.theta"].values.ravel()) == pytest.approx(np.sort(levels), abs=1e-9)
 
 
-def test_the_table_holds_every_orbit_and_point(tree: tuple[Branch, ...]) -> None:
-    levels = [branch_signals(pair(), FORCE, branch, ["wheel.theta"]) for branch in tree]
-    table = branches_dataset(pair(), FORCE, tree, ["wheel.theta"], levels)
+def test_the_table_holds_every_orbit_and_point(tree: Branches) -> None:
+    table = tree.table(["wheel.theta"])
     assert table.sizes["orbit"] == sum(len(branch.orbits) for branch in tree)
     assert table.sizes["special"] == sum(len(branch.special) for branch in tree)
     assert table.amplitude.attrs == {"units": "m", "long_name": FORCE}
@@ -133,7 +132,7 @@ def test_what_cannot_be_followed_is_said() -> None:
         gp.branches(pair(), FORCE, "36 um", "16 um")
 
 
-def test_pieces_of_a_branch_lie_next_to_each_other(tree: tuple[Branch, ...]) -> None:
+def test_pieces_of_a_branch_lie_next_to_each_other(tree: Branches) -> None:
     """No jump: neighbours are nearer than the longest step allowed."""
     for branch in tree:
         for a, b in pairwise(branch.orbits):

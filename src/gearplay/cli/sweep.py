@@ -56,10 +56,9 @@ def sweep(
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
-    from gearplay.sweeps.running.folder import freeze
     from gearplay.sweeps.tolerances.answer import limit_of
 
-    made = Sweep(freeze(_changed(load_sweep(plan), changes or [])))
+    made = Sweep(_changed(load_sweep(plan), changes or []).frozen())
     if made.plan.tolerance is not None:
         limit_of(made)  # a wrong unit is said now, not after the simulations
     if dry_run:

@@ -111,9 +111,15 @@ class Basins(Answer):
         count = len(self.attractors)
         return f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
 
+    @property
+    def labelled(self) -> tuple[str, str]:
+        """Both entries with their units, for axes."""
+        first, second = (f"{name} [{signal_words(name)['units']}]" for name in self.names)
+        return first, second
+
     def plot(self, *, title: str = "") -> "Figure":
         """Draw each start in the pale colour of its motion; returns the figure."""
-        drawn: Figure = basins_drawing(self, self.names, title=title)
+        drawn: Figure = basins_drawing(self, self.labelled, title=title)
         return drawn
 
     @property

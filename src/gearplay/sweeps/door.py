@@ -16,7 +16,7 @@ from gearplay.sweeps.plans.reading import load_sweep, make_plan
 from gearplay.sweeps.result import SweepResult
 from gearplay.sweeps.running.engines import Engine
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.running.folder import freeze, gather, run_in, watched
+from gearplay.sweeps.running.folder import gather, run_in, watched
 from gearplay.sweeps.running.product import to_product
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, listening
@@ -91,7 +91,7 @@ def sweep(
         source = os.fspath(case) if isinstance(case, os.PathLike) else case
         more |= {} if ensemble is None else {"members": ensemble}
         plan = make_plan(source, axes or {}, reduce or (), **more)
-    made, chosen = Sweep(freeze(plan)), engine or Engine(workers=threads)
+    made, chosen = Sweep(plan.frozen()), engine or Engine(workers=threads)
     made.check_size()
     told = None if progress is None else listening(progress)
     if folder is None:

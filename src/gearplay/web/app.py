@@ -223,13 +223,13 @@ class _Page:
         if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):
             await self._say({"type": "error", "id": None, "error": "message: must be JSON with an id."})
             return
-        number, kind = asked["id"], asked.get("type")
+        number, kind = asked["id"], asked.get("kind")
         if kind == "cancel":
             if number in self.jobs:
                 await self.pool.cancel(self.jobs[number])
             return
         if kind not in KEPT:
-            words = f"type: must be one of {', '.join(KEPT)} or cancel."
+            words = f"kind: must be one of {', '.join(KEPT)} or cancel."
             await self._say({"type": "error", "id": number, "error": words})
             return
         if number in self.jobs or len(self.jobs) >= MOST_OWN:
@@ -241,7 +241,7 @@ class _Page:
                 }
             )
             return
-        wanted = {key: value for key, value in asked.items() if key not in ("id", "type")} | {"kind": kind}
+        wanted = {key: value for key, value in asked.items() if key != "id"}
 
         async def tell(news: dict[str, Any]) -> None:
             await self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)})

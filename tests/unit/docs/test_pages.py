@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
-NAME = re.compile(r"`((?:kernels|model|solver|study|output|vocabulary)\.[a-z_0-9.]+)`")
-FILE = re.compile(
-    r"`((?:kernels|model|solver|study|output|vocabulary|cli)/[a-z_0-9/]+\.py)(?::([A-Za-z_0-9]+))?`"
-)
+ROOMS = "kernels|model|solver|files|pictures|surrogates|results|signals|rig|sweeps|calibration|nonlinear|published|vocabulary"
+NAME = re.compile(rf"`((?:{ROOMS})\.[a-z_0-9.]+)`")
+FILE = re.compile(rf"`((?:{ROOMS}|cli|web)/[a-z_0-9/]+\.py)(?::([A-Za-z_0-9]+))?`")
 
 
 def test_names_in_the_theory_page_exist() -> None:

@@ -1,5 +1,6 @@
 """The Python door: dataset, attributes, saving and reading back, spectra, refusals."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -8,6 +9,8 @@ import pytest
 
 import gearplay as gp
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.spectra import ensemble_spectrum
+from gearplay.solver.status import Status
 
 
 @pytest.fixture(scope="module")
@@ -186,3 +189,70 @@ def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
 def test_a_run_that_is_too_large_is_refused_with_its_estimate(changes: dict, limit: str) -> None:
     with pytest.raises(gp.ResourceError, match=f"about .* {limit}"):
         gp.simulate(gp.replace(gp.load_case("han2021"), changes), signals=["ring.x"])
+
+
+def stopped_early(result: gp.Result, member: int) -> gp.Result:
+    """Return the result with one member as if it had stopped after a third of its record."""
+    runs = list(result.runs)
+    run = runs[member]
+    third = len(run.values) // 3
+    runs[member] = dataclasses.replace(
+        run,
+        values=run.values[:third],
+        status=Status.TOO_MANY_STEPS,
+        reached=run.first_sample + third / run.sampling,
+    )
+    return gp.Result(result.case, runs)
+
+
+def test_an_ensemble_with_a_member_that_stopped_early_has_the_spectrum_of_the_others(tmp_path: Path) -> None:
+    whole = gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4, ensemble=3)
+    stopped = stopped_early(whole, 1)
+    assert not stopped.success
+    others = gp.Result(whole.case, [whole.runs[0], whole.runs[2]]).spectrum("ax", rotor="ring")
+    found = stopped.spectrum("ax", rotor="ring")
+    assert found.members == 2
+    np.testing.assert_array_equal(found.amplitude, others.amplitude)
+    assert stopped.plot.spectrum("ax", "ring").get_lines()
+    stopped.save(tmp_path / "run.nc")
+    again = gp.read_result(tmp_path / "run.nc")
+    np.testing.assert_array_equal(again.spectrum("ax", rotor="ring").amplitude, others.amplitude)
+    assert again.time(1).size == stopped.time(1).size == len(stopped.runs[1].values)
+    with pytest.raises(gp.InputError, match="has no member that reached its end"):
+        stopped_early(stopped_early(stopped, 0), 2).spectrum("ax", rotor="ring")
+    with pytest.raises(gp.InputError, match="must have one length"):
+        ensemble_spectrum([np.zeros(100), np.zeros(50)], 1.0)
+
+
+def test_a_history_of_many_samples_keeps_every_impact() -> None:
+    """One sample among 300 000 stands out: thinning to each n-th would lose it."""
+    result = gp.simulate("han2021", duration=0.01, transient=0.0, sampling=1e5)
+    run = result.runs[0]
+    values = np.zeros((300_000, len(run.columns)))
+    place = next(i for i, c in enumerate(run.columns) if (c.signal, c.label) == ("ax", "ring"))
+    values[123_457, place], values[222_223, place] = 70.0, -90.0
+    long = gp.Result(result.case, [dataclasses.replace(run, values=values)])
+    line = long.plot.history("ax", "ring").get_lines()[0]
+    drawn = np.asarray(line.get_ydata())
+    assert (drawn.max(), drawn.min(), len(drawn) <= 20_000) == (70.0, -90.0, True)
+    assert np.asarray(line.get_xdata())[np.argmax(drawn)] == run.first_sample + 123_457 / run.sampling
+
+
+def test_an_ensembles_contact_table_is_of_all_members_and_says_so() -> None:
+    result = gp.simulate("han2021", duration=0.4, transient=0.0, sampling=1e3, signals=["ax"], ensemble=4)
+    table = result.contacts
+    each = [run.statistics for run in result.runs]
+    assert table.members == 4
+    np.testing.assert_allclose(
+        table.values["impacts_per_second"], np.mean([s.impacts_per_second for s in each], axis=0)
+    )
+    np.testing.assert_allclose(table.values["peak_force"], np.max([s.peak_force for s in each], axis=0))
+    hits = np.array([s.impacts_per_second for s in each])
+    speeds = np.array([s.mean_impact_speed for s in each])
+    of_all = (hits * speeds).sum(axis=0) / np.maximum(hits.sum(axis=0), 1e-300)
+    np.testing.assert_allclose(table.values["mean_impact_speed"], of_all)
+    assert "4 members together" in result._repr_html_()
+    assert not np.allclose(table.values["impacts_per_second"], each[0].impacts_per_second)
+    alone = gp.Result(result.case, result.runs[:1])
+    assert "members together" not in alone._repr_html_()
+    np.testing.assert_allclose(alone.contacts.values["rms_impact_speed"], each[0].rms_impact_speed)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from gearplay.model.fields import Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.reading import bundled_names, load_case
 from gearplay.sweeps.plans.design import Bound, Design, Text, Varied
 from gearplay.sweeps.plans.kept import Reduction
 from gearplay.sweeps.plans.tolerance import Tolerance, tolerance_problems
@@ -90,6 +91,12 @@ class SweepPlan(Part):
             problems += _carry_problems(self.carry, {axis.name: axis for axis in self.axes})
         refuse(problems)
         return self
+
+    def frozen(self) -> SweepPlan:
+        """Return the plan with its case file in it: what goes on later, or elsewhere, must not depend on where the file lies."""
+        if not isinstance(self.case, str) or self.case in bundled_names():
+            return self
+        return self.model_copy(update={"case": load_case(self.case).resolved()})
 
 
 def _carry_problems(carry: Carry, axes: dict[str, Axis]) -> list[Problem]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import shown_path, write_text
-from gearplay.model.reading import bundled_names, load_case
 from gearplay.results.account import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
@@ -83,13 +82,6 @@ def watched(
                 raise KeyboardInterrupt
     if done < total and stop is not None and stop.is_set():
         raise KeyboardInterrupt
-
-
-def freeze(plan: SweepPlan) -> SweepPlan:
-    """Return a plan with its case file in it: what goes on later, or elsewhere, must not depend on where the file lies."""
-    if not isinstance(plan.case, str) or plan.case in bundled_names():
-        return plan
-    return plan.model_copy(update={"case": load_case(plan.case).resolved()})
 
 
 def claim(plan: SweepPlan, folder: Path) -> None:

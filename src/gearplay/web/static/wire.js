@@ -49,11 +49,11 @@ export class Wire {
   get ready() { return this.socket.readyState === WebSocket.OPEN; }
 
   /** Ask for a job; `onProgress` gets its share done. The promise has `number` for `cancel`. */
-  ask(type, words, onProgress = () => {}) {
+  ask(kind, words, onProgress = () => {}) {
     const number = this.next++;
     const promise = new Promise((resolve, reject) => {
       if (!this.ready) { reject(gone()); return; }
-      const text = JSON.stringify({ ...words, type, id: number });
+      const text = JSON.stringify({ ...words, kind, id: number });
       if (text.length > MOST_TEXT) { reject(new Error("The case is too large for the page: use gearplay run.")); return; }
       this.jobs.set(number, { resolve, reject, onProgress });
       this.socket.send(text);
@@ -61,7 +61,7 @@ export class Wire {
     return Object.assign(promise, { number });
   }
 
-  cancel(number) { if (this.ready) this.socket.send(JSON.stringify({ type: "cancel", id: number })); }
+  cancel(number) { if (this.ready) this.socket.send(JSON.stringify({ kind: "cancel", id: number })); }
 
   take(data) {
     if (typeof data !== "string") {
