@@ -2,9 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-KERNELS := $(wildcard src/gearplay/kernels/*.py)
+SPREAD := -n logical --dist load --maxschedchunk 4
+PLAIN := tests/elements
 
-.PHONY: help study test verification lint format bench docs clean
+.PHONY: help study test test-all verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -29,8 +30,12 @@ $(VENV)/docs.stamp: pyproject.toml constraints.txt | $(BIN)/python
 study: $(VENV)/user.stamp ## set up, then reproduce the article's study into out/han2021/
 	$(BIN)/gearplay study han2021 --out out/han2021 --overwrite
 
-test: $(VENV)/dev.stamp ## set up, then run the tests
-	$(BIN)/python -m pytest
+test: $(VENV)/dev.stamp ## set up, then run the tests: the whole width at small size
+	$(BIN)/python -m pytest $(SPREAD)
+
+test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once wholly without the compiler
+	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
 	$(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml

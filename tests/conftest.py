@@ -1,18 +1,89 @@
-"""Test-wide settings: kernels are cached in a folder named by their source, so that an edit anywhere is seen."""
+"""Test-wide settings: two depths, one kernel cache named by its source, compiled once for all workers while others test."""
 
 import hashlib
 import os
+import subprocess
+import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-KERNELS = Path(__file__).resolve().parents[1] / "src" / "gearplay" / "kernels"
+from depth import DEEP, SHARE
+
+TESTS = Path(__file__).resolve().parent
+KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
+ALONE = ("files", "vocabulary", "signals", "model", "docs")
+"""Rooms of `unit` whose tests run no kernel: they come first, while the kernels are compiled."""
+LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
+"""Files that take long come next, so that workers end together."""
+COMPILE = """
+import gearplay as gp
+from gearplay.solver.flow import prepare_tangent
+from gearplay.solver.simulate import prepare
+try:
+    prepare(gp.load_case("han2021"))
+    prepare_tangent(gp.load_case("han2021"))
+finally:
+    open({ready!r}, "w").close()
+"""
 
 if "NUMBA_CACHE_DIR" not in os.environ:
     digest = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(KERNELS.rglob("*.py")))).hexdigest()[:16]
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{digest}")
+
+READY = Path(os.environ["NUMBA_CACHE_DIR"]) / "ready"
+"""There once the kernels are in their cache; its name is that of the sources, so it never lies."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let the kernels be compiled beside the first tests of several workers, which run none."""
+    several = bool(getattr(config.option, "numprocesses", None)) and not hasattr(config, "workerinput")
+    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY.exists():
+        READY.parent.mkdir(parents=True, exist_ok=True)
+        config.compiling = subprocess.Popen([sys.executable, "-c", COMPILE.format(ready=str(READY))])  # type: ignore[attr-defined]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave the full depth to `make test-all`; put first what needs no kernel, then what takes long."""
+    seen: dict[str, int] = {}
+    kept, left = [], []
+    for item in items:
+        small = item.get_closest_marker("deep") is None
+        if small and item.get_closest_marker("many") is not None:
+            name = item.nodeid.partition("[")[0]
+            seen[name] = seen.get(name, -1) + 1
+            small = seen[name] % SHARE == 0
+        (kept if DEEP or small else left).append(item)
+    items[:] = sorted(kept, key=lambda item: _turn(item.path))
+    if left:
+        config.hook.pytest_deselected(items=left)
+
+
+def _turn(path: Path) -> int:
+    if _runs_no_kernel(path):
+        return 0
+    place = path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
+    return next((at for at, name in enumerate(LONG, 1) if place.startswith(name)), len(LONG) + 1)
+
+
+def _runs_no_kernel(path: Path) -> bool:
+    return any(path.is_relative_to(TESTS / "unit" / room) for room in ALONE)
+
+
+@pytest.fixture(autouse=True)
+def _compiled(request: pytest.FixtureRequest) -> None:
+    """Wait for the kernels where several workers run, unless the test runs none."""
+    if (
+        "PYTEST_XDIST_WORKER" in os.environ
+        and "NUMBA_DISABLE_JIT" not in os.environ
+        and not _runs_no_kernel(request.path)
+    ):
+        end = time.monotonic() + 900.0
+        while not READY.exists() and time.monotonic() < end:
+            time.sleep(0.1)
 
 
 @pytest.fixture

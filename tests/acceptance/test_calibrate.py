@@ -13,7 +13,10 @@ from typing import Any
 
 import pytest
 
+from depth import sized
 from gearplay.model.toml_files import write_toml
+
+KILLS = sized(20)
 
 PLAN: dict[str, Any] = {
     "title": "small",
@@ -108,7 +111,9 @@ def test_twenty_kills_reach_the_same_trials_and_the_same_result(
     while True:
         before = len(trials(tmp_path))
         # Spread over what is left; with nothing left to spare the kill falls into the start-up.
-        further = chance.randint(0, max(0, (every - before // rows) // (20 - kills))) if kills < 20 else every
+        further = (
+            chance.randint(0, max(0, (every - before // rows) // (KILLS - kills))) if kills < KILLS else every
+        )
         process = subprocess.Popen(
             command(plan, tmp_path, "--json"),
             stdout=subprocess.DEVNULL,
@@ -118,7 +123,7 @@ def test_twenty_kills_reach_the_same_trials_and_the_same_result(
         while process.poll() is None and len(trials(tmp_path)) < before + rows * further:
             time.sleep(0.02)
         time.sleep(chance.random() * 0.2)
-        if kills < 20:
+        if kills < KILLS:
             assert process.poll() is None, process.communicate()
             os.killpg(process.pid, signal.SIGKILL)
             kills += 1
@@ -127,7 +132,7 @@ def test_twenty_kills_reach_the_same_trials_and_the_same_result(
         _, complaint = process.communicate(timeout=500)
         assert process.returncode == 0, complaint
         break
-    assert kills == 20
+    assert kills == KILLS
     assert trials(tmp_path) == trials(whole)
     found, expected = (
         json.loads((out / "calibration.json").read_text(encoding="utf-8")) for out in (tmp_path, whole)

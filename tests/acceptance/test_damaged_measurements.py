@@ -262,6 +262,7 @@ def outcome(path: Path) -> Record | str:
         return str(error)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("number", range(TOTAL))
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_damaged_file_is_a_record_or_one_sentence(

@@ -25,6 +25,7 @@ from typing import Any, BinaryIO
 import psutil
 import pytest
 
+from depth import sized
 from gearplay.cli.main import run
 from gearplay.files.atomic import shown_path
 from gearplay.files.folder_lock import locked
@@ -39,7 +40,7 @@ from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
 from gearplay.vocabulary.errors import InputError
 
-CASES, KILLS = 300, 100
+CASES, KILLS = sized(300, 60), sized(100)
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
 SPEED: dict[str, Any] = {
     "name": "speed",
@@ -379,6 +380,7 @@ def test_what_a_killed_start_leaves_does_not_hinder(few: Path, tmp_path: Path) -
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.deep
 def test_a_killed_worker_of_a_cluster_changes_nothing(
     begin: Begin, cluster: Cluster, plan: Path, whole: Path, tmp_path: Path
 ) -> None:

@@ -575,6 +575,7 @@ def mirrored(case: dict[str, Any]) -> dict[str, Any]:
 TIMES = np.linspace(0.0, 0.01, 11)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("seed", range(20))
 def test_turning_commutes(seed: int) -> None:
     case, angle = random_case(seed), 2.2
@@ -585,6 +586,7 @@ def test_turning_commutes(seed: int) -> None:
     np.testing.assert_allclose(second["theta"], first["theta"], atol=1e-9)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("seed", [s for s in range(20) if s not in (7, 12)])
 def test_mirroring_commutes(seed: int) -> None:
     # without a nominal speed (7, 12) the drive flank has no mirror image: sigma is +1 either way
@@ -595,6 +597,7 @@ def test_mirroring_commutes(seed: int) -> None:
     np.testing.assert_allclose(second["theta"], -first["theta"], atol=1e-9)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("seed", range(20))
 def test_random_systems_converge(seed: int) -> None:
     assert random_case(seed) == random_case(seed)

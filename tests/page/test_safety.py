@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from depth import some
 from serving import Server, Visit
 
 Open = Callable[..., Visit]
@@ -285,7 +286,7 @@ def test_nothing_that_is_typed_or_loaded_runs(visit: Open) -> None:
     page = made.page
     base = page.evaluate("window.gearplay.state.base")
     assert len(payloads()) == 60
-    for at, payload in enumerate(payloads()):
+    for at, payload in enumerate(some(payloads(), 9)):
         page.fill("#find", payload)
         case = json.loads(json.dumps(base)) | {"title": payload[:200]}
         if at % 3 == 0:

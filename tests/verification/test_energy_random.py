@@ -6,12 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from building import ALPHA, Document, Floats, Instant, Measured, case_of, run_of
+from depth import sized
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 
-SYSTEMS = 1000
+SYSTEMS = sized(1000)
 TIMES = np.linspace(0.002, 0.02, 10)
 
 
@@ -107,7 +108,9 @@ def test_a_thousand_random_systems_keep_their_energy(measured: Measured) -> None
         residuals.append(float(np.ptp(energies)) / largest)
         events += int(motion.counts[kernel.EVENTS])
     measured(
-        "largest energy residual of 1000 random systems over 20 ms, tolerance 1e-10", max(residuals), "1e-7"
+        f"largest energy residual of {SYSTEMS} random systems over 20 ms, tolerance 1e-10",
+        max(residuals),
+        "1e-7",
     )
     measured("median of the same", float(np.median(residuals)), "1e-8")
     assert left_mesh < 0.1 * SYSTEMS

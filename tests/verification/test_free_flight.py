@@ -10,6 +10,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of
+from depth import sized
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.advancement import open_span
@@ -20,7 +21,7 @@ from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import state_of
 from gearplay.model.pack import pack
 
-FLIGHTS = 10_000
+FLIGHTS = sized(10_000)
 LOOKS = 1500  # at each flight
 
 

@@ -3,11 +3,12 @@
 from collections import Counter
 from collections.abc import Callable
 
+from depth import sized
 from gearplay.nonlinear.kinds.response import classify
 from responses import CLASSES, responses
 
 SEED = 11
-EACH = 40
+EACH = sized(40, 10)
 
 
 def test_kinds_of_known_responses(measured: Callable[[str, float, str], None]) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from depth import DEEP, sized
 from gearplay.files.record import Channel
 from gearplay.signals.line_tables import line_table
 from gearplay.signals.orders import order_spectrum, track_orders
@@ -38,10 +39,11 @@ def test_tones_between_lines_in_noise_keep_a_thousandth_and_a_hundredth_of_a_lin
 
 @pytest.mark.parametrize("window", ["hann", "boxcar"])
 def test_stated_intervals_cover_what_they_state(window: str) -> None:
-    """95 % intervals of 300 draws; the coverage of 300 scatters by 1.3 %."""
+    """95 % intervals of 300 draws; the coverage of 300 scatters by 1.3 %, of 30 by 4 %."""
+    draws = sized(300)
     generator = np.random.default_rng(3)
     inside = np.zeros((3, 3))
-    for _ in range(300):
+    for _ in range(draws):
         values = CLEAN + 0.1 * generator.standard_normal(N)
         rows = line_table(Channel("a", values, FS), EXPECTED, window=window).rows
         for i, (row, (f, a, p)) in enumerate(zip(rows, TONES, strict=True)):
@@ -51,7 +53,8 @@ def test_stated_intervals_cover_what_they_state(window: str) -> None:
                 abs(row.amplitude - a) < 1.96 * row.amplitude_uncertainty,
                 abs(turned) < 1.96 * row.phase_uncertainty,
             ]
-    assert np.all((inside / 300 >= 0.90) & (inside / 300 <= 0.99)), inside / 300
+    low, high = (0.90, 0.99) if DEEP else (0.80, 1.0)
+    assert np.all((inside / draws >= low) & (inside / draws <= high)), inside / draws
 
 
 def test_uncertainty_follows_the_local_noise_not_the_global() -> None:

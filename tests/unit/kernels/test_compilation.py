@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import gearplay.kernels
 
 PROGRAM = """
@@ -64,6 +66,7 @@ def test_plain_python_gives_the_same_numbers() -> None:
             assert abs(a - b) <= 1e-9 * max(1.0, abs(a))
 
 
+@pytest.mark.deep
 def test_no_kernel_reads_outside_its_arrays(tmp_path: Path) -> None:
     # With bounds checked numba raises IndexError, which fails the subprocess.
     checked = output_of(SHORT, NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))

@@ -1,0 +1,25 @@
+"""Two depths of the tests: `make test` has the whole width at small size, `make test-all` the full depth.
+
+A test that repeats something many times asks here how often; one that is marked `deep` is left to the full depth; of a test
+marked `many`, which pytest repeats for many parameters, the small size keeps every tenth.
+"""
+
+import os
+from collections.abc import Sequence
+from typing import TypeVar
+
+DEEP = os.environ.get("GEARPLAY_DEEP") == "1"
+SHARE = 10
+
+Each = TypeVar("Each")
+
+
+def sized(full: int, least: int = 1) -> int:
+    """Return how often to repeat: ``full`` times, or a tenth of that, never fewer than ``least``."""
+    return full if DEEP else min(full, max(least, -(-full // SHARE)))
+
+
+def some(whole: Sequence[Each], least: int = 1) -> Sequence[Each]:
+    """Return all of a sequence, or so many of it spread evenly."""
+    count = sized(len(whole), least)
+    return [whole[at * len(whole) // count] for at in range(count)]
