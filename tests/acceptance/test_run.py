@@ -118,3 +118,27 @@ def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.Monkey
         "run.transient=0",
     ]
     assert run_words(words) == 4
+
+
+def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[str]) -> None:
+    from gearplay.cli.main import run as run_words
+
+    words = [
+        "run",
+        "han2021",
+        "--set",
+        "run.ensemble=3",
+        "--set",
+        "run.duration=0.3",
+        "--set",
+        "run.transient=0",
+    ]
+    assert run_words([*words, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    each = [r.statistics for r in gp.simulate("han2021", duration=0.3, transient=0.0, ensemble=3).runs]
+    hits = sum(s.impacts_per_second[0] for s in each) / 3.0
+    assert said["contacts"]["ring"]["impacts_per_second"] == pytest.approx(hits)
+    assert said["contacts"]["ring"]["peak_force"] == pytest.approx(max(s.peak_force[0] for s in each))
+    assert said["contacts_of"].startswith("3 members together")
+    assert run_words(words) == 0
+    assert "Contacts: 3 members together" in capsys.readouterr().out

@@ -11,6 +11,8 @@ from gearplay.cli.progress import compiling_notice, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
+SHOWN = ("share_of_time", "impacts_per_second", "mean_impact_speed", "peak_force")
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -56,33 +58,29 @@ def run(
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:
-    first = result.runs[0]
-    s = first.statistics
+    table = result.contacts
     return {
         "title": result.case.title,
         "case_sha256": result.case.sha256,
         "status": result.status.name,
         "message": result.message,
-        "members": len(result.runs),
-        "simulated_time": first.reached,
+        "members": result.members,
+        "simulated_time": result.reached,
         "steps": sum(r.counters.steps for r in result.runs),
         "rejected_steps": sum(r.counters.rejected_steps for r in result.runs),
         "events": sum(r.counters.events for r in result.runs),
         "wall_time": sum(r.wall_time for r in result.runs),
         "contacts": {
-            label: {
-                name: float(values[i]) if isfinite(values[i]) else 0.0
-                for name, values in (
-                    ("share_of_time", s.share_of_time),
-                    ("impacts_per_second", s.impacts_per_second),
-                    ("mean_impact_speed", s.mean_impact_speed),
-                    ("peak_force", s.peak_force),
-                )
-            }
-            for i, label in enumerate(s.labels)
+            label: {name: _finite(table.values[name][at]) for name in SHOWN}
+            for at, label in enumerate(table.labels)
         },
+        "contacts_of": table.words or "one run",
         "out": None if out is None else str(out),
     }
+
+
+def _finite(value: Any) -> float:
+    return float(value) if isfinite(value) else 0.0
 
 
 def _words(result: Any, out: Path | None) -> str:
@@ -98,6 +96,8 @@ def _words(result: Any, out: Path | None) -> str:
             f"{label:<24}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
             f"{1e3 * c['mean_impact_speed']:>9.2f} mm/s{c['peak_force']:>11.1f} N"
         )
+    if result.contacts.words:
+        lines.append(f"Contacts: {result.contacts.words}.")
     if out is not None:
         lines.append(f"Saved to {out}")
     return "\n".join(lines)

@@ -20,6 +20,7 @@ from gearplay.model.geometry import (
     senses,
 )
 from gearplay.pictures.extremes import extremes
+from gearplay.results.contacts import contacts_of
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.solver.trajectory import Trajectory
 
@@ -203,27 +204,14 @@ def shown_lines(
 
 
 def _statistics(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
-    """Return the contacts' statistics over all members: rates and shares are means, the peak is the largest."""
-    found = []
-    for at, label in enumerate(runs[0].statistics.labels):
-        each = [run.statistics for run in runs]
-        rates = np.array([s.impacts_per_second[at] for s in each])
-        squares = np.array([s.rms_impact_speed[at] for s in each]) ** 2
-        spans = np.array([run.reached - run.first_sample for run in runs])
-        total = float(np.sum(rates * spans))
-        found.append(
-            {
-                "contact": label,
-                "share_of_time": float(np.mean([s.share_of_time[at] for s in each])),
-                "impacts": round(total) if math.isfinite(total) else 0,
-                "impacts_per_second": float(np.mean(rates)),
-                "rms_impact_speed": float(np.sqrt(np.sum(squares * rates * spans) / total))
-                if total > 0.0
-                else 0.0,
-                "peak_force": float(np.max([s.peak_force[at] for s in each])),
-            }
-        )
-    return found
+    """Return the contacts' statistics over all members."""
+    table = contacts_of(runs)
+    names = ("share_of_time", "impacts_per_second", "rms_impact_speed", "peak_force")
+    return [
+        {"contact": label, "impacts": round(float(table.impacts[at]))}
+        | {name: float(table.values[name][at]) for name in names}
+        for at, label in enumerate(table.labels)
+    ]
 
 
 def _frames(case: Case, run: Trajectory, time: Floats) -> dict[str, Any]:
