@@ -15,7 +15,7 @@ from depth import DEEP, SHARE
 
 TESTS = Path(__file__).resolve().parent
 KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
-ALONE = ("files", "vocabulary", "signals", "model", "docs")
+ALONE = ("files", "vocabulary", "signals", "model", "calibration")
 """Rooms of `unit` whose tests run no kernel: they come first, while the kernels are compiled."""
 LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
 """Files that take long come next, so that workers end together."""

@@ -208,6 +208,7 @@ def test_plans_at_fault(change: dict[str, Any], code: int, words: str, tmp_path:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.deep
 def test_a_plan_can_be_asked_whether_it_finds_known_parameters(plan: Path, tmp_path: Path) -> None:
     words = command(plan, tmp_path, "--recover", "3", "--evaluations", "24", "--json")
     done = subprocess.run(words, capture_output=True, text=True, check=False)

@@ -50,6 +50,7 @@ def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
     assert max(abs(each.t) for each in found.comparisons) < found.limit
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(
     ("formulation", "step", "kind"),
     [("as_published", None, ARTEFACT), ("as_published", 5e-6, ARTEFACT), ("geometric", 5e-6, "chaotic")],

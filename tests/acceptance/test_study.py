@@ -61,6 +61,7 @@ def test_a_second_run_refuses_to_overwrite(finished: tuple[Path, dict]) -> None:
     assert "Traceback" not in again.stderr
 
 
+@pytest.mark.deep
 def test_a_stopped_study_goes_on_where_it_was(tmp_path: Path) -> None:
     folder = tmp_path / "han"
     process = subprocess.Popen([*COMMAND, "--out", str(folder)], stderr=subprocess.PIPE, text=True)

@@ -40,7 +40,7 @@ from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
 from gearplay.vocabulary.errors import InputError
 
-CASES, KILLS = sized(300, 60), sized(100)
+CASES, KILLS = 300, sized(100)
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
 SPEED: dict[str, Any] = {
     "name": "speed",
@@ -392,6 +392,7 @@ def test_a_killed_worker_of_a_cluster_changes_nothing(
     assert content(tmp_path) == content(whole)
 
 
+@pytest.mark.deep
 def test_a_killed_worker_process_changes_nothing(
     begin: Begin, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -478,6 +479,7 @@ def test_two_processes_in_one_folder_are_refused(
     assert said == [f'out = "{shown_path(tmp_path)}": {words}'] * 2
 
 
+@pytest.mark.deep
 def test_shards_at_once_cooperate(begin: Begin, plan: Path, whole: Path, tmp_path: Path) -> None:
     both = [begin("sweep", plan, "--out", tmp_path, "--shard", f"{part}/2") for part in (1, 2)]
     for process in both:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gearplay.cli.main import run
-from gearplay.files.plan_files import bundled
+from gearplay.model.bundled import bundled
 from gearplay.model.toml_files import write_toml
 from gearplay.sweeps.plans.reading import PACKAGE, load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
@@ -66,7 +66,7 @@ def test_a_limit_in_a_wrong_unit_is_told_before_anything_runs(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("name", bundled(PACKAGE))
+@pytest.mark.parametrize("name", bundled(PACKAGE, "plans"))
 def test_bundled_plans_fit_their_cases(name: str) -> None:
     made = Sweep(load_sweep(name))
     assert len(made.template.points) >= 3000

@@ -64,6 +64,7 @@ def test_a_slider_moves_by_keys(visit: Open) -> None:
     assert field(made, CLEARANCE).input_value() == "100.4"
 
 
+@pytest.mark.deep
 def test_the_orbit_has_its_clearance_circle(visit: Open) -> None:
     made = visit().ready()
     fill(made, CLEARANCE, "50")
@@ -97,6 +98,7 @@ def test_reset_brings_the_case_back(visit: Open) -> None:
     assert field(made, BACKLASH).input_value() == "100"
 
 
+@pytest.mark.deep
 def test_one_field_is_reset(visit: Open) -> None:
     made = visit().ready()
     fill(made, BACKLASH, "150")
@@ -109,6 +111,7 @@ def test_one_field_is_reset(visit: Open) -> None:
     assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(100e-6)
 
 
+@pytest.mark.deep
 def test_bounds_are_told_beside_the_field(visit: Open) -> None:
     made = visit().ready()
     label = made.page.locator(".control", has=field(made, "sleeves.ring.restitution")).locator("label")
@@ -116,6 +119,7 @@ def test_bounds_are_told_beside_the_field(visit: Open) -> None:
     assert "sleeves.ring.restitution" in label.get_attribute("title")
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
@@ -135,6 +139,7 @@ def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value
     assert made.runs() == runs
 
 
+@pytest.mark.deep
 def test_what_only_the_server_can_refuse_is_told(visit: Open) -> None:
     made = visit().ready()
     field(made, "meshes.0.stiffness.amplitude").fill("500")
@@ -142,6 +147,7 @@ def test_what_only_the_server_can_refuse_is_told(visit: Open) -> None:
     made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
 
 
+@pytest.mark.deep
 def test_find_narrows_the_fields(visit: Open) -> None:
     made = visit().ready()
     made.page.fill("#find", "backlash")
@@ -151,6 +157,7 @@ def test_find_narrows_the_fields(visit: Open) -> None:
     assert field(made, SPEED).is_visible()
 
 
+@pytest.mark.deep
 def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
     made = visit().ready()
     choice = made.page.locator(".control select", has_text="hunt-crossley").first
@@ -169,6 +176,7 @@ def test_play_pause_and_scrub(visit: Open) -> None:
     assert made.page.text_content("#clock") == "0.9999 s"
 
 
+@pytest.mark.deep
 def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None:
     made = visit().ready()
     first = made.page.text_content("#factor")
@@ -185,6 +193,7 @@ def test_the_picture_moves(visit: Open) -> None:
     made.until(f"document.querySelector('#stage canvas').toDataURL() !== {json.dumps(first)}")
 
 
+@pytest.mark.deep
 def test_what_is_shown_moves_with_the_mechanism(visit: Open) -> None:
     """The line in the histories and the dot in the orbit stand where the clock says."""
     made = visit().ready()
@@ -217,6 +226,7 @@ def test_what_is_shown_moves_with_the_mechanism(visit: Open) -> None:
     assert (dot[0], dot[2]) == (pytest.approx(dot[1], abs=1.0), pytest.approx(dot[3], abs=1.0))
 
 
+@pytest.mark.deep
 def test_which_sleeve_and_mesh_are_looked_at(visit: Open) -> None:
     made = visit().ready()
     assert made.page.locator("#look-sleeve").is_hidden()
@@ -230,6 +240,7 @@ def test_which_sleeve_and_mesh_are_looked_at(visit: Open) -> None:
     assert texts == 2 * ["sleeve", "drive", "back"]
 
 
+@pytest.mark.deep
 def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:
     made = visit().ready()
     made.page.select_option("#spectrum-of", "ring.ay")
@@ -237,6 +248,7 @@ def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:
     made.until("document.getElementById('spectrum').layout.yaxis.type === 'linear'")
 
 
+@pytest.mark.deep
 def test_lines_of_mesh_and_test_are_marked(visit: Open) -> None:
     made = visit().ready()
     texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
@@ -246,6 +258,7 @@ def test_lines_of_mesh_and_test_are_marked(visit: Open) -> None:
     assert texts == ["f_m", "2 f_m"]
 
 
+@pytest.mark.deep
 def test_contacts_are_counted(visit: Open) -> None:
     made = visit().ready()
     head = made.page.locator("#statistics th").all_text_contents()
@@ -254,6 +267,7 @@ def test_contacts_are_counted(visit: Open) -> None:
     assert made.page.locator("#statistics tr").count() == 7
 
 
+@pytest.mark.deep
 def test_light_and_dark(visit: Open) -> None:
     made = visit("/", color_scheme="dark").ready()
     assert made.page.evaluate("document.documentElement.dataset.theme") == "dark"
@@ -273,6 +287,7 @@ def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
     assert field(made, BACKLASH).input_value() == "70"
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(
     ("text", "said"), [("not = [a case", "upload"), ("[rotors.a]\nmass = -1\n", "rotors.a"), ("", "rotors")]
 )
@@ -299,6 +314,7 @@ def test_a_link_carries_the_case(visit: Open) -> None:
     assert other.page.evaluate("window.gearplay.state.base.meshes[0].backlash") == pytest.approx(140e-6)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(
     ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"member,time [s],"), ("toml", b"title = ")]
 )
@@ -312,6 +328,7 @@ def test_results_and_cases_are_saved(visit: Open, form: str, start: bytes) -> No
     assert waited.value.suggested_filename == f"han-2021-120-rpm-100-100-um{of}.{form}"
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<svg")])
 def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
     made = visit().ready()
@@ -355,6 +372,7 @@ def small_map(made: Visit) -> None:
     made.until("document.getElementById('map').data?.[0].z.length === 2")
 
 
+@pytest.mark.deep
 def test_a_map_of_contacts_is_saved(visit: Open) -> None:
     made = visit().ready()
     brief(made)
@@ -370,6 +388,7 @@ def test_a_map_of_contacts_is_saved(visit: Open) -> None:
     assert len(lines) == 1 + 6
 
 
+@pytest.mark.deep
 def test_nothing_to_save_is_said(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-map")
@@ -377,6 +396,7 @@ def test_nothing_to_save_is_said(visit: Open) -> None:
     made.until("document.getElementById('message').textContent.includes('nothing to save here yet')")
 
 
+@pytest.mark.deep
 def test_a_result_of_another_case_brings_its_case_back(visit: Open) -> None:
     made = visit().ready()
     brief(made)
@@ -398,6 +418,7 @@ def lengthen(made: Visit, seconds: str) -> None:
     made.until("Boolean(window.gearplay.state.running)")
 
 
+@pytest.mark.deep
 def test_a_long_run_gives_way_to_a_newer_one(visit: Open) -> None:
     made = visit().ready()
     lengthen(made, "90")
@@ -406,6 +427,7 @@ def test_a_long_run_gives_way_to_a_newer_one(visit: Open) -> None:
     assert shown(made, "result.case.run.duration") == 0.2
 
 
+@pytest.mark.deep
 def test_a_run_of_another_case_is_not_shown(visit: Open) -> None:
     made = visit().ready()
     lengthen(made, "30")
@@ -415,6 +437,7 @@ def test_a_run_of_another_case_is_not_shown(visit: Open) -> None:
     assert shown(made, "result.title") == "Pinion, idler and ring, 20/20/60"
 
 
+@pytest.mark.deep
 def test_a_map_that_outlives_its_case_is_told_of(visit: Open) -> None:
     made = visit().ready()
     open_run(made)
@@ -431,6 +454,7 @@ def test_a_map_that_outlives_its_case_is_told_of(visit: Open) -> None:
     assert made.page.evaluate("!document.getElementById('map').data")
 
 
+@pytest.mark.deep
 def test_a_diagram_says_when_the_case_has_changed(visit: Open) -> None:
     made = visit().ready()
     brief(made)
@@ -443,6 +467,7 @@ def test_a_diagram_says_when_the_case_has_changed(visit: Open) -> None:
     assert made.page.locator("#map-stale").is_hidden()
 
 
+@pytest.mark.deep
 def test_a_click_on_a_map_runs_its_point(visit: Open) -> None:
     made = visit().ready()
     brief(made)
@@ -455,6 +480,7 @@ def test_a_click_on_a_map_runs_its_point(visit: Open) -> None:
     assert "pinion drive: speed 400 rpm" in made.page.text_content("#changes")
 
 
+@pytest.mark.deep
 def test_diagrams_drawn_unseen_have_their_size(visit: Open) -> None:
     made = visit().ready()
     brief(made)
@@ -471,6 +497,7 @@ def test_diagrams_drawn_unseen_have_their_size(visit: Open) -> None:
     assert plot == pytest.approx(card, abs=2.0)
 
 
+@pytest.mark.deep
 def test_the_mechanism_is_there_after_a_change_on_another_tab(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#play")
@@ -482,17 +509,20 @@ def test_the_mechanism_is_there_after_a_change_on_another_tab(visit: Open) -> No
     assert made.page.evaluate("document.getElementById('orbit').layout.uirevision") == "ring"
 
 
+@pytest.mark.deep
 def test_nothing_moves_at_no_speed(visit: Open) -> None:
     made = visit().ready()
     fill(made, SPEED, "0")
     assert made.page.evaluate("document.getElementById('spectrum').layout.shapes.length") < 5
 
 
+@pytest.mark.deep
 def test_a_damaged_link_is_told(visit: Open) -> None:
     made = visit("/#case=eyJydW4iOnsiZH").ready()
     made.until("document.getElementById('message').textContent.includes('The link is damaged')")
 
 
+@pytest.mark.deep
 def test_what_is_no_case_file_is_refused(visit: Open, tmp_path: Path) -> None:
     file = tmp_path / "run.nc"
     file.write_bytes(b"\x89HDF")
@@ -501,6 +531,7 @@ def test_what_is_no_case_file_is_refused(visit: Open, tmp_path: Path) -> None:
     made.until("document.getElementById('message').textContent.includes('run.nc: must be a case file')")
 
 
+@pytest.mark.deep
 def test_bad_ends_are_told_in_the_units_shown(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-bifurcation")
@@ -512,6 +543,7 @@ def test_bad_ends_are_told_in_the_units_shown(visit: Open) -> None:
     )
 
 
+@pytest.mark.deep
 def test_an_ensemble_has_its_spread(visit: Open) -> None:
     made = visit().ready()
     open_run(made)
@@ -521,6 +553,7 @@ def test_an_ensemble_has_its_spread(visit: Open) -> None:
     assert "averages over 4 members" in made.page.text_content("#few")
 
 
+@pytest.mark.deep
 def test_a_map_that_cannot_be_is_told(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-map")
@@ -549,6 +582,7 @@ def recall(made: Visit, start: str) -> None:
     made.page.select_option("#history", value=key)
 
 
+@pytest.mark.deep
 def test_earlier_results_are_recalled(visit: Open) -> None:
     made = visit().ready()
     fill(made, BACKLASH, "111")
@@ -593,11 +627,13 @@ def test_fits_a_phone(visit: Open) -> None:
     assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
 
 
+@pytest.mark.deep
 def test_reduced_motion_stands_still(visit: Open) -> None:
     made = visit("/", reduced_motion="reduce").ready()
     assert made.page.text_content("#play") == "Play"
 
 
+@pytest.mark.deep
 def test_the_last_of_many_moves_is_shown(visit: Open) -> None:
     made = visit().ready()
     slider(made, CLEARANCE).focus()
@@ -608,6 +644,7 @@ def test_the_last_of_many_moves_is_shown(visit: Open) -> None:
     assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(value * 1e-6)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
     from axe_playwright_python.sync_playwright import Axe

@@ -214,6 +214,7 @@ def test_the_orbit_of_the_impact_oscillator(measured: Any) -> None:
     assert len(found.contacts) == 1
 
 
+@pytest.mark.deep
 def test_the_impact_oscillator_grazes_at_its_free_amplitude(measured: Any) -> None:
     """Without impacts the orbit is the free response; it grazes where d is its amplitude."""
     oscillator = ImpactMap()
@@ -268,6 +269,7 @@ def test_the_branch_passes_both_folds_and_both_grazings(resonance: Branch, measu
     assert between.sum() > 10
 
 
+@pytest.mark.deep
 def test_stable_parts_are_what_sweeps_reach(family: StrobeMap, resonance: Branch, measured: Any) -> None:
     """Carried up and down in frequency the motion jumps at the folds; elsewhere it settles on the branch."""
     folds = sorted(s.orbit.parameter for s in resonance.special if s.kind == FOLD)

@@ -80,6 +80,7 @@ def test_chaos_has_a_positive_exponent_and_periodic_motion_has_not() -> None:
     assert value + 3.0 * error < 0.0
 
 
+@pytest.mark.deep
 def test_the_largest_exponent_is_how_fast_neighbours_part() -> None:
     """Two chaotic motions 1e-12 apart part at the exponent's rate, averaged over starts, until they are 1e-4 apart."""
     frequency, T = 0.6, period_of(0.6)

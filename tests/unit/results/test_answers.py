@@ -45,7 +45,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "run": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4),
     "ensemble": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4, ensemble=3),
     "sweep": lambda: gp.sweep(
-        "han2021", {"meshes.0.backlash": ["50 um", "100 um", "150 um"]}, set=SHORT, reduce=[RMS]
+        "han2021", {"rotors.ring.initial.vx": [0.1, 0.2, 0.3]}, set=SHORT, reduce=[RMS]
     ),
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from depth import sized
 from gearplay.files.record import Channel
 from gearplay.signals.line_tables import line_table
 
@@ -42,7 +43,7 @@ def test_a_hump_is_no_line() -> None:
     frequency = np.fft.rfftfreq(N, 1.0 / FS)
     shape = np.exp(-0.5 * ((frequency - 100.0) / (12.0 * DF)) ** 2) + 1e-3
     rows = []
-    for seed in range(8):
+    for seed in range(sized(8, 2)):
         c = Channel("a", np.fft.irfft(np.fft.rfft(noise(seed)) * shape), FS)
         rows += line_table(c, (100.0,), search=0.01).rows
     assert sum(row.found for row in rows) <= 1
