@@ -15,8 +15,32 @@ from depth import DEEP, SHARE
 
 TESTS = Path(__file__).resolve().parent
 KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
-ALONE = ("files", "vocabulary", "signals", "model", "calibration")
-"""Rooms of `unit` whose tests run no kernel: they come first, while the kernels are compiled."""
+ALONE = (
+    "acceptance/test_analyze",
+    "acceptance/test_damaged",
+    "cross/test_posterior",
+    "cross/test_reference_self",
+    "unit/calibration",
+    "unit/files",
+    "unit/model",
+    "unit/nonlinear/test_response",
+    "unit/nonlinear/test_zero_one",
+    "unit/published/test_article",
+    "unit/rig/test_chain",
+    "unit/rig/test_modes",
+    "unit/rig/test_plan",
+    "unit/signals",
+    "unit/sweeps/test_points",
+    "unit/sweeps/test_sweep_figures",
+    "unit/sweeps/test_sweep_jam",
+    "unit/sweeps/test_template",
+    "unit/sweeps/test_tolerance",
+    "unit/vocabulary",
+    "verification/test_response_classes",
+    "verification/test_signals",
+    "verification/test_tolerance",
+)
+"""Tests that run no kernel: they come first, while the kernels are compiled."""
 LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
 """Files that take long come next, so that workers end together."""
 COMPILE = """
@@ -62,15 +86,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.hook.pytest_deselected(items=left)
 
 
+def _place(path: Path) -> str:
+    return path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
+
+
 def _turn(path: Path) -> int:
-    if _runs_no_kernel(path):
+    place = _place(path)
+    if place.startswith(ALONE):
         return 0
-    place = path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
     return next((at for at, name in enumerate(LONG, 1) if place.startswith(name)), len(LONG) + 1)
-
-
-def _runs_no_kernel(path: Path) -> bool:
-    return any(path.is_relative_to(TESTS / "unit" / room) for room in ALONE)
 
 
 @pytest.fixture(autouse=True)
@@ -79,7 +103,7 @@ def _compiled(request: pytest.FixtureRequest) -> None:
     if (
         "PYTEST_XDIST_WORKER" in os.environ
         and "NUMBA_DISABLE_JIT" not in os.environ
-        and not _runs_no_kernel(request.path)
+        and not _place(request.path).startswith(ALONE)
     ):
         end = time.monotonic() + 900.0
         while not READY.exists() and time.monotonic() < end:
