@@ -165,6 +165,7 @@ def test_a_damaged_store_is_named(plan: Path, tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.deep
 def test_two_processes_in_one_folder_are_refused(plan: Path, tmp_path: Path) -> None:
     first = subprocess.Popen(command(plan, tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:

@@ -356,6 +356,7 @@ def test_a_hundred_kills_change_nothing(tmp_path: Path) -> None:
     assert content(out) == content(tmp_path / "whole")
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(("engine", "kills"), [("threads", 4), ("processes", 2)])
 def test_kills_of_the_command_change_nothing(
     begin: Begin, engine: str, kills: int, plan: Path, whole: Path, tmp_path: Path
@@ -440,6 +441,7 @@ def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_pa
 # Ctrl-C
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("engine", ["threads", "processes"])
 def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: Path, tmp_path: Path) -> None:
     process = begin("sweep", plan, "--out", tmp_path, "--engine", engine, "--workers", 1)

@@ -614,6 +614,7 @@ def test_random_systems_converge(seed: int) -> None:
     assert len(onsets) >= 3
 
 
+@pytest.mark.deep
 def test_random_systems_cover_the_branches() -> None:
     seen = set()
     for seed in range(20):

@@ -72,6 +72,7 @@ def test_the_orbit_has_its_clearance_circle(visit: Open) -> None:
     assert top == pytest.approx(50.0, rel=1e-6)
 
 
+@pytest.mark.deep
 def test_models_side_by_side_or_alone(visit: Open) -> None:
     made = visit().ready()
     made.after(lambda: made.page.uncheck("#compare"))
@@ -81,6 +82,7 @@ def test_models_side_by_side_or_alone(visit: Open) -> None:
     assert made.page.locator("#stage figure").count() == 2
 
 
+@pytest.mark.deep
 def test_another_bundled_case(visit: Open) -> None:
     made = visit().ready()
     made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
@@ -186,6 +188,7 @@ def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None
     assert first == "10.0 times as large"
 
 
+@pytest.mark.deep
 def test_the_picture_moves(visit: Open) -> None:
     made = visit().ready()
     made.page.select_option("#slow", "1")
@@ -303,6 +306,7 @@ def test_a_bad_file_is_refused_and_the_case_stays(visit: Open, tmp_path: Path, t
     ]  # the browser notes the refusal
 
 
+@pytest.mark.deep
 def test_a_link_carries_the_case(visit: Open) -> None:
     made = visit().ready()
     fill(made, BACKLASH, "140")
@@ -328,6 +332,7 @@ def test_results_and_cases_are_saved(visit: Open, form: str, start: bytes) -> No
     assert waited.value.suggested_filename == f"han-2021-120-rpm-100-100-um{of}.{form}"
 
 
+@pytest.mark.deep
 @pytest.mark.many
 @pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<svg")])
 def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
@@ -564,6 +569,7 @@ def test_a_map_that_cannot_be_is_told(visit: Open) -> None:
     )
 
 
+@pytest.mark.deep
 def test_a_long_job_is_cancelled(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-bifurcation")

@@ -223,6 +223,7 @@ def test_a_cancel_right_after_is_heard(server: Server) -> None:
     together(go)
 
 
+@pytest.mark.deep
 def test_a_link_that_breaks_before_its_result(visit: Callable[..., Visit]) -> None:
     """The head of a result came, its numbers did not: the page asks again when the server is back."""
     made = visit().ready()
@@ -269,6 +270,7 @@ def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
     together(go)
 
 
+@pytest.mark.deep
 def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, tmp_path: Path) -> None:
     server = Server(tmp_path)
     made = Visit(chromium, server.url).ready()

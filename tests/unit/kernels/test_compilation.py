@@ -121,6 +121,7 @@ sys.stdout.write(repr(float(out[B_T])))
 """
 
 
+@pytest.mark.deep
 def test_an_edit_of_one_kernel_file_is_seen_by_kernels_of_another(tmp_path: Path) -> None:
     source = Path(gearplay.kernels.__file__).parents[1]
     copy = tmp_path / "src" / "gearplay"

@@ -77,6 +77,7 @@ SHAPES = {
 }  # fmt: skip
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(("plan", "names"), SHAPES.values(), ids=SHAPES.keys())
 def test_a_plan_of_any_shape_gets_the_pictures_that_make_sense(
     plan: dict[str, Any], names: list[str], tmp_path: Path
@@ -101,6 +102,7 @@ def test_a_plan_of_any_shape_gets_the_pictures_that_make_sense(
     assert not list(tmp_path.rglob("*.part"))
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("spread", ["everywhere", "one panel", "one model", "no number"])
 def test_failed_cases_leave_holes_and_no_trouble(spread: str, figures: list[Any]) -> None:
     def value(kept: Any, values: Mapping[str, Any], member: int) -> Any:
