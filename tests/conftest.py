@@ -41,6 +41,19 @@ ALONE = (
     "verification/test_tolerance",
 )
 """Tests that run no kernel: they come first, while the kernels are compiled."""
+DERIVED = (
+    "acceptance/test_bifurcation",
+    "acceptance/test_motion",
+    "acceptance/test_portrait",
+    "unit/nonlinear",
+    "unit/results/test_answers",
+    "verification/test_branch",
+    "verification/test_lyapunov",
+    "verification/test_orbit",
+    "verification/test_periodic_orbits",
+    "verification/test_tangent",
+)
+"""Tests that need the kernels of the exact derivative too, which are compiled last."""
 LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
 """Files that take long come next, so that workers end together."""
 COMPILE = """
@@ -49,9 +62,11 @@ from gearplay.solver.flow import prepare_tangent
 from gearplay.solver.simulate import prepare
 try:
     prepare(gp.load_case("han2021"))
+    open({ready!r}, "w").close()
     prepare_tangent(gp.load_case("han2021"))
 finally:
     open({ready!r}, "w").close()
+    open({derived!r}, "w").close()
 """
 
 if "NUMBA_CACHE_DIR" not in os.environ:
@@ -59,15 +74,18 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{digest}")
 
 READY = Path(os.environ["NUMBA_CACHE_DIR"]) / "ready"
-"""There once the kernels are in their cache; its name is that of the sources, so it never lies."""
+READY_DERIVED = READY.with_name("ready-derived")
+"""There once the kernels are in their cache; their folder is named by the sources, so they never lie."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let the kernels be compiled beside the first tests of several workers, which run none."""
     several = bool(getattr(config.option, "numprocesses", None)) and not hasattr(config, "workerinput")
-    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY.exists():
+    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY_DERIVED.exists():
         READY.parent.mkdir(parents=True, exist_ok=True)
-        config.compiling = subprocess.Popen([sys.executable, "-c", COMPILE.format(ready=str(READY))])  # type: ignore[attr-defined]
+        config.compiling = subprocess.Popen(
+            [sys.executable, "-c", COMPILE.format(ready=str(READY), derived=str(READY_DERIVED))]
+        )  # type: ignore[attr-defined]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -100,14 +118,12 @@ def _turn(path: Path) -> int:
 @pytest.fixture(autouse=True)
 def _compiled(request: pytest.FixtureRequest) -> None:
     """Wait for the kernels where several workers run, unless the test runs none."""
-    if (
-        "PYTEST_XDIST_WORKER" in os.environ
-        and "NUMBA_DISABLE_JIT" not in os.environ
-        and not _place(request.path).startswith(ALONE)
-    ):
-        end = time.monotonic() + 900.0
-        while not READY.exists() and time.monotonic() < end:
-            time.sleep(0.1)
+    if "PYTEST_XDIST_WORKER" not in os.environ or "NUMBA_DISABLE_JIT" in os.environ:
+        return
+    place, end = _place(request.path), time.monotonic() + 900.0
+    wanted = READY_DERIVED if place.startswith(DERIVED) else READY
+    while not place.startswith(ALONE) and not wanted.exists() and time.monotonic() < end:
+        time.sleep(0.1)
 
 
 @pytest.fixture
