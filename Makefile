@@ -38,7 +38,7 @@ test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once who
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
-	$(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
+	GEARPLAY_DEEP=1 $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
 	$(BIN)/python tests/verification/page.py $(VENV)/verification.xml
 
 lint: $(VENV)/dev.stamp ## style, types and floors
@@ -57,6 +57,7 @@ bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performan
 docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
 	$(BIN)/python docs/figures/draw_conventions.py
 	$(BIN)/python docs/figures/draw_house.py
+	$(BIN)/python docs/write_reference.py
 	$(BIN)/mkdocs build --strict --quiet
 
 clean: ## remove what the commands above made

@@ -1,5 +1,6 @@
 """What the house holds itself to: sizes, public names and what is said of them, what an import loads."""
 
+import importlib.util
 import inspect
 import json
 import subprocess
@@ -107,3 +108,14 @@ def test_a_sweep_plan_passes_eight_files_and_returns_to_none(tmp_path: Path) -> 
     assert len(walk) <= 8, walk
     told = (SOURCE.parents[1] / "docs" / "architecture.md").read_text()
     assert all(file.removesuffix(".py").replace("/", ".") in told for file in walk), walk
+
+
+def test_the_reference_is_what_the_code_says() -> None:
+    """`python docs/write_reference.py` writes it."""
+    place = SOURCE.parents[1] / "docs" / "write_reference.py"
+    loaded = importlib.util.spec_from_file_location("write_reference", place)
+    assert loaded is not None
+    assert loaded.loader is not None
+    module = importlib.util.module_from_spec(loaded)
+    loaded.loader.exec_module(module)
+    assert module.OUT.read_text(encoding="utf-8") == module.page(), "run: python docs/write_reference.py"
