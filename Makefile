@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
-PLAIN := tests/elements
+PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
 .PHONY: help study test test-all verification lint format bench docs clean
 

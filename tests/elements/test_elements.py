@@ -185,6 +185,7 @@ def _gap_at_start(scene: Scene, e: int, k: int, y: Floats) -> float:
     return float(loads.contacts[k, PENETRATION])
 
 
+@pytest.mark.compiled
 @every_kind
 def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> None:
     """Dense looks into steps that the error estimate accepts: what turns positive there, and back, ends the step there.
@@ -308,6 +309,7 @@ def _turn(x: float, y: float, angle: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
+@pytest.mark.compiled
 @every_kind
 def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> None:
     """Latched values and saltation: the moved changes are the differences of the flow over touches and releases."""
