@@ -75,7 +75,7 @@ def test_refusals_have_their_exit_code_and_one_sentence(words: list[str], code: 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     out = tmp_path / "part.nc"
-    words = ["run", "han2021", "--set", "run.duration=20000", "--set", "run.sampling=10", "--out", str(out)]
+    words = ["run", "han2021", "--set", "run.duration=400000", "--set", "run.sampling=1", "--out", str(out)]
     for delay in (4.0, 12.0, 40.0):  # a loaded machine may still be starting when the signal comes
         process = subprocess.Popen(
             [*GEARPLAY, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -89,7 +89,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
             break
     saved = gp.read_result(out).ds
     assert saved.attrs["status"] == "INTERRUPTED"
-    assert 0 < saved.sizes["time"] < 200_000
+    assert 0 < saved.sizes["time"] < 400_000
 
 
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
