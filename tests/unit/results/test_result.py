@@ -256,3 +256,25 @@ def test_an_ensembles_contact_table_is_of_all_members_and_says_so() -> None:
     alone = gp.Result(result.case, result.runs[:1])
     assert "members together" not in alone._repr_html_()
     np.testing.assert_allclose(alone.contacts.values["rms_impact_speed"], each[0].rms_impact_speed)
+
+
+def test_statistics_of_contacts_are_those_of_their_log() -> None:
+    """Onsets per second and their speeds, and the share of time, counted again from the located changes."""
+    transient, span = 0.3, 2.0
+    run = gp.simulate("han2021", duration=span, transient=transient, sampling=1e3, signals=["ax"]).runs[0]
+    s = run.statistics
+    assert (run.log[:, 0] >= transient).all()
+    for k in range(len(s.labels)):
+        own = run.log[run.log[:, 1] == k]
+        speeds = own[own[:, 2] == 1.0, 3]
+        assert s.impacts_per_second[k] == pytest.approx(len(speeds) / span, rel=1e-12)
+        if len(speeds):
+            assert s.mean_impact_speed[k] == pytest.approx(speeds.mean(), rel=1e-9)
+            assert s.rms_impact_speed[k] == pytest.approx(np.sqrt(np.mean(speeds**2)), rel=1e-9)
+            assert s.max_impact_speed[k] == pytest.approx(speeds.max(), rel=1e-9)
+        times = own[:, 0].tolist()
+        times = [transient, *times] if len(own) and own[0, 2] == 0.0 else times
+        times = [*times, transient + span] if len(times) % 2 else times
+        touched = sum(b - a for a, b in zip(times[::2], times[1::2], strict=True))
+        assert s.share_of_time[k] == pytest.approx(touched / span, rel=1e-6, abs=1e-9)
+    assert s.impacts_per_second[0] > 0.0
