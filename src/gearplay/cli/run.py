@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say_error
-from gearplay.cli.progress import compiling_notice, progress_bar
+from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -30,18 +30,21 @@ def run(
     json: Json = False,
 ) -> None:
     """Simulate a case and save the result."""
-    from gearplay.files.atomic import check_new
-    from gearplay.model.reading import load_case
-    from gearplay.results.door import simulate
-    from gearplay.solver.simulate import prepare
+    with interruptible() as stop:  # libraries that load may swallow the exception, not the event
+        from gearplay.files.atomic import check_new
+        from gearplay.model.reading import load_case
+        from gearplay.results.door import simulate
+        from gearplay.solver.simulate import prepare
 
-    chosen = load_case(case, changes or ())
-    if out is not None:
-        check_new(out, overwrite=overwrite)
-    with compiling_notice():
-        prepare(chosen)
-    with progress_bar(quiet=json) as report:
-        result = simulate(chosen, progress=report)
+        chosen = load_case(case, changes or ())
+        if out is not None:
+            check_new(out, overwrite=overwrite)
+        with compiling_notice():
+            prepare(chosen)
+        if stop.is_set():
+            raise KeyboardInterrupt
+        with progress_bar(quiet=json) as report:
+            result = simulate(chosen, progress=report, stop=stop)
     if out is not None:
         result.save(out, overwrite=overwrite)
     document = _summary(result, out)

@@ -1,6 +1,7 @@
 """`simulate`: a case, or several, into results."""
 
 import os
+import threading
 from collections.abc import Mapping
 from typing import Any, overload
 
@@ -38,6 +39,7 @@ def simulate(
     signals: list[str] | None = ...,
     progress: Progress | None = ...,
     threads: int | None = ...,
+    stop: threading.Event | None = ...,
 ) -> Result: ...
 
 
@@ -54,6 +56,7 @@ def simulate(
     signals: list[str] | None = ...,
     progress: Progress | None = ...,
     threads: int | None = ...,
+    stop: threading.Event | None = ...,
 ) -> list[Result]: ...
 
 
@@ -69,6 +72,7 @@ def simulate(
     signals: list[str] | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
+    stop: threading.Event | None = None,
 ) -> Result | list[Result]:
     """Simulate a case and return its `Result`, whatever its status; for a list of cases, the list of their results.
 
@@ -94,6 +98,8 @@ def simulate(
         Called with what is running, simulated seconds done, and of how many.
     threads
         Threads that all members of all cases share; the cores by default. It changes nothing in the results.
+    stop
+        An event that ends the work early; what was computed until then is returned.
 
     Returns
     -------
@@ -128,6 +134,6 @@ def simulate(
     cases = [replace(each, changes) if changes else each for each in cases]
     jobs = [(each, range(each.run.ensemble)) for each in cases]
     label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
-    runs = run_batch(jobs, signals=signals, progress=ticking(progress, label), threads=threads)
+    runs = run_batch(jobs, signals=signals, progress=ticking(progress, label), threads=threads, stop=stop)
     results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
     return results if isinstance(case, (list, tuple)) else results[0]
