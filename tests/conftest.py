@@ -115,12 +115,12 @@ def _turn(path: Path) -> int:
     return next((at for at, name in enumerate(LONG, 1) if place.startswith(name)), len(LONG) + 1)
 
 
-@pytest.fixture(autouse=True)
-def _compiled(request: pytest.FixtureRequest) -> None:
-    """Wait for the kernels where several workers run, unless the test runs none."""
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Wait for the kernels where several workers run, before any fixture of a test that runs some."""
     if "PYTEST_XDIST_WORKER" not in os.environ or "NUMBA_DISABLE_JIT" in os.environ:
         return
-    place, end = _place(request.path), time.monotonic() + 900.0
+    place, end = _place(item.path), time.monotonic() + 900.0
     wanted = READY_DERIVED if place.startswith(DERIVED) else READY
     while not place.startswith(ALONE) and not wanted.exists() and time.monotonic() < end:
         time.sleep(0.1)

@@ -112,7 +112,7 @@ def _run(
     from gearplay.results.account import Account
     from gearplay.solver.simulate import prepare
     from gearplay.sweeps.report.page import write_sweep_report
-    from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, run_in
+    from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
     from gearplay.sweeps.tolerances.answer import answer
     from gearplay.vocabulary.optional import load_optional
 
@@ -121,16 +121,17 @@ def _run(
         load_optional("zarr", "cluster")
     if not large or made.plan.tolerance is not None:
         made.check_size()
-    if chosen.scheduler is None and chosen.kind == "threads":
-        with compiling_notice():
-            prepare(made.template.base)
     part = "" if chosen.shard is None else f"{chosen.shard[0]}-of-{chosen.shard[1]}"
     with locked(folder, part=part):
         if overwrite:
             _forget(folder)
+        left = jobs_left(made, folder, chosen.shard, retry=retry)  # a wrong folder is said before minutes pass
         try:
+            if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
+                with compiling_notice():
+                    prepare(made.template.base)
             with interruptible() as stop, progress_bar(quiet=json) as report:
-                count = run_in(made, folder, chosen, retry=retry, progress=report, stop=stop)
+                count = run_in(made, folder, chosen, left, progress=report, stop=stop)
                 if chosen.shard is not None:
                     document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
                     words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."

@@ -26,34 +26,46 @@ if TYPE_CHECKING:
 PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
 
 
+def jobs_left(made: Sweep, folder: Path, shard: tuple[int, int] | None, *, retry: bool = False) -> list[int]:
+    """Claim a folder, which the caller holds, for a sweep; return the jobs of the shard that it lacks, in order.
+
+    ``retry`` forgets those that failed. Raises `InputError` where the folder is another plan's or damaged.
+    """
+    claim(made.plan, folder)
+    if retry:
+        forget_failed(folder, shard)
+    known = {address for address, *_ in read_rows(folder, made.reducer.size, shard)}
+    return [int(job) for job in _jobs(made, shard) if not known or not _is_done(made, int(job), known)]
+
+
 def run_in(
     made: Sweep,
     folder: Path,
     engine: Engine,
+    left: Sequence[int] | None = None,
     *,
-    retry: bool = False,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> int:
     """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
 
-    Every finished case is stored at once. ``retry`` runs those again that failed.
+    Every finished case is stored at once. ``left`` is what `jobs_left` says, asked here if not given.
     """
-    claim(made.plan, folder)
-    if retry:
-        forget_failed(folder, engine.shard)
+    if left is None:
+        left = jobs_left(made, folder, engine.shard)
     points = made.template.points
-    known = {address for address, *_ in read_rows(folder, made.reducer.size, engine.shard)}
-    wanted, each = order_of(points.jobs), len(points) // points.jobs
-    if engine.shard is not None:
-        wanted = wanted[engine.shard[0] - 1 :: engine.shard[1]]
-    left = [int(job) for job in wanted if not known or not _is_done(made, int(job), known)]
-    finished = watched(made, engine, left, len(wanted) - len(left), progress, stop)
+    finished = watched(made, engine, left, len(_jobs(made, engine.shard)) - len(left), progress, stop)
     # Whatever ends the loop ends the workers before the store is closed.
     with closing(RowStore(folder / store_name(engine.shard))) as store, closing(finished):
         for outcomes in finished:
             store.add(outcomes)
-    return each * len(left)
+    return len(points) // points.jobs * len(left)
+
+
+def _jobs(made: Sweep, shard: tuple[int, int] | None) -> Sequence[int]:
+    """Return the jobs of a shard, all without one, in the order in which they run."""
+    wanted = order_of(made.template.points.jobs)
+    return wanted if shard is None else wanted[shard[0] - 1 :: shard[1]]
 
 
 def _is_done(made: Sweep, job: int, known: set[bytes]) -> bool:
