@@ -1,5 +1,6 @@
 """`gearplay run CASE`: simulate one case, show what came out, save it."""
 
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,8 +11,6 @@ from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
-
-SHOWN = ("share_of_time", "impacts_per_second", "mean_impact_speed", "peak_force")
 
 
 def register(app: typer.Typer) -> None:
@@ -51,7 +50,7 @@ def run(
     if json:
         print_json(document)
     else:
-        print_text(_words(result, out))
+        print_text(_words(document))
     if result.status.name == "INTERRUPTED":
         raise typer.Exit(INTERRUPTED)
     if not result.success:
@@ -61,6 +60,8 @@ def run(
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:
+    from gearplay.results.result import SHOWN
+
     table = result.contacts
     return {
         "title": result.case.title,
@@ -69,10 +70,7 @@ def _summary(result: Any, out: Path | None) -> dict[str, Any]:
         "message": result.message,
         "members": result.members,
         "simulated_time": result.reached,
-        "steps": sum(r.counters.steps for r in result.runs),
-        "rejected_steps": sum(r.counters.rejected_steps for r in result.runs),
-        "events": sum(r.counters.events for r in result.runs),
-        "wall_time": sum(r.wall_time for r in result.runs),
+        **asdict(result.work),
         "contacts": {
             label: {name: _finite(table.values[name][at]) for name in SHOWN}
             for at, label in enumerate(table.labels)
@@ -86,8 +84,7 @@ def _finite(value: Any) -> float:
     return float(value) if isfinite(value) else 0.0
 
 
-def _words(result: Any, out: Path | None) -> str:
-    d = _summary(result, out)
+def _words(d: dict[str, Any]) -> str:
     lines = [
         f"{d['title'] or 'untitled'}: {d['message']}",
         f"{d['simulated_time']:g} s simulated in {d['wall_time']:.3g} s, {d['steps']} steps, {d['events']} contact events"
@@ -99,8 +96,8 @@ def _words(result: Any, out: Path | None) -> str:
             f"{label:<24}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
             f"{1e3 * c['mean_impact_speed']:>9.2f} mm/s{c['peak_force']:>11.1f} N"
         )
-    if result.contacts.words:
-        lines.append(f"Contacts: {result.contacts.words}.")
-    if out is not None:
-        lines.append(f"Saved to {out}")
+    if d["members"] > 1:
+        lines.append(f"Contacts: {d['contacts_of']}.")
+    if d["out"] is not None:
+        lines.append(f"Saved to {d['out']}")
     return "\n".join(lines)

@@ -125,7 +125,9 @@ def _run(
     with locked(folder, part=part):
         if overwrite:
             _forget(folder)
-        left = jobs_left(made, folder, chosen.shard, retry=retry)  # a wrong folder is said before minutes pass
+        left = jobs_left(
+            made, folder, chosen.shard, retry=retry
+        )  # a wrong folder is said before minutes pass
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 with compiling_notice():

@@ -17,7 +17,7 @@ from gearplay.published.article import Condition, conditions, printed
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.signals.lines import find_hump, find_line
 from gearplay.solver.simulate import run_members
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, work_of
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Progress, Tick
 
@@ -211,7 +211,7 @@ def run_condition(
     if not good:
         raise SimulationError(f"{case.title}: no member finished. {runs[0].message}")
     spectrum = ensemble_spectrum([mean_acceleration(run) for run in good], settings.sampling, unit="m/s^2")
-    keep = spectrum.frequency <= HIGHEST
+    keep, work = spectrum.frequency <= HIGHEST, work_of(runs)
     spread = spectrum.spread if spectrum.spread is not None else np.zeros_like(spectrum.amplitude)
     return ConditionResult(
         case=settings.case,
@@ -228,9 +228,9 @@ def run_condition(
         jam_ratio=geometry.jam_ratio(case, 0),
         swing_frequency=swing_frequency(case),
         orbit=_history(case, settings),
-        steps=sum(run.counters.steps for run in runs),
-        events=sum(run.counters.events for run in runs),
-        wall_time=sum(run.wall_time for run in runs),
+        steps=work.steps,
+        events=work.events,
+        wall_time=work.wall_time,
     )
 
 

@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.provenance import provenance
-from gearplay.solver.trajectory import Trajectory, worst_of
+from gearplay.solver.trajectory import Trajectory, work_of, worst_of
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
@@ -40,10 +41,7 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "seed": case.run.seed,
         "status": worst.status.name,
         "message": worst.message,
-        "steps": sum(run.counters.steps for run in runs),
-        "events": sum(run.counters.events for run in runs),
-        "rejected_steps": sum(run.counters.rejected_steps for run in runs),
-        "wall_time": sum(run.wall_time for run in runs),
+        **asdict(work_of(runs)),
     }
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory, worst_of
+from gearplay.solver.trajectory import Trajectory, Work, work_of, worst_of
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
@@ -255,14 +256,19 @@ class Result(Answer, WasDataset):
         return ensemble_spectrum(records, self.sampling, window=window, unit=RESULT_VARIABLES[signal].unit)
 
     def __repr__(self) -> str:
-        d = self.ds.attrs if not self._runs else None
-        steps = d["steps"] if d else sum(run.counters.steps for run in self._runs)
-        events = d["events"] if d else sum(run.counters.events for run in self._runs)
+        work = self.work
         members = f", {self.members} members" if self.members > 1 else ""
         return (
             f"<gearplay.Result {self.case.title or 'untitled'!r}: {self.status.name}{members},"
-            f" {self.reached:g} s, {steps} steps, {events} events>"
+            f" {self.reached:g} s, {work.steps} steps, {work.events} events>"
         )
+
+    @property
+    def work(self) -> Work:
+        """Steps, rejected steps, events and seconds on one core, of all members."""
+        if self._runs:
+            return work_of(self._runs)
+        return Work(**{each.name: self.ds.attrs[each.name] for each in fields(Work)})
 
     @property
     def reached(self) -> float:
@@ -273,23 +279,15 @@ class Result(Answer, WasDataset):
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return the lines of the table that a notebook shows."""
-        d: dict[str, Any] = (
-            self.ds.attrs
-            if not self._runs
-            else {
-                "steps": sum(run.counters.steps for run in self._runs),
-                "events": sum(run.counters.events for run in self._runs),
-                "wall_time": sum(run.wall_time for run in self._runs),
-            }
-        )
+        work = self.work
         return [
             ("case", self.case.title or "untitled"),
             ("model", f"{self.case.formulation}, {self.case.backlash_model}"),
             ("status", self.message),
             ("members", str(self.members)),
             ("simulated time", f"{self.reached:g} s"),
-            ("steps, events", f"{d['steps']}, {d['events']}"),
-            ("wall time", f"{d['wall_time']:.3g} s"),
+            ("steps, events", f"{work.steps}, {work.events}"),
+            ("wall time", f"{work.wall_time:.3g} s"),
         ]
 
     def _repr_html_(self) -> str:

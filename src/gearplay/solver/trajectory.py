@@ -175,6 +175,27 @@ class Trajectory:
         raise KeyError(f"{label}.{name} was not kept")
 
 
+@dataclass(frozen=True)
+class Work:
+    """Work done by all members: steps, rejected ones, events, seconds on one core."""
+
+    steps: int
+    rejected_steps: int
+    events: int
+    wall_time: float
+
+
+def work_of(runs: Sequence[Trajectory]) -> Work:
+    """Return the work of all runs."""
+    done = [run.counters for run in runs]
+    return Work(
+        steps=sum(each.steps for each in done),
+        rejected_steps=sum(each.rejected_steps for each in done),
+        events=sum(each.events for each in done),
+        wall_time=sum(run.wall_time for run in runs),
+    )
+
+
 def worst_of(runs: Sequence[Trajectory]) -> Trajectory:
     """Return the run with the worst status, among equals the one that was wedged for longest."""
     return max(runs, key=lambda run: (int(run.status), sum(run.wedged.values())))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
@@ -22,7 +23,7 @@ from gearplay.model.geometry import (
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
 from gearplay.results.spectra import ensemble_spectrum
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value
@@ -46,9 +47,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "finished": all(each.success for each in runs),
         "reached": run.reached,
         "start": run.first_sample,
-        "steps": sum(each.counters.steps for each in runs),
-        "events": sum(each.counters.events for each in runs),
-        "wall_time": sum(each.wall_time for each in runs),
+        **asdict(work_of(runs)),
         "orbits": _orbits(case, run),
         "histories": _histories(run, since),
         "strip": _strip(run),
