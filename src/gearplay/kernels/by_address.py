@@ -8,7 +8,7 @@ say to the compiler (``invariant.load``): what it has read once it need not read
 import hashlib
 from collections.abc import Hashable
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from llvmlite import ir
@@ -88,7 +88,13 @@ class Group:
     """
 
     _numba_type_: GroupType
+    _last_type: ClassVar[GroupType]
     _address: int
+
+    @classmethod
+    def known_type(cls) -> GroupType:
+        """Return numba's type of the groups of this class; one must have been made."""
+        return cls._last_type
 
     def __post_init__(self) -> None:
         words: list[int] = []
@@ -100,6 +106,7 @@ class Group:
             _address=table.ctypes.data,
             _numba_type_=_group_type(type(self).__name__, names, descriptions),
         )
+        type(self)._last_type = self._numba_type_
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle by the fields: addresses are of this process."""

@@ -1,6 +1,7 @@
 """Finding the first switch inside a step, on its interpolant, and taking the step again so that it ends there."""
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
 from gearplay.kernels.roster import fly_listed, fly_on
@@ -9,7 +10,7 @@ from gearplay.kernels.runge_kutta import STAGES, interpolate_state, step
 from gearplay.kernels.switches import switch_value, switch_values
 
 
-@compiled
+@compiled_once
 def attempt(system: System, run: Run, h: float) -> int:
     """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
     where a pair cannot mesh.
@@ -20,7 +21,7 @@ def attempt(system: System, run: Run, h: float) -> int:
     return failed if failed != 0 else watch(system, run, t + h, run.y_new, run.loads)
 
 
-@compiled
+@compiled_once
 def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
     """Fill the contact table of watched elements at t [s]; return 1 where a pair cannot mesh."""
     roster = run.roster
@@ -57,7 +58,7 @@ def interpolate_element(system: System, run: Run, e: int, h: float, x: float) ->
         run.y_try[slot] = interpolate_state(slot, x, h, run.y, run.y_new, run.stages)
 
 
-@compiled
+@compiled_once
 def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
     """Evaluate switch s and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
     t, y, switch = run.clock[T] + x * h, run.y_try, system.switches[s]
@@ -80,7 +81,7 @@ def allowance(system: System, run: Run, s: int) -> float:
     )
 
 
-@compiled
+@compiled_once
 def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high: float) -> float:
     """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
     low, g_low = 0.0, min(run.g_0[k], 0.0)
@@ -110,7 +111,7 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
     return high
 
 
-@compiled
+@compiled_once
 def locate_peak(system: System, run: Run, h: float, s: int) -> float:
     """Return the x in (0, 1) where touch switch s peaks, by bisection on its rate, or 1 if it stays negative.
 
@@ -138,7 +139,7 @@ def locate_peak(system: System, run: Run, h: float, s: int) -> float:
     return 1.0
 
 
-@compiled
+@compiled_once
 def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> float:
     """Return an x in (0, place) where switch s is positive, looked at last, or 1 without one (golden section; one hump)."""
     low, high = 0.0, place
@@ -176,7 +177,7 @@ def may_graze(system: System, run: Run, s: int) -> bool:
     return bool(run.g_0[s] < 0.0 and sign * start > 0.0 and sign * end < 0.0)
 
 
-@compiled
+@compiled_once
 def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
     first, place = -1, 1.0
@@ -216,7 +217,7 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
     return first, place
 
 
-@compiled
+@compiled_once
 def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
     """Take the step again so that it ends just past switch s; return its length [s], or -1 on failure.
 

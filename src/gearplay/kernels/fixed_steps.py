@@ -4,7 +4,7 @@ No contact is located, no error is estimated and nothing flies in closed form. W
 at its end, which makes the method one of first order at every contact; between them it has the order of its formula.
 """
 
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt
 from gearplay.kernels.layout import System
@@ -14,7 +14,7 @@ from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
 
 
-@compiled
+@compiled_once
 def take_fixed_step(system: System, run: Run, stop: float) -> int:
     """Take one step of the fixed length, or up to ``stop`` [s]; return a status."""
     clock, roster = run.clock, run.roster

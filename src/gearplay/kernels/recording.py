@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.flight import SHORT, decay, flight_rates, short_decay
 from gearplay.kernels.layout import (
@@ -70,7 +71,7 @@ def sample_is_due(run: Run, t_new: float) -> bool:
     return bool(clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL] <= t_new)
 
 
-@compiled
+@compiled_once
 def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
     """Write the samples of all times up to t_new: from the step's interpolant, or from the flights."""
     clock, counts, roster = run.clock, run.counts, run.roster

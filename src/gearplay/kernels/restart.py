@@ -3,6 +3,7 @@
 import math
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
 from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
@@ -60,7 +61,7 @@ def check_states(run: Run) -> int:
     return DONE
 
 
-@compiled
+@compiled_once
 def evaluate(system: System, run: Run, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
     run.counts[CALLS] += 1
@@ -102,7 +103,7 @@ def settle_coincidence(system: System, run: Run, t: float) -> bool:
     return False
 
 
-@compiled
+@compiled_once
 def restart(system: System, run: Run) -> int:
     """Muster for the new branch, evaluate it, shorten the step and watch for endless chatter; return a status."""
     clock, counts, modes = run.clock, run.counts, run.branch.modes
@@ -134,7 +135,7 @@ def restart(system: System, run: Run) -> int:
     return DONE
 
 
-@compiled
+@compiled_once
 def begin(system: System, run: Run) -> int:
     """Find the modes of the initial state; return a status. `advance` does it for a run that has not begun."""
     t = run.clock[T]

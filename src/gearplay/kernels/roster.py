@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
 from gearplay.kernels.layout import (
     ACTING,
@@ -179,7 +180,7 @@ def has_just_taken_off(system: System, roster: Roster, e: int, t: float) -> bool
     return bool(since[a] == t or (b >= 0 and since[b] == t) or (c >= 0 and since[c] == t))
 
 
-@compiled
+@compiled_once
 def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
     """Assign roles at t [s] and fill the lists."""
     assign_roles(system, roster, t, y, modes)

@@ -1,6 +1,7 @@
 """The end of a step that is accepted: what switches there, and what is carried over to the next."""
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import MARGIN, PENETRATION, RATE, TOUCH, System
 from gearplay.kernels.recording import record_samples, sample_is_due, tally_step
@@ -9,7 +10,7 @@ from gearplay.kernels.run import DONE, STEPS, Floats, Run, T
 from gearplay.kernels.runge_kutta import STAGES
 
 
-@compiled
+@compiled_once
 def change_modes(system: System, run: Run, t: float, first: int) -> None:
     """Apply switch ``first`` and every other one that is positive at the same state."""
     for c in range(1, run.roster.switches[0] + 1):
@@ -18,7 +19,7 @@ def change_modes(system: System, run: Run, t: float, first: int) -> None:
             change_mode(system, run, s, t, run.y_new, run.loads)
 
 
-@compiled
+@compiled_once
 def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     """Make the state at the end t [s] of a step of h [s] the present one, with what switches there; return a status.
 

@@ -9,6 +9,7 @@ are not integrated; their next touch is found by conservative advancement (`adva
 import math
 
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt, first_switch, retake
 from gearplay.kernels.fixed_steps import take_fixed_step
@@ -64,7 +65,7 @@ def next_stop(run: Run) -> float:
     return run.clock[T_END]
 
 
-@compiled
+@compiled_once
 def take_flight(system: System, run: Run) -> int:
     """Fly, all rotors untouched, to the next touch or stop; return a status."""
     clock = run.clock
@@ -81,7 +82,7 @@ def take_flight(system: System, run: Run) -> int:
     return land(system, run, e, t)
 
 
-@compiled
+@compiled_once
 def take_step(system: System, run: Run) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
     clock, counts, roster = run.clock, run.counts, run.roster
@@ -146,7 +147,7 @@ def take_step(system: System, run: Run) -> int:
     return DONE
 
 
-@compiled
+@compiled_once
 def land(system: System, run: Run, e: int, t: float) -> int:
     """Let dormant element e touch at t [s], or a flight's closed form end, and start afresh; return a status."""
     if e < run.roster.doings.size and touch_down(system, run, e, t) != 0:
@@ -154,7 +155,7 @@ def land(system: System, run: Run, e: int, t: float) -> int:
     return restart(system, run)
 
 
-@compiled
+@compiled_once
 def synchronise(system: System, run: Run) -> int:
     """Bring y up to the present time for every rotor; return a status. Flights go on from where they began."""
     for i in range(system.rotors.size):

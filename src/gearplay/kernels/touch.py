@@ -3,7 +3,8 @@
 import math
 
 from gearplay.kernels.advancement import FAILS, TOUCHES
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import OPEN, PENETRATION, RATE, TOUCH, System
 from gearplay.kernels.restart import change_mode
@@ -22,7 +23,7 @@ def something_is_due(run: Run, limit: float) -> bool:
     return bool(first < limit)
 
 
-@compiled
+@compiled_once
 def next_touch(system: System, run: Run, limit: float) -> tuple[int, float, int]:
     """Return the first dormant element that touches before ``limit`` [s], or a flight whose closed form ends there.
 
@@ -52,7 +53,7 @@ def next_touch(system: System, run: Run, limit: float) -> tuple[int, float, int]
     return nothing, limit, CHATTER
 
 
-@compiled
+@compiled_once
 def touch_down(system: System, run: Run, e: int, t: float) -> int:
     """Change the modes of dormant element e that touches at t [s]; return 1 where it cannot mesh."""
     y, contacts = run.y_try, run.loads.contacts

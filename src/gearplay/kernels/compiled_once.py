@@ -1,0 +1,149 @@
+"""Kernels that are compiled once, when something first calls them, and not again within everything that calls them.
+
+numba puts a copy of all that a kernel calls into the kernel itself, which LLVM then optimises anew: the innermost forces would be
+compiled a dozen times. A call of one of these is a call by address instead. The address is asked for by the first call (so nothing
+is compiled that a case does not need) and is then in a word beside the caller's code. Use it where a call is rare or its body long.
+"""
+
+import ctypes
+import signal
+import typing
+from collections.abc import Callable
+from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+import llvmlite.binding as llvm
+import numpy as np
+from llvmlite import ir
+from numba import config
+from numba.core import cgutils, types
+from numba.core import typing as numba_typing
+from numba.core.errors import TypingError
+from numba.core.imputils import lower_builtin, lower_constant
+from numba.extending import models, register_model, typeof_impl
+
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import compiled
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_ADDRESS = ir.IntType(64)
+_ASK = ctypes.CFUNCTYPE(ctypes.c_int64)
+_PLAIN: dict[Any, Any] = {int: types.int64, float: types.float64, bool: types.boolean, type(None): types.none}
+
+
+def _numba_type(hint: Any) -> Any:
+    """Return numba's type of an annotation: a number, a group, an array of one dimension, a tuple of numbers."""
+    if hint in _PLAIN:
+        return _PLAIN[hint]
+    if isinstance(hint, type) and issubclass(hint, Group):
+        return hint.known_type()
+    if typing.get_origin(hint) is tuple:
+        return types.Tuple([_numba_type(part) for part in typing.get_args(hint)])
+    (dtype,) = typing.get_args(typing.get_args(hint)[1])
+    return types.Array(types.float64 if dtype is np.float64 else types.int64, 1, "C")
+
+
+class Once(Generic[P, R]):
+    """A kernel that is called by address; made by `compiled_once`."""
+
+    def __init__(self, function: Callable[P, R]) -> None:
+        self.py_func = function
+        self.name = f"{function.__module__}.{function.__qualname__}"
+        self.dispatcher: Any = compiled(function)
+        self.__doc__, self.__name__ = function.__doc__, function.__name__
+        self.__module__, self.__wrapped__ = function.__module__, function
+        self._asked = _ASK(self.address)  # must live as long as compiled code may ask
+        llvm.add_symbol(self.name, ctypes.cast(self._asked, ctypes.c_void_p).value)
+        self.type = OnceType(self)
+        lower_builtin(self.name, types.VarArg(types.Any))(self._call)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        return cast(R, self.dispatcher(*args, **kwargs))
+
+    def signature(self) -> Any:
+        """Return numba's signature, from the annotations."""
+        hints = typing.get_type_hints(self.py_func)
+        result = _numba_type(hints.pop("return"))
+        return numba_typing.signature(result, *(_numba_type(hint) for hint in hints.values()))
+
+    def address(self) -> int:
+        """Return the address of the compiled code; compiles it, or loads it from its cache, the first time.
+
+        Compiled code calls this and can take no exception: Ctrl-C waits until it is done.
+        """
+        before = None
+        try:
+            before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        except ValueError:  # not the main thread, where Ctrl-C does not come
+            pass
+        try:
+            wanted = self.signature()
+            self.dispatcher.compile(wanted.args)
+            entry = self.dispatcher.overloads[wanted.args]
+            return int(entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name))
+        finally:
+            if before is not None:
+                signal.signal(signal.SIGINT, before)
+
+    def _call(self, context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        """Emit a call by address."""
+        word = cgutils.add_global_variable(builder.module, _ADDRESS, f"{self.name}.address")
+        word.linkage, word.initializer = "internal", ir.Constant(_ADDRESS, 0)
+        known = builder.load(word)
+        address = cgutils.alloca_once_value(builder, known)
+        with builder.if_then(builder.icmp_unsigned("==", known, ir.Constant(_ADDRESS, 0)), likely=False):
+            ask = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_ADDRESS, []), self.name)
+            found = builder.call(ask, [])
+            builder.store(found, word)
+            builder.store(found, address)
+        kind = context.call_conv.get_function_type(sig.return_type, sig.args)
+        callee = builder.inttoptr(builder.load(address), kind.as_pointer())
+        _, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
+        return result
+
+
+class OnceType(types.Callable):
+    """How numba knows a kernel that is called by address."""
+
+    def __init__(self, once: Once[..., Any]) -> None:
+        self.once = once
+        super().__init__(f"once({once.name})")
+
+    def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
+        wanted = self.once.signature()
+        if kws or len(args) != len(wanted.args):
+            raise TypingError(f"{self.once.name} takes {len(wanted.args)} arguments by place")
+        for given, want in zip(args, wanted.args, strict=True):
+            if context.can_convert(given, want) is None:
+                raise TypingError(f"{self.once.name} takes {wanted.args}, not {args}")
+        return wanted
+
+    def get_call_signatures(self) -> Any:
+        return [self.once.signature()], False
+
+    def get_impl_key(self, sig: Any) -> str:
+        return self.once.name
+
+
+@register_model(OnceType)
+class _OnceModel(models.OpaqueModel):
+    """Nothing: the call knows its address."""
+
+
+@typeof_impl.register(Once)
+def _typeof(value: Once[..., Any], _: Any) -> OnceType:
+    return value.type
+
+
+@lower_constant(OnceType)
+def _constant(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    return context.get_dummy_value()
+
+
+def compiled_once(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that its callers call but do not contain.
+
+    Its annotations are its signature: numbers, groups, arrays of one dimension.
+    """
+    return function if config.DISABLE_JIT else cast(Callable[P, R], Once(function))
