@@ -8,14 +8,10 @@ bounds its own gaps (`elements`); here is what they share.
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import NEVER, flight_rates
 from gearplay.kernels.layout import System, omega_of, spin_of, vx_of, vy_of
-
-Floats = NDArray[np.float64]
 
 # Share of a contact's natural size (1e-15 m of 0.1 mm): a touch is found once it is deeper than rounding, and before it is
 # deeper than this; one less deep may be missed.

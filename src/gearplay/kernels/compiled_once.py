@@ -20,6 +20,7 @@ from numba.core import typing as numba_typing
 from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin, lower_constant
 from numba.extending import models, register_model, typeof_impl
+from numba.np.numpy_support import from_dtype
 
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled
@@ -33,15 +34,18 @@ _PLAIN: dict[Any, Any] = {int: types.int64, float: types.float64, bool: types.bo
 
 
 def _numba_type(hint: Any) -> Any:
-    """Return numba's type of an annotation: a number, a group, an array of one dimension, a tuple of numbers."""
+    """Return numba's type of an annotation: a number, a group, an array, a tuple of numbers."""
     if hint in _PLAIN:
         return _PLAIN[hint]
     if isinstance(hint, type) and issubclass(hint, Group):
         return hint.known_type()
     if typing.get_origin(hint) is tuple:
         return types.Tuple([_numba_type(part) for part in typing.get_args(hint)])
+    dimensions = 1
+    if typing.get_origin(hint) is typing.Annotated:
+        hint, dimensions = typing.get_args(hint)
     (dtype,) = typing.get_args(typing.get_args(hint)[1])
-    return types.Array(types.float64 if dtype is np.float64 else types.int64, 1, "C")
+    return types.Array(from_dtype(np.dtype(dtype)), dimensions, "C")
 
 
 class Once(Generic[P, R]):
@@ -63,7 +67,7 @@ class Once(Generic[P, R]):
 
     def signature(self) -> Any:
         """Return numba's signature, from the annotations."""
-        hints = typing.get_type_hints(self.py_func)
+        hints = typing.get_type_hints(self.py_func, include_extras=True)
         result = _numba_type(hints.pop("return"))
         return numba_typing.signature(result, *(_numba_type(hint) for hint in hints.values()))
 

@@ -10,13 +10,10 @@ Saturated dry friction is a constant torque; rotations are relative to the const
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
 
-Floats = NDArray[np.float64]
 NEVER = math.inf
 
 

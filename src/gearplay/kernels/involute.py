@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
-
-Floats = NDArray[np.float64]
 
 SERIES_TERMS = 14
 

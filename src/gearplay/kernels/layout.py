@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Kinds, as integers because kernels know no strings.
 DRIVE_NONE, DRIVE_SPEED, DRIVE_SERVO = 0, 1, 2

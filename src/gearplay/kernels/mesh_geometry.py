@@ -3,15 +3,11 @@
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.involute import involute_difference
 from gearplay.kernels.layout import System, omega_of, spin_of, theta_of, turn_of, vx_of, vy_of, x_of, y_of
 from gearplay.kernels.tooth_stiffness import harmonics
-
-Floats = NDArray[np.float64]
 
 MESH = 2  # place of its records in `layout.System`
 MESH_COUPLED, MESH_UNCOUPLED, MESH_PRINTED_COUPLED, MESH_PRINTED_UNCOUPLED = 0, 1, 2, 3

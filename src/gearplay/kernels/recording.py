@@ -1,8 +1,6 @@
 """What a run leaves behind: sampled rows, contact tallies, the log of contacts."""
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
@@ -58,8 +56,6 @@ from gearplay.kernels.run import (
 )
 from gearplay.kernels.runge_kutta import interpolate
 from gearplay.kernels.switches import is_overruled
-
-Floats = NDArray[np.float64]
 
 
 @compiled_inline

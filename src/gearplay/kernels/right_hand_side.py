@@ -1,8 +1,8 @@
 """The right-hand side: all forces of the current contact modes, then Newton and Euler, eq. (20)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import (
@@ -22,8 +22,6 @@ from gearplay.kernels.layout import (
 from gearplay.kernels.ripple import follow_ripple
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign
-
-Floats = NDArray[np.float64]
 
 
 def make_loads(system: System) -> Loads:

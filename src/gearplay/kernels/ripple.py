@@ -6,13 +6,9 @@ A rippling rotor is prescribed at every instant, so it is never integrated: whoe
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.layout import System, omega_of, theta_of
-
-Floats = NDArray[np.float64]
 
 
 @compiled

@@ -8,8 +8,8 @@ flying rotors: sure to stay open until ``due``).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -30,9 +30,6 @@ from gearplay.kernels.layout import (
     x_of,
 )
 from gearplay.kernels.ripple import follow_ripple
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

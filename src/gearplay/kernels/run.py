@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System, members
@@ -12,9 +12,6 @@ from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.switches import make_branch
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Status of a run; the solver turns it into words.
 DONE, PAUSED = 0, 1

@@ -5,14 +5,12 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.kernels.roster import Roster
-
-Floats = NDArray[np.float64]
 
 STAGES = 7
 ORDER = 5

@@ -4,10 +4,9 @@ A change of the instant of an event, dt = -dh / h' of the function h that crosse
 long (docs/theory, T19).
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.flight import flight_rates
 from gearplay.kernels.layout import (
@@ -31,10 +30,8 @@ from gearplay.kernels.roster import Roster
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.tangent_state import Tangent, read_state
 
-Floats = NDArray[np.float64]
 
-
-@compiled
+@compiled_once
 def carry_over(system: System, run: Run, tangent: Tangent) -> int:
     """Carry the changes over the event at which the step ended, if there was one; return 1 where a pair cannot mesh."""
     t, before, modes = run.clock[T], tangent.branch.modes, run.branch.modes
@@ -51,7 +48,7 @@ def carry_over(system: System, run: Run, tangent: Tangent) -> int:
     return 0
 
 
-@compiled
+@compiled_once
 def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, t: float) -> int:
     """Carry the changes over a jump of element e's force at its switch s, at t [s]; return 1 where the pair cannot mesh."""
     before, after, row = tangent.jump[0], tangent.jump[1], tangent.slopes.elements[e]
@@ -73,7 +70,7 @@ def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, 
     return 0
 
 
-@compiled
+@compiled_once
 def rates_at_event(
     system: System, tangent: Tangent, roster: Roster, branch: Branch, t: float, rates: Floats
 ) -> int:
@@ -83,7 +80,7 @@ def rates_at_event(
     return right_hand_side(system, roster, t, tangent.y, branch, rates, tangent.loads)
 
 
-@compiled
+@compiled_once
 def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -> None:
     """Set what the changes do to the impact speed that the contact of touch switch s has just latched at t [s].
 

@@ -9,10 +9,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.flight import decay
 from gearplay.kernels.layout import (
@@ -28,8 +29,6 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign_slope
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +50,7 @@ def make_slopes(system: System) -> Slopes:
     )
 
 
-@compiled
+@compiled_once
 def linearise(
     system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes, loads: Loads
 ) -> int:
@@ -70,7 +69,7 @@ def linearise(
     return 0
 
 
-@compiled
+@compiled_once
 def rate_of_change(
     system: System, roster: Roster, branch: Branch, slopes: Slopes, z: Floats, dz: Floats
 ) -> None:

@@ -6,9 +6,10 @@ Touch and pull are alike for all contacts; the others belong to their elements.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import (
     LOADED,
@@ -26,8 +27,6 @@ from gearplay.kernels.layout import (
     ramp_of,
 )
 from gearplay.kernels.roster import Roster
-
-Floats = NDArray[np.float64]
 
 INACTIVE = -1.0
 
@@ -66,7 +65,7 @@ def switch_value(system: System, s: int, t: float, y: Floats, branch: Branch, lo
     return table.own_switch(system, switch.element, switch.local, t, y, branch, loads)
 
 
-@compiled
+@compiled_once
 def switch_values(
     system: System, roster: Roster, t: float, y: Floats, branch: Branch, loads: Loads, g: Floats
 ) -> None:
@@ -98,7 +97,7 @@ def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> Non
             modes[k] = LOADED
 
 
-@compiled
+@compiled_once
 def settle_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 

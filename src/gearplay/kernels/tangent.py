@@ -5,10 +5,8 @@ own stages, or of the closed form in flight. At an event the change is carried o
 motion").
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import FLYING, System, vx_of
 from gearplay.kernels.right_hand_side import right_hand_side
@@ -19,10 +17,8 @@ from gearplay.kernels.slopes import fly_change, linearise, rate_of_change
 from gearplay.kernels.stepper import advance, log_is_full, synchronise
 from gearplay.kernels.tangent_state import Tangent, remember
 
-Floats = NDArray[np.float64]
 
-
-@compiled
+@compiled_once
 def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> int:
     """Move the changes on by the step of h [s] that was taken at t [s]; return 1 where a pair cannot mesh.
 
@@ -51,7 +47,7 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
     return 0
 
 
-@compiled
+@compiled_once
 def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
     """Evaluate the stages of a part of h [s] of a step, and their slopes; return 1 where a pair cannot mesh."""
     roster, y, y_stage, stages = tangent.before, tangent.y, tangent.y_stage, tangent.stages

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
@@ -14,9 +14,6 @@ from gearplay.kernels.run import Run, T
 from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.slopes import Slopes, make_slopes
 from gearplay.kernels.switches import make_branch
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,10 @@
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import System
 
-Floats = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
 STIFFNESS_FOURIER, STIFFNESS_SQUARE, STIFFNESS_SPLINE = 0, 1, 2
 

@@ -6,10 +6,11 @@ With play two contacts, one for each sense of the twist; without play none, and 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.kernels.advancement import RESOLUTION, STAYS_OPEN, TOUCHES, open_span, rotor_bounds
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
     FORCE,
     FORCE_X,
@@ -29,9 +30,6 @@ from gearplay.kernels.layout import (
     theta_of,
     turn_of,
 )
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 KIND = 3
 RECORD = np.dtype(
@@ -73,7 +71,7 @@ def _torque(system: System, n: int, phi: float, rate: float, loads: Loads) -> fl
     return loads.contacts[coupling.contact, FORCE] - loads.contacts[coupling.contact + 1, FORCE]
 
 
-@compiled_inline
+@compiled_once
 def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill coupling n's rows of the contact table at (t, y), T = k p + c dp/dt beyond the play; return 0."""
     contacts = loads.contacts
@@ -90,7 +88,7 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
     return 0
 
 
-@compiled_inline
+@compiled_once
 def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
     """Add coupling n's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
     press(system, n, t, y, branch, loads)
@@ -111,7 +109,7 @@ def _bend(system: System, n: int, y: Floats) -> float:
     return alpha_a + abs(coupling.ratio) * alpha_b
 
 
-@compiled_inline
+@compiled_once
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
@@ -127,10 +125,10 @@ def stay_open(
     return STAYS_OPEN, min(longest, ahead, behind)
 
 
-@compiled_inline
+@compiled_once
 def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
-    stages: Floats,
+    stages: Rows,
 ) -> bool:  # fmt: skip
     """Return whether pull switch s of coupling n, not positive at both ends of a step of h [s], may be so in between.
 
@@ -152,7 +150,7 @@ def may_return(
     return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * bend)) > 0.0
 
 
-@compiled
+@compiled_once
 def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
     """Return the touch switch at which coupling n's torque has just jumped to c dp/dt; -1 for none."""
     coupling = system.records[KIND][n]
@@ -168,7 +166,7 @@ BY_TWIST, BY_RATE, TWIST_RATE = range(3)
 SLOPES = 3
 
 
-@compiled
+@compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill coupling n's row of slopes at (t, y); return 0."""
     press(system, n, t, y, branch, loads)
@@ -191,7 +189,7 @@ def _changes(system: System, n: int, z: Floats) -> tuple[float, float]:
     return z[theta_of(a)] - ratio * z[theta_of(b)], spin
 
 
-@compiled
+@compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in the penetration of switch s [rad] and in its rate [rad/s], and that rate."""
     phi, rate = _changes(system, n, z)
@@ -199,9 +197,9 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     return sign * phi, sign * rate, sign * row[TWIST_RATE]
 
 
-@compiled
+@compiled_once
 def add_change(
-    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
     """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in coupling n's torque."""
     coupling = system.records[KIND][n]
@@ -211,7 +209,7 @@ def add_change(
     force[coupling.b, 2] += coupling.ratio * torque
 
 
-@compiled_inline
+@compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:

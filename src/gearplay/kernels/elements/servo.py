@@ -6,10 +6,11 @@ No contact, one state of its own (the integral of the speed error), one mode (0 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.kernels.advancement import STAYS_OPEN
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
     PLACES,
     Branch,
@@ -20,8 +21,6 @@ from gearplay.kernels.layout import (
     ramp_of,
     spin_of,
 )
-
-Floats = NDArray[np.float64]
 
 KIND = 0
 RECORD = np.dtype(
@@ -60,13 +59,13 @@ def wanted_torque(system: System, n: int, t: float, y: Floats, branch: Branch) -
     return servo.gain * error + servo.integral_gain * y[servo.state]
 
 
-@compiled_inline
+@compiled_once
 def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Return 0: a servo has no contact."""
     return 0
 
 
-@compiled_inline
+@compiled_once
 def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
     """Add servo n's torque to the sum on its rotor, and the rate of its integral to ``dy``; return 0."""
     servo = system.records[KIND][n]
@@ -80,7 +79,7 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     return 0
 
 
-@compiled_inline
+@compiled_once
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
@@ -88,7 +87,7 @@ def stay_open(
     return STAYS_OPEN, longest
 
 
-@compiled_inline
+@compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return how far [N m] servo n is beyond its limit, or from it where it is limited."""
     servo = system.records[KIND][n]
@@ -97,7 +96,7 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     return abs(wanted) - limit if mode == 0 else limit - mode * wanted
 
 
-@compiled
+@compiled_once
 def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
     """Reach the limit or leave it."""
     slot = system.records[KIND][n].mode
@@ -107,7 +106,7 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
         branch.modes[slot] = 0
 
 
-@compiled
+@compiled_once
 def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set servo n's mode from the state alone."""
     servo = system.records[KIND][n]
@@ -115,21 +114,21 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
     branch.modes[servo.mode] = int(math.copysign(1.0, torque)) if abs(torque) > limit else 0
 
 
-@compiled
+@compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Return 0: a servo is linear on each of its modes."""
     return 0
 
 
-@compiled
+@compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return zeros: nothing jumps where a servo reaches its limit."""
     return 0.0, 0.0, 0.0
 
 
-@compiled
+@compiled_once
 def add_change(
-    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
     """Add to ``force`` and ``dz`` what a change z of the state changes in servo n's torque and in its integral's rate."""
     servo = system.records[KIND][n]
@@ -140,10 +139,10 @@ def add_change(
     dz[servo.state] = -spin + (torque - wanted) / servo.gain
 
 
-@compiled_inline
+@compiled_once
 def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
-    stages: Floats,
+    stages: Rows,
 ) -> bool:  # fmt: skip
     """Return whether switch s of servo n, not positive at both ends of a step of h [s], may be so in between.
 
@@ -163,7 +162,7 @@ def may_return(
     return max(g_0[servo.switch], g_1[servo.switch]) + 0.5 * h * max(most, -least) > 0.0
 
 
-@compiled_inline
+@compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:

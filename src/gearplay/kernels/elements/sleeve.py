@@ -6,9 +6,6 @@ One contact. Where the bush is carried, ``damping`` acts between journal and bus
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.kernels.advancement import (
     PASSES,
     RESOLUTION,
@@ -17,7 +14,9 @@ from gearplay.kernels.advancement import (
     open_span,
     rotor_bounds,
 )
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.sleeve_law import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
 from gearplay.kernels.layout import (
     FORCE,
@@ -42,8 +41,6 @@ from gearplay.kernels.layout import (
     y_of,
 )
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
-
-Floats = NDArray[np.float64]
 
 __all__ = ["KIND", "RECORD", "SIGNALS"]
 MEMORY: tuple[float, ...] = ()
@@ -151,7 +148,7 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     return 0
 
 
-@compiled_inline
+@compiled_once
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
@@ -193,7 +190,7 @@ N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(8, 17)
 SLOPES = 17
 
 
-@compiled
+@compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill sleeve n's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
     _press(system, n, t, y, branch, loads)
@@ -238,7 +235,7 @@ def _motion_change(sleeve: Any, system: System, row: Floats, z: Floats) -> tuple
     return e_x, e_y, v_x, v_y
 
 
-@compiled
+@compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in sleeve n's penetration [m] and its rate [m/s], and that rate."""
     sleeve = system.records[KIND][n]
@@ -248,9 +245,9 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * swing, row[V_U]
 
 
-@compiled
+@compiled_once
 def add_change(
-    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
     """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and latched speeds changes in sleeve n's forces."""
     sleeve = system.records[KIND][n]
@@ -291,10 +288,10 @@ def add_change(
         force[b, 2] -= (R + sleeve.clearance) * pull
 
 
-@compiled_inline
+@compiled_once
 def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
-    stages: Floats,
+    stages: Rows,
 ) -> bool:  # fmt: skip
     """Return whether switch s of sleeve n, not positive at both ends of a step of h [s], may be so in between.
 
@@ -313,7 +310,7 @@ def may_return(
     return max(g_0[at], g_1[at]) + 2.0 * bow * sleeve.dissipation / branch.latch[sleeve.latch] > 0.0
 
 
-@compiled_inline
+@compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:

@@ -4,13 +4,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.kernels.bed import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import PLACES, Signal
-
-Floats = NDArray[np.float64]
 
 KIND = 1
 RECORD = np.dtype(

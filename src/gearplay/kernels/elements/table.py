@@ -8,16 +8,12 @@ of elements e and never of a kind; a file knows the records n of its own kind.
 from dataclasses import dataclass
 from types import ModuleType
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import coupling, mesh, servo, sleeve
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
 
@@ -51,7 +47,7 @@ class Kind:
 KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh), Kind("coupling", coupling))
 
 
-@compiled_inline
+@compiled_once
 def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill element e's rows of the contact table at (t, y); return 1 where its geometry fails."""
     kind, n = system.elements[e].kind, system.elements[e].index

@@ -3,11 +3,10 @@
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.kernels.advancement import FAILS, RESOLUTION, STAYS_OPEN, TOUCHES, open_span, rotor_bounds
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.record import BACK, DRIVE, KIND, SEGMENT, SHOWN
 from gearplay.kernels.flank import flank_force
 from gearplay.kernels.layout import (
@@ -56,9 +55,6 @@ from gearplay.kernels.mesh_geometry import (
 from gearplay.kernels.tooth_stiffness import (
     mesh_stiffness,
 )
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @compiled_inline
@@ -116,7 +112,7 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     return 0
 
 
-@compiled_inline
+@compiled_once
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
@@ -201,7 +197,7 @@ def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
     return abs(rate) * mesh.highest_order
 
 
-@compiled_inline
+@compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.kernels.layout import (
     PLACES,
@@ -13,9 +12,6 @@ from gearplay.kernels.mesh_geometry import (
     FRESH,
     MESH,
 )
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 KIND = MESH
 RECORD = np.dtype(

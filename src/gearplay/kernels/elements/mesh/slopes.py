@@ -2,10 +2,9 @@
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.forces import damping_rate, press
 from gearplay.kernels.elements.mesh.record import BACK, EDGE, KIND, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import flank_slopes
@@ -51,9 +50,6 @@ from gearplay.kernels.tooth_stiffness import (
     stiffness_slope,
 )
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
 # Columns of a mesh's row of slopes. Arms, direction of the line of centres, relative velocity of the toothing centres:
 LA_X, LA_Y, LB_X, LB_Y, S_E_X, S_E_Y, DV_X, DV_Y, SPIN_A, SPIN_B, S_PSI_RATE = range(11)
 # curvatures of the opening along and across, and of the roll; error by the phase;
@@ -67,7 +63,7 @@ FLANK_SLOPES = 7
 SLOPES = FLANK + 2 * FLANK_SLOPES
 
 
-@compiled
+@compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill mesh n's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
 
@@ -180,7 +176,7 @@ def _flank_change(
     return p, rate, bend_x, bend_y, by_frame
 
 
-@compiled
+@compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in switch function s of mesh n and in its rate, and that rate."""
     mesh = system.records[KIND][n]
@@ -192,9 +188,9 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     return p, rate, row[FLANK + FLANK_SLOPES * flank + P_RATE]
 
 
-@compiled
+@compiled_once
 def add_change(
-    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
     """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in mesh n's forces."""
     mesh = system.records[KIND][n]

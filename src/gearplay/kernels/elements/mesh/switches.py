@@ -2,10 +2,9 @@
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.record import BACK, DRIVE, EDGE, KIND, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import RAMP_SMOOTH
 from gearplay.kernels.layout import (
@@ -30,11 +29,8 @@ from gearplay.kernels.tooth_stiffness import (
     square_segment,
 )
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
-
-@compiled_inline
+@compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return the end of a flank's ramp [m] or the edge of the square wave [rad] as a switch function."""
     modes = branch.modes
@@ -50,7 +46,7 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     return beyond if modes[mesh.mode + flank] == 0 else -beyond
 
 
-@compiled
+@compiled_once
 def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
     """Pass the end of a flank's ramp or the edge of the square wave."""
     modes = branch.modes
@@ -65,7 +61,7 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     modes[slot] = 1 - modes[slot]
 
 
-@compiled
+@compiled_inline
 def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) -> None:
     """Set the segment of mesh n's square wave from the state; while the mesh is open nobody counts segments."""
     mesh = system.records[KIND][n]
@@ -74,7 +70,7 @@ def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) ->
         modes[mesh.mode + SEGMENT] = square_segment(mesh, psi)
 
 
-@compiled
+@compiled_once
 def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
     mesh = system.records[KIND][n]
@@ -85,7 +81,7 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
     _settle_segment(system, n, t, y, branch.modes)
 
 
-@compiled
+@compiled_once
 def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch) -> None:
     """Set what the touch of contact k begins with: its ramp, and the segment if the mesh was open."""
     mesh = system.records[KIND][n]
@@ -125,7 +121,7 @@ def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -
 
 
 @compiled_inline
-def _phase_bend(system: System, mesh: Any, stages: Floats) -> float:
+def _phase_bend(system: System, mesh: Any, stages: Rows) -> float:
     """Return the largest |psi''| [rad/s^2] at the stages of a step."""
     most = 0.0
     for stage in range(stages.shape[0]):
@@ -136,10 +132,10 @@ def _phase_bend(system: System, mesh: Any, stages: Floats) -> float:
     return mesh.z_driver * most
 
 
-@compiled_inline
+@compiled_once
 def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
-    stages: Floats,
+    stages: Rows,
 ) -> bool:  # fmt: skip
     """Return whether switch s of mesh n, not positive at both ends of a step of h [s], may be so in between."""
     modes, start, end = branch.modes, loads_0.contacts, loads.contacts
@@ -162,7 +158,7 @@ def may_return(
     return rising > 0.0 and falling > 0.0 and g_0[at] + rising * h > 0.0 and g_1[at] + falling * h > 0.0
 
 
-@compiled
+@compiled_once
 def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
     mesh = system.records[KIND][n]
