@@ -30,7 +30,8 @@ from gearplay.kernels.layout import LOADED
 from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
-from gearplay.solver.simulate import prepare, run_members
+from gearplay.solver.compiling import prepare
+from gearplay.solver.simulate import run_members
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmark.md"
 HAN = gp.replace(gp.load_case("han2021"), {"run.tolerance": 1e-6})

@@ -31,12 +31,31 @@ def planetary_set():
     """
     module, alpha = 4e-3, math.radians(24.6)
     centre = 0.5 * module * 40
-    base = {name: 0.5 * module * teeth * math.cos(alpha) for name, teeth in {"sun": 20, "planet": 20, "ring": 60}.items()}
+    base = {
+        name: 0.5 * module * teeth * math.cos(alpha)
+        for name, teeth in {"sun": 20, "planet": 20, "ring": 60}.items()
+    }
     bearing = {"radial_clearance": 5e-6, "exponent": 1.0, "stiffness": 1e8, "restitution": 0.8}
     rotors = {
-        "sun": {"teeth": 20, "mass": 0.4, "inertia": 0.39 * base["sun"] ** 2, "drive": {"kind": "speed", "speed": "1000 rpm", "ramp": "20 ms"}},
-        "ring": {"teeth": 60, "internal": True, "mass": 2.35, "inertia": 3.0 * base["ring"] ** 2, "position": [0.0, 0.0]},
-        "carrier": {"mass": 5.43, "inertia": 6.29 * centre**2, "position": [0.0, 0.0], "load": {"torque": "100 N m"}},
+        "sun": {
+            "teeth": 20,
+            "mass": 0.4,
+            "inertia": 0.39 * base["sun"] ** 2,
+            "drive": {"kind": "speed", "speed": "1000 rpm", "ramp": "20 ms"},
+        },
+        "ring": {
+            "teeth": 60,
+            "internal": True,
+            "mass": 2.35,
+            "inertia": 3.0 * base["ring"] ** 2,
+            "position": [0.0, 0.0],
+        },
+        "carrier": {
+            "mass": 5.43,
+            "inertia": 6.29 * centre**2,
+            "position": [0.0, 0.0],
+            "load": {"torque": "100 N m"},
+        },
         "ground": {"mass": 1.0, "inertia": 1.0, "drive": {"kind": "speed", "speed": 0.0}},
     }
     rotors["sun"]["position"] = [0.0, 0.0]
@@ -59,10 +78,25 @@ def planetary_set():
         }
         sleeves[name] = {**bearing, "on": "carrier"}
         meshes += [{"driver": "sun", "driven": name, **mesh}, {"driver": name, "driven": "ring", **mesh}]
-    support = {"between": ["ring", "ground"], "torsional_stiffness": 1e9 * base["ring"] ** 2, "torsional_damping": 65.0}
+    support = {
+        "between": ["ring", "ground"],
+        "torsional_stiffness": 1e9 * base["ring"] ** 2,
+        "torsional_damping": 65.0,
+    }
     return gp.load_case(
-        {"rotors": rotors, "sleeves": sleeves, "meshes": meshes, "couplings": [support], "run": {"duration": DURATION, "transient": LEAD, "sampling": "50 kHz"}}
+        {
+            "rotors": rotors,
+            "sleeves": sleeves,
+            "meshes": meshes,
+            "couplings": [support],
+            "run": {"duration": DURATION, "transient": LEAD, "sampling": "50 kHz"},
+        }
     )
 
 
-PROBLEMS = {"external-pair": external_pair, "pinion-idler-ring": chain, "article 1 g 1 N m": article_pair, "planetary": planetary_set}
+PROBLEMS = {
+    "external-pair": external_pair,
+    "pinion-idler-ring": chain,
+    "article 1 g 1 N m": article_pair,
+    "planetary": planetary_set,
+}

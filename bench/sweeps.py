@@ -35,7 +35,8 @@ def plan_of(cases, duration):
 def alone(duration, cases):
     """Return the mean time [s] of the simulation alone, one core, nothing beside it."""
     import gearplay as gp
-    from gearplay.solver.simulate import prepare, run_one
+    from gearplay.solver.compiling import prepare
+    from gearplay.solver.simulate import run_one
 
     base = gp.replace(gp.load_case("han2021"), {**PLAN["set"], "run.duration": duration})
     prepare(base)
@@ -49,7 +50,7 @@ def alone(duration, cases):
 
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
-    from gearplay.solver.simulate import prepare
+    from gearplay.solver.compiling import prepare
     from gearplay.sweeps.door import Policy, sweep
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.evaluate import Sweep

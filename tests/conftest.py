@@ -41,51 +41,30 @@ ALONE = (
     "verification/test_tolerance",
 )
 """Tests that run no kernel: they come first, while the kernels are compiled."""
-DERIVED = (
-    "acceptance/test_bifurcation",
-    "acceptance/test_motion",
-    "acceptance/test_portrait",
-    "unit/nonlinear",
-    "unit/results/test_answers",
-    "verification/test_branch",
-    "verification/test_lyapunov",
-    "verification/test_orbit",
-    "verification/test_periodic_orbits",
-    "verification/test_tangent",
-)
-"""Tests that need the kernels of the exact derivative too, which are compiled last."""
 LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
 """Files that take long come next, so that workers end together."""
 COMPILE = """
-import gearplay as gp
-from gearplay.solver.flow import prepare_tangent
-from gearplay.solver.simulate import prepare
+from gearplay.solver.compiling import prepare_all
 try:
-    prepare(gp.load_case("han2021"))
-    open({ready!r}, "w").close()
-    prepare_tangent(gp.load_case("han2021"))
+    prepare_all()
 finally:
     open({ready!r}, "w").close()
-    open({derived!r}, "w").close()
 """
 
+DIGEST = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(KERNELS.rglob("*.py")))).hexdigest()[:16]
 if "NUMBA_CACHE_DIR" not in os.environ:
-    digest = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(KERNELS.rglob("*.py")))).hexdigest()[:16]
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{digest}")
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{DIGEST}")
 
-READY = Path(os.environ["NUMBA_CACHE_DIR"]) / "ready"
-READY_DERIVED = READY.with_name("ready-derived")
-"""There once the kernels are in their cache; their folder is named by the sources, so they never lie."""
+READY = Path(os.environ["NUMBA_CACHE_DIR"]) / f"ready-{DIGEST}"
+"""There once the kernels are in their cache; it is named by the sources, so it never lies."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let the kernels be compiled beside the first tests of several workers, which run none."""
     several = bool(getattr(config.option, "numprocesses", None)) and not hasattr(config, "workerinput")
-    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY_DERIVED.exists():
+    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY.exists():
         READY.parent.mkdir(parents=True, exist_ok=True)
-        config.compiling = subprocess.Popen(
-            [sys.executable, "-c", COMPILE.format(ready=str(READY), derived=str(READY_DERIVED))]
-        )  # type: ignore[attr-defined]
+        config.compiling = subprocess.Popen([sys.executable, "-c", COMPILE.format(ready=str(READY))])  # type: ignore[attr-defined]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -121,8 +100,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     if "PYTEST_XDIST_WORKER" not in os.environ or "NUMBA_DISABLE_JIT" in os.environ:
         return
     place, end = _place(item.path), time.monotonic() + 900.0
-    wanted = READY_DERIVED if place.startswith(DERIVED) else READY
-    while not place.startswith(ALONE) and not wanted.exists() and time.monotonic() < end:
+    while not place.startswith(ALONE) and not READY.exists() and time.monotonic() < end:
         time.sleep(0.1)
 
 

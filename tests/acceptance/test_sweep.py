@@ -31,13 +31,13 @@ from gearplay.files.atomic import shown_path
 from gearplay.files.folder_lock import locked
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
-from gearplay.solver.simulate import worker_count
 from gearplay.sweeps import door
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import engines
 from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
+from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import InputError
 
 CASES, KILLS = 300, sized(100)
@@ -668,7 +668,7 @@ def test_a_damaged_plan_is_named(
 ) -> None:
     """At once: before any kernel is asked for."""
     (tmp_path / "plan.json").write_bytes(damaged)
-    monkeypatch.setattr("gearplay.solver.simulate.prepare", None)
+    monkeypatch.setattr("gearplay.cli.progress.compile_kernels", None)
     for words in (["sweep", few, "--out", tmp_path], ["resume", tmp_path]):
         assert do(*words) == 2
         (said,) = capsys.readouterr().err.splitlines()

@@ -65,7 +65,7 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 WALK = """
 import json, sys, threading
 import gearplay as gp
-from gearplay.solver.simulate import prepare
+from gearplay.solver.compiling import prepare
 plan = {"case": "han2021", "set": {"run.duration": 0.01, "run.transient": 0.0},
         "axes": [{"name": "gap", "path": "meshes.0.backlash", "values": ["50 um", "100 um"]}],
         "design": {"count": 2, "parameters": [{"name": "drag", "path": "rotors.ring.load.drag", "low": 1e-3, "high": 2e-3}]},

@@ -8,7 +8,8 @@ import pytest
 import gearplay as gp
 from building import Measured
 from gearplay.model.geometry import nominal_speeds, starting_speeds
-from gearplay.solver.simulate import prepare, run_one
+from gearplay.solver.compiling import prepare
+from gearplay.solver.simulate import run_one
 
 RPM = np.pi / 30.0
 MOVING = {

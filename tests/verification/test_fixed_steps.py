@@ -7,8 +7,9 @@ import pytest
 
 import gearplay as gp
 from gearplay.model.reading import replace
-from gearplay.solver.flow import Flow, prepare_tangent
-from gearplay.solver.simulate import prepare, run_one
+from gearplay.solver.compiling import prepare
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_one
 from gearplay.vocabulary.errors import InputError
 
 SIGNALS = ["ring.x", "ring.vx", "ring.omega"]
@@ -92,7 +93,7 @@ def test_shares_of_time_are_those_of_located_contacts() -> None:
 
 def test_there_is_no_exact_derivative() -> None:
     plain = replace(case(), {"run.fixed_step": 1e-6})
-    prepare_tangent(case())
+    prepare(case(), derivative=True)
     with pytest.raises(InputError, match=r"run\.fixed_step = 1e-06: must be absent where the derivative"):
         gp.lyapunov(plain, duration=0.1)
     with pytest.raises(InputError, match=r"run\.fixed_step"):

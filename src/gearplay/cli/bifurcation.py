@@ -8,7 +8,7 @@ import typer
 
 from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -52,7 +52,6 @@ def bifurcation(
     from gearplay.nonlinear.orbits.door import branches as branches_of
     from gearplay.nonlinear.orbits.door import check_branches
     from gearplay.results.answer import KIND
-    from gearplay.solver.simulate import prepare
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"
@@ -67,8 +66,7 @@ def bifurcation(
         raise InputError(
             Fault("--high", high, f"must be above --low, {low}", "Give both with their unit, the lower first")
         )
-    with compiling_notice():
-        prepare(base)
+    compile_kernels(base, quiet=json)
     if branches:
         check_branches(base, path, order=order, doublings=doublings)
     written = False

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.exit_codes import INTERRUPTED
 
 
@@ -40,13 +40,11 @@ def calibrate(
     from gearplay.calibration.reading import load_plan, plan_folder
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
-    from gearplay.solver.simulate import prepare
 
     loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
     problem = Problem(loaded, loaded.models[0])
-    with compiling_notice():
-        prepare(problem.cases[0])
+    compile_kernels(problem.cases[0], quiet=json)
     with locked(folder):
         if overwrite:
             _forget(folder)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 
 
 def register(app: typer.Typer) -> None:
@@ -37,12 +37,10 @@ def measure(
     from gearplay.model.reading import load_case
     from gearplay.rig import measure as record_of
     from gearplay.rig.plan import load_rig
-    from gearplay.solver.simulate import prepare
 
     chosen, built = load_case(case, changes or ()), load_rig(rig)
     check_record_path(out, overwrite=overwrite)
-    with compiling_notice():
-        prepare(chosen)
+    compile_kernels(chosen, quiet=json)
     with interruptible() as stop, progress_bar(quiet=json) as report:
         watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
         record = record_of(

@@ -7,7 +7,7 @@ import typer
 
 from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.exit_codes import INTERRUPTED
 
 
@@ -32,11 +32,9 @@ def motion(
     """Say what kind of motion a case settles to, and why."""
     from gearplay.model.reading import load_case
     from gearplay.nonlinear.door import motion as kind_of
-    from gearplay.nonlinear.kinds.motion import prepare_motion
 
     base = load_case(case, changes or ())
-    with compiling_notice():
-        prepare_motion(base)
+    compile_kernels(base, quiet=json, derivative=base.run.fixed_step is None)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = kind_of(

@@ -7,7 +7,7 @@ import typer
 
 from gearplay.cli.arguments import Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text
-from gearplay.cli.progress import compiling_notice
+from gearplay.cli.progress import compile_kernels
 
 
 def register(app: typer.Typer) -> None:
@@ -34,7 +34,6 @@ def portrait(
     from gearplay.model.reading import load_case
     from gearplay.nonlinear.portraits import portrait_figure
     from gearplay.nonlinear.section_door import portrait as portrait_of
-    from gearplay.solver.simulate import prepare
     from gearplay.vocabulary.errors import Fault, InputError
 
     base = load_case(case, changes or ())
@@ -46,8 +45,7 @@ def portrait(
     data, picture = folder / "portrait.nc", folder / "portrait.png"
     for each in (data, picture):
         check_new(each, overwrite=overwrite)
-    with compiling_notice():
-        prepare(base)
+    compile_kernels(base, quiet=json)
     found = portrait_of(base, settle=settle, keep=keep, show=show, period=period_of(period))
     drawn = portrait_figure(found.ds, rotors=tuple(rotor or ()))
     found.save(data, overwrite=overwrite)

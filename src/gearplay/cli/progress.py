@@ -1,13 +1,19 @@
 """A progress bar with an estimate, only where somebody can see it."""
 
+from __future__ import annotations
+
 import signal
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from gearplay.cli.output import say
 from gearplay.vocabulary.progress import Progress as Told
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
 
 
 @contextmanager
@@ -24,19 +30,6 @@ def interruptible() -> Iterator[threading.Event]:
         yield stop
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def compiling_notice() -> Iterator[None]:
-    """Say on standard error what takes so long, if the block is not done within two seconds."""
-    words = "Compiling the kernels: once after an installation, about a minute."
-    timer = threading.Timer(2.0, say, args=[words])
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 @contextmanager
@@ -63,3 +56,18 @@ def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
             bar.update(task, description=label, completed=done, total=total)
 
         yield report
+
+
+def compile_kernels(case: Case, *, quiet: bool, derivative: bool = False) -> None:
+    """Compile what a case needs, with progress: a bar on a terminal, else one line."""
+    from gearplay.solver.compiling import prepare
+
+    said: list[str] = []
+
+    def say_once(label: str, done: float, total: float) -> None:
+        if not said:
+            said.append(label)
+            say(f"{label}.")
+
+    with progress_bar(quiet=quiet) as bar:
+        prepare(case, derivative=derivative, progress=bar or say_once)

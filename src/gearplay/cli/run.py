@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say_error
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -33,13 +33,11 @@ def run(
         from gearplay.files.atomic import check_new
         from gearplay.model.reading import load_case
         from gearplay.results.door import simulate
-        from gearplay.solver.simulate import prepare
 
         chosen = load_case(case, changes or ())
         if out is not None:
             check_new(out, overwrite=overwrite)
-        with compiling_notice():
-            prepare(chosen)
+        compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
         with progress_bar(quiet=json) as report:

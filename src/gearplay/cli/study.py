@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -78,14 +78,12 @@ def _one(
     from gearplay.files.parts import FolderStore
     from gearplay.published.han2021 import Settings, base_case, fit_drag, run_study
     from gearplay.published.report import write_study
-    from gearplay.solver.simulate import prepare
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)
     settings = Settings(case=case, members=members, duration=duration)
     fitted: dict[str, Any] = {}
-    with compiling_notice():
-        prepare(base_case(settings))
+    compile_kernels(base_case(settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
             if fit:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compiling_notice, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -110,7 +110,6 @@ def _run(
 ) -> None:
     from gearplay.files.folder_lock import locked
     from gearplay.results.account import Account
-    from gearplay.solver.simulate import prepare
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
     from gearplay.sweeps.tolerances.answer import answer
@@ -130,8 +129,7 @@ def _run(
         )  # a wrong folder is said before minutes pass
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
-                with compiling_notice():
-                    prepare(made.template.base)
+                compile_kernels(made.template.base, quiet=json)
             with interruptible() as stop, progress_bar(quiet=json) as report:
                 count = run_in(made, folder, chosen, left, progress=report, stop=stop)
                 if chosen.shard is not None:
@@ -179,11 +177,9 @@ def _sentences(words: Any) -> list[str]:
 def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from dataclasses import asdict
 
-    from gearplay.solver.simulate import prepare
     from gearplay.sweeps.running.forecast import forecast
 
-    with compiling_notice():
-        prepare(made.template.base)
+    compile_kernels(made.template.base, quiet=json)
     found = forecast(made, workers=workers)
     if json:
         print_json({"title": made.plan.title, **asdict(found)})

@@ -19,7 +19,8 @@ def kernel_digest(folder: Path) -> str:
     ).hexdigest()
 
 
-_DIGEST = kernel_digest(Path(__file__).parent)
+DIGEST = kernel_digest(Path(__file__).parent)
+"""Of the kernels as they are."""
 
 
 def _stamped(dispatcher: Any) -> Any:
@@ -29,7 +30,7 @@ def _stamped(dispatcher: Any) -> Any:
     """
     cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if cache_file is not None:
-        cache_file._source_stamp = _DIGEST
+        cache_file._source_stamp = DIGEST
     return dispatcher
 
 

@@ -1,14 +1,20 @@
 """Kernels that are compiled once, when something first calls them, and not again within everything that calls them.
 
-numba puts a copy of all that a kernel calls into the kernel itself, which LLVM then optimises anew: the innermost forces would be
-compiled a dozen times. A call of one of these is a call by address instead. The address is asked for by the first call (so nothing
-is compiled that a case does not need) and is then in a word beside the caller's code. Use it where a call is rare or its body long.
+numba puts a copy of all that a kernel calls into the kernel itself, which LLVM then optimises anew: the innermost forces would
+be compiled a dozen times. A call of one of these is a call by address instead. The first call asks for the address, so that
+nothing is compiled that a case does not need; from then on it is in a word beside the caller's code. Use it where a call is rare
+or its body long.
 """
 
 import ctypes
+import os
 import signal
+import threading
+import traceback
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import llvmlite.binding as llvm
@@ -16,9 +22,9 @@ import numpy as np
 from llvmlite import ir
 from numba import config
 from numba.core import cgutils, types
-from numba.core import typing as numba_typing
 from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin, lower_constant
+from numba.core.typing.templates import signature
 from numba.extending import models, register_model, typeof_impl
 from numba.np.numpy_support import from_dtype
 
@@ -27,6 +33,11 @@ from gearplay.kernels.compiled import compiled
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+INTERPRETED = bool(getattr(config, "DISABLE_JIT"))  # noqa: B009  (numba makes it when it is imported)
+"""Whether kernels run as plain Python."""
+KERNELS: dict[str, "Once[..., Any]"] = {}
+"""All of them, by module and name."""
 
 _ADDRESS = ir.IntType(64)
 _ASK = ctypes.CFUNCTYPE(ctypes.c_int64)
@@ -48,6 +59,22 @@ def _numba_type(hint: Any) -> Any:
     return types.Array(from_dtype(np.dtype(dtype)), dimensions, "C")
 
 
+@contextmanager
+def _deferred_interrupt() -> Iterator[None]:
+    """Let Ctrl-C wait until the block is done; it comes to the main thread only."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+
+
 class Once(Generic[P, R]):
     """A kernel that is called by address; made by `compiled_once`."""
 
@@ -57,38 +84,50 @@ class Once(Generic[P, R]):
         self.dispatcher: Any = compiled(function)
         self.__doc__, self.__name__ = function.__doc__, function.__name__
         self.__module__, self.__wrapped__ = function.__module__, function
-        self._asked = _ASK(self.address)  # must live as long as compiled code may ask
+        self._asked = _ASK(self._answer)  # must live as long as compiled code may ask
         llvm.add_symbol(self.name, ctypes.cast(self._asked, ctypes.c_void_p).value)
         self.type = OnceType(self)
+        KERNELS[self.name] = self
         lower_builtin(self.name, types.VarArg(types.Any))(self._call)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call it from Python."""
         return cast(R, self.dispatcher(*args, **kwargs))
+
+    @property
+    def folder(self) -> Path:
+        """The folder of its compiled code."""
+        return Path(self.dispatcher._cache.cache_path)
+
+    @property
+    def length(self) -> int:
+        """How long its source is; its time of compilation grows with it."""
+        return len(self.py_func.__code__.co_code)
 
     def signature(self) -> Any:
         """Return numba's signature, from the annotations."""
         hints = typing.get_type_hints(self.py_func, include_extras=True)
         result = _numba_type(hints.pop("return"))
-        return numba_typing.signature(result, *(_numba_type(hint) for hint in hints.values()))
+        return signature(result, *(_numba_type(hint) for hint in hints.values()))
 
     def address(self) -> int:
-        """Return the address of the compiled code; compiles it, or loads it from its cache, the first time.
+        """Return the address of the compiled code; the first time it is compiled, or loaded from its cache.
 
-        Compiled code calls this and can take no exception: Ctrl-C waits until it is done.
+        Ctrl-C waits until that is done.
         """
-        before = None
-        try:
-            before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        except ValueError:  # not the main thread, where Ctrl-C does not come
-            pass
-        try:
+        with _deferred_interrupt():
             wanted = self.signature()
             self.dispatcher.compile(wanted.args)
             entry = self.dispatcher.overloads[wanted.args]
             return int(entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name))
-        finally:
-            if before is not None:
-                signal.signal(signal.SIGINT, before)
+
+    def _answer(self) -> int:
+        """Return the address to compiled code, which can take no exception and cannot go on without."""
+        try:
+            return self.address()
+        except BaseException:
+            traceback.print_exc()
+            os._exit(70)
 
     def _call(self, context: Any, builder: Any, sig: Any, args: Any) -> Any:
         """Emit a call by address."""
@@ -103,7 +142,11 @@ class Once(Generic[P, R]):
             builder.store(found, address)
         kind = context.call_conv.get_function_type(sig.return_type, sig.args)
         callee = builder.inttoptr(builder.load(address), kind.as_pointer())
-        _, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
+        status, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
+        with cgutils.if_unlikely(
+            builder, status.is_error
+        ):  # an index beyond its bounds, where these are checked
+            context.call_conv.return_status_propagate(builder, status)
         return result
 
 
@@ -115,6 +158,7 @@ class OnceType(types.Callable):
         super().__init__(f"once({once.name})")
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
+        """Return the signature, whatever literal numbers a call gives."""
         wanted = self.once.signature()
         if kws or len(args) != len(wanted.args):
             raise TypingError(f"{self.once.name} takes {len(wanted.args)} arguments by place")
@@ -124,9 +168,11 @@ class OnceType(types.Callable):
         return wanted
 
     def get_call_signatures(self) -> Any:
+        """Return the only signature."""
         return [self.once.signature()], False
 
     def get_impl_key(self, sig: Any) -> str:
+        """Return what the call is emitted by."""
         return self.once.name
 
 
@@ -150,4 +196,4 @@ def compiled_once(function: Callable[P, R]) -> Callable[P, R]:
 
     Its annotations are its signature: numbers, groups, arrays of one dimension.
     """
-    return function if config.DISABLE_JIT else cast(Callable[P, R], Once(function))
+    return function if INTERPRETED else cast(Callable[P, R], Once(function))

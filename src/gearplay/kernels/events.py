@@ -1,11 +1,12 @@
 """Finding the first switch inside a step, on its interpolant, and taking the step again so that it ends there."""
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
 from gearplay.kernels.roster import fly_listed, fly_on
-from gearplay.kernels.run import CALLS, TOLERANCE, Floats, Run, T
+from gearplay.kernels.run import CALLS, TOLERANCE, Run, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate_state, step
 from gearplay.kernels.switches import switch_value, switch_values
 

@@ -32,7 +32,7 @@ from gearplay.kernels.layout import (
     x_of,
     y_of,
 )
-from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.ripple import follow_ripple, ripple
 from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run import (
@@ -80,7 +80,7 @@ def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
         x = min(max((t - clock[T]) / h, 0.0), 1.0)
         interpolate(roster, x, h, run.y, run.y_new, run.stages, run.y_try)
         if counts[FORCES] == 1:
-            right_hand_side(system, roster, t, run.y_try, run.branch, run.dy_try, run.loads_try)
+            rates_of(system, roster, t, run.y_try, run.branch, run.dy_try, run.loads_try)
         for c in range(1, run.wanted_rotors[0] + 1):
             observe_rotor(system, run, run.wanted_rotors[c], t)
         observe_elements(system, run, t)

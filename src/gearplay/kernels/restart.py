@@ -2,13 +2,14 @@
 
 import math
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
 from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
 from gearplay.kernels.recording import tally_change
-from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.roster import copy_rotor, muster
 from gearplay.kernels.run import (
     BEGUN,
@@ -22,7 +23,6 @@ from gearplay.kernels.run import (
     EVENTS,
     H_RESTART,
     NOT_FINITE,
-    Floats,
     H,
     Run,
     T,
@@ -65,7 +65,7 @@ def check_states(run: Run) -> int:
 def evaluate(system: System, run: Run, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
     run.counts[CALLS] += 1
-    failed = right_hand_side(system, run.roster, t, run.y, run.branch, run.stages[0], run.loads_0)
+    failed = rates_of(system, run.roster, t, run.y, run.branch, run.stages[0], run.loads_0)
     if failed == 0:
         failed = watch(system, run, t, run.y, run.loads_0)
     if failed == 0:

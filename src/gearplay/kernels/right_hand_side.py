@@ -4,6 +4,7 @@ import numpy as np
 
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import (
     CONTACT_COLUMNS,
@@ -69,3 +70,11 @@ def right_hand_side(
         if r.drive == DRIVE_SPEED and branch.modes[ramp_of(system, branch.modes, i)] == 1:
             dy[omega_of(system, i)] = r.ramp_acceleration
     return 0
+
+
+@compiled_once
+def rates_of(
+    system: System, roster: Roster, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
+) -> int:
+    """Do what `right_hand_side` does, for callers who need it now and then."""
+    return right_hand_side(system, roster, t, y, branch, dy, loads)

@@ -15,7 +15,7 @@ from gearplay.kernels.roster import Roster
 STAGES = 7
 ORDER = 5
 NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
-WEIGHTS = np.array(
+W = WEIGHTS = np.array(
     [
         [0, 0, 0, 0, 0, 0],
         [1 / 5, 0, 0, 0, 0, 0],
@@ -40,34 +40,44 @@ DENSE = np.array(
 )
 
 
-@compiled_inline
-def combine(stage: int, roster: Roster, h: float, y: Floats, stages: Floats, result: Floats) -> None:
-    """Fill the active states of ``result`` with those at a stage of a step of h [s] from y."""
-    for s in range(1, roster.states[0] + 1):
-        i = roster.states[s]
-        total = 0.0
-        for j in range(stage):
-            total += WEIGHTS[stage, j] * stages[j, i]
-        result[i] = y[i] + h * total
-
-
 @compiled
-def stage_state(stage: int, roster: Roster, h: float, y: Floats, stages: Floats, result: Floats) -> None:
-    """Do what `combine` does, by a loop of its own for each stage: a number known to the compiler unrolls its sum."""
+def stage_state(stage: int, roster: Roster, h: float, y: Floats, k: Floats, result: Floats) -> None:
+    """Fill the active states of ``result`` with those at a stage, 0 to 6, of a step of h [s] from y; ``k`` are the stages.
+
+    A loop for each stage, its sum written out: a loop over the terms takes half as long again.
+    """
+    states = roster.states
     if stage == 0:
-        combine(0, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            result[states[s]] = y[states[s]]
     elif stage == 1:
-        combine(1, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            result[i] = y[i] + h * (W[1, 0] * k[0, i])
     elif stage == 2:
-        combine(2, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            result[i] = y[i] + h * (W[2, 0] * k[0, i] + W[2, 1] * k[1, i])
     elif stage == 3:
-        combine(3, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            result[i] = y[i] + h * (W[3, 0] * k[0, i] + W[3, 1] * k[1, i] + W[3, 2] * k[2, i])
     elif stage == 4:
-        combine(4, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            result[i] = y[i] + h * (
+                W[4, 0] * k[0, i] + W[4, 1] * k[1, i] + W[4, 2] * k[2, i] + W[4, 3] * k[3, i]
+            )
     elif stage == 5:
-        combine(5, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            total = W[5, 0] * k[0, i] + W[5, 1] * k[1, i] + W[5, 2] * k[2, i]
+            result[i] = y[i] + h * (total + W[5, 3] * k[3, i] + W[5, 4] * k[4, i])
     else:
-        combine(6, roster, h, y, stages, result)
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            total = W[6, 0] * k[0, i] + W[6, 1] * k[1, i] + W[6, 2] * k[2, i] + W[6, 3] * k[3, i]
+            result[i] = y[i] + h * (total + W[6, 4] * k[4, i] + W[6, 5] * k[5, i])
 
 
 @compiled_inline

@@ -25,7 +25,7 @@ from gearplay.kernels.layout import (
     vy_of,
     x_of,
 )
-from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.tangent_state import Tangent, read_state
@@ -77,7 +77,7 @@ def rates_at_event(
     """Fill ``rates`` with the derivative of the active states at an event, on a given branch; 1 where a pair cannot mesh."""
     for s in range(rates.size):
         rates[s] = 0.0
-    return right_hand_side(system, roster, t, tangent.y, branch, rates, tangent.loads)
+    return rates_of(system, roster, t, tangent.y, branch, rates, tangent.loads)
 
 
 @compiled_once

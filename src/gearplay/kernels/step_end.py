@@ -1,12 +1,13 @@
 """The end of a step that is accepted: what switches there, and what is carried over to the next."""
 
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import MARGIN, PENETRATION, RATE, TOUCH, System
 from gearplay.kernels.recording import record_samples, sample_is_due, tally_step
 from gearplay.kernels.restart import change_mode, check_state
-from gearplay.kernels.run import DONE, STEPS, Floats, Run, T
+from gearplay.kernels.run import DONE, STEPS, Run, T
 from gearplay.kernels.runge_kutta import STAGES
 
 

@@ -9,7 +9,7 @@ from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import FLYING, System, vx_of
-from gearplay.kernels.right_hand_side import right_hand_side
+from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.run import CANNOT_MESH, DONE, PAUSED, Run, T
 from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS, stage_state
 from gearplay.kernels.saltation import carry_over
@@ -57,7 +57,7 @@ def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
     for stage in range(STAGES):
         at = t + NODES[stage] * h
         stage_state(stage, roster, h, y, stages, y_stage)
-        failed = right_hand_side(system, roster, at, y_stage, branch, stages[stage], tangent.loads)
+        failed = rates_of(system, roster, at, y_stage, branch, stages[stage], tangent.loads)
         if failed != 0 or linearise(system, roster, at, y_stage, branch, tangent.slopes, tangent.loads) != 0:
             return 1
         for c in range(tangent.changes.shape[0]):

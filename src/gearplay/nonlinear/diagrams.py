@@ -15,9 +15,9 @@ from gearplay.nonlinear.orbits.period_map import Family, common_period, section_
 from gearplay.results.account import Account
 from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.observables import Observables
-from gearplay.solver.simulate import prepare
 from gearplay.solver.trajectory import all_columns
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 from gearplay.vocabulary.progress import Tick

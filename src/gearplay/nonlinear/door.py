@@ -12,8 +12,8 @@ from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
 from gearplay.nonlinear.orbits.period_map import along
 from gearplay.results.door import Source, case_of
-from gearplay.solver.flow import prepare_tangent
-from gearplay.solver.simulate import prepare, worker_count
+from gearplay.solver.compiling import prepare
+from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Progress, listening, ticking
 from gearplay.vocabulary.renamed import renamed
 
@@ -142,7 +142,7 @@ def lyapunov(
 
     """
     base = case_of(case)
-    prepare_tangent(base)
+    prepare(base, derivative=True)
     return lyapunov_exponents(
         base,
         count=count,

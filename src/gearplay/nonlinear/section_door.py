@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from gearplay.nonlinear.portrait import Portrait, portrait_of
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
 from gearplay.results.door import Source, case_of
-from gearplay.solver.simulate import prepare
+from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.renamed import renamed
 
 

@@ -109,9 +109,3 @@ class Flow:
             events=int(course.run.counts[EVENTS]),
             divergence=course.divergence,
         )
-
-
-def prepare_tangent(case: Case) -> None:
-    """Compile the kernels of the exact derivative, or load them from their cache: half a minute once after an installation."""
-    flow = Flow(case)
-    flow.go(flow.start(), 0.0, changes=np.zeros((1, flow.size + flow.latches)))

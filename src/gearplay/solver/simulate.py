@@ -1,6 +1,5 @@
 """`simulate`: run one case, one member or many, on threads, with progress, limits and a clean stop."""
 
-import os
 import threading
 import time
 from collections.abc import Iterable, Sequence
@@ -17,6 +16,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
+from gearplay.solver.compiling import prepare
 from gearplay.solver.course import Course
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
@@ -28,6 +28,7 @@ from gearplay.solver.trajectory import (
     statistics_of,
     wedged_meshes,
 )
+from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
@@ -130,25 +131,10 @@ class _Watch:
         return None
 
 
-def prepare(case: Case) -> None:
-    """Compile the kernels, or load them from their cache: about a minute once after an installation, else 0.3 s.
-
-    `run_members` does it too; calling it before keeps the compilation out of a run's wall time and lets a front door say
-    what is going on. Any case will do: all share one compiled signature.
-    """
-    _compile(case, pack(case))
-
-
-def _compile(case: Case, packed: Packed) -> None:
+def _load(case: Case, packed: Packed) -> None:
+    """Compile what the case needs, and load what every run begins with, before threads share it."""
+    prepare(case)
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
-
-
-def worker_count() -> int:
-    """Return how many threads to use: the cores this process may run on."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
 
 
 def run_members(
@@ -251,7 +237,7 @@ def run_batch(
         total += (span + lead) * len(members)
         runs += [_Job(len(runs) + k, case, packed, m, kept, rate, span, lead) for k, m in enumerate(members)]
     if runs:
-        _compile(runs[0].case, runs[0].packed)
+        _load(runs[0].case, runs[0].packed)
     watch = _Watch(total, progress, stop or threading.Event())
     # Even one member runs off the main thread, so that Ctrl-C reaches Python while the kernel works.
     with ThreadPoolExecutor(max(1, min(threads or worker_count(), len(runs)))) as pool:

@@ -22,6 +22,7 @@ counts = {}
 for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
     loaded = importlib.import_module(module.name)
     for item in vars(loaded).values():
+        item = getattr(item, "dispatcher", item)  # of a kernel that is called by address
         if hasattr(item, "signatures"):
             # a constant that is handed down makes a version of its own, which is inlined: that is no other signature
             distinct = {tuple(map(unliteral, each)) for each in item.signatures}

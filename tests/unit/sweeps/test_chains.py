@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.solver.simulate import prepare, run_one
+from gearplay.solver.compiling import prepare
+from gearplay.solver.simulate import run_one
 from gearplay.sweeps.door import sweep
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep

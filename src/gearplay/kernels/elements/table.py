@@ -29,6 +29,8 @@ QUESTIONS = (
     "crossing",  # and in a switch function
     "observe",  # signals
 )
+DERIVATIVE = ("linearise", "add_change", "crossing", "jump")
+"""Questions that only the exact derivative asks."""
 
 
 @dataclass(frozen=True)

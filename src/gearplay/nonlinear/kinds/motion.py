@@ -19,8 +19,9 @@ from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
-from gearplay.solver.flow import Flow, prepare_tangent
-from gearplay.solver.simulate import prepare, run_members
+from gearplay.solver.compiling import prepare
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError
@@ -165,9 +166,9 @@ def _column(values: Sequence[Any]) -> NDArray[Any]:
     return np.array(values, dtype=object if text else np.float64)
 
 
-def prepare_motion(case: Case) -> None:
+def prepare_motion(case: Case, progress: Progress | None = None) -> None:
     """Compile or load the kernels that `identify_motion` needs: those of the exact derivative where the motion has one."""
-    (prepare_tangent if case.run.fixed_step is None else prepare)(case)
+    prepare(case, derivative=case.run.fixed_step is None, progress=progress)
 
 
 def identify_motion(

@@ -12,7 +12,7 @@ from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
 from gearplay.results.door import Source, case_of
-from gearplay.solver.flow import prepare_tangent
+from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
@@ -53,7 +53,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
     base = case_of(case)
-    prepare_tangent(base)
+    prepare(base, derivative=True)
     family = StrobeMap(lambda _: base, 0.0)
     found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
     return PeriodicOrbit(**vars(found), case=base)
@@ -122,7 +122,7 @@ def branch(
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
     base = case_of(case)
-    prepare_tangent(base)
+    prepare(base, derivative=True)
     settings = _settings(base, path, low, high, size, orbits)
     now = _value_now(base, path)
     family = StrobeMap(along(base, path), now)
@@ -183,7 +183,7 @@ def branches(
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
     base = case_of(case)
-    prepare_tangent(base)
+    prepare(base, derivative=True)
     settings = _settings(base, path, low, high, size, orbits)
     now = _value_now(base, path)
     places = [now] if settings.low <= now <= settings.high else []

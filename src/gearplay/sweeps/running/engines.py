@@ -14,8 +14,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from gearplay.solver.simulate import prepare, worker_count
+from gearplay.solver.compiling import prepare
 from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_many
+from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.optional import load_optional
 

@@ -3,10 +3,10 @@
 from contextlib import closing
 from dataclasses import dataclass
 
-from gearplay.solver.simulate import worker_count
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.running.engines import run_threads
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.vocabulary.cores import worker_count
 
 
 @dataclass(frozen=True)

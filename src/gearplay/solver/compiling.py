@@ -1,0 +1,151 @@
+"""Kernels compiled before they are needed: those of a case, by several processes at once.
+
+What a case needs follows from its kinds of elements; anything else is compiled by the first call that needs it.
+"""
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+
+from gearplay.kernels.compiled import DIGEST
+from gearplay.kernels.compiled_once import INTERPRETED, KERNELS
+from gearplay.kernels.elements.table import DERIVATIVE, KINDS
+from gearplay.kernels.tangent_state import make_tangent
+from gearplay.model.case import Case
+from gearplay.model.pack import pack
+from gearplay.model.reading import load_case
+from gearplay.solver.course import Course
+from gearplay.vocabulary.cores import worker_count
+from gearplay.vocabulary.progress import Progress
+
+MOST_HELPERS = 3
+FEW = 6
+"""So few kernels are not worth a word: the first call of each compiles it."""
+LABEL = "Compiling the kernels, once after an installation"
+_OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes")
+_ELEMENTS = "gearplay.kernels.elements."
+
+
+def prepare(case: Case, *, derivative: bool = False, progress: Progress | None = None) -> None:
+    """Compile what a case needs, on all cores, or see that it has been compiled: some 15 s once after an installation.
+
+    Parameters
+    ----------
+    case
+        What is to be simulated; its kinds of elements decide.
+    derivative
+        Whether the exact derivative of the motion is needed too.
+    progress
+        Told how many kernels are compiled, and of how many; without it a line on standard error says what takes so long.
+
+    """
+    if INTERPRETED:
+        return
+    _compile(_wanted(_kinds(case), fixed=case.run.fixed_step is not None, derivative=derivative), progress)
+
+
+def prepare_all() -> None:
+    """Compile every kernel that there is, on all cores, on the way to none in particular."""
+    _compile(_wanted({kind.name for kind in KINDS}, fixed=True, derivative=True), None)
+
+
+def _kinds(case: Case) -> set[str]:
+    """Return the names of the kinds of elements of a case."""
+    return {KINDS[int(kind)].name for kind in pack(case).system.elements["kind"]}
+
+
+def _wanted(kinds: set[str], *, fixed: bool, derivative: bool) -> list[str]:
+    """Return the names of the kernels that are needed, longest first."""
+    wanted = []
+    for name, kernel in KERNELS.items():
+        module, _, question = name.rpartition(".")
+        kind = module.removeprefix(_ELEMENTS).partition(".")[0] if module.startswith(_ELEMENTS) else "table"
+        of_derivative = question in DERIVATIVE or module.rpartition(".")[2] in _OF_DERIVATIVE
+        if (
+            (kind in kinds or kind == "table")
+            and (derivative or not of_derivative)
+            and (fixed or "fixed_steps" not in module)
+        ):
+            wanted.append((-kernel.length, name))
+    return [name for _, name in sorted(wanted)]
+
+
+def _done() -> Path:
+    """Return the folder that holds a file for each compiled kernel; it goes with the folder of compiled code."""
+    made_of = " ".join((DIGEST, numba.__version__, sys.version, llvm.get_host_cpu_name()))
+    return next(iter(KERNELS.values())).folder / f"done-{sha256(made_of.encode()).hexdigest()[:16]}"
+
+
+def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
+    """Compile those kernels that have not been compiled; a few are left to the first call of each."""
+    there = _done()
+    lacking = [name for name in wanted if not (there / name).exists()]
+    if len(lacking) < FEW:
+        return
+    if progress is None:
+        sys.stderr.write(f"{LABEL}: up to half a minute.\n")
+    else:
+        progress(LABEL, 0, len(lacking))
+    _know_types()
+    with tempfile.TemporaryDirectory() as claims, _helpers(claims, lacking) as helpers:
+        for _ in _share(Path(claims), lacking):
+            if progress is not None:
+                progress(LABEL, sum((there / name).exists() for name in lacking), len(lacking))
+        while any(helper.poll() is None for helper in helpers):
+            time.sleep(0.02)
+    if progress is not None:
+        progress(LABEL, len(lacking), len(lacking))
+
+
+def _know_types() -> None:
+    """Make one of each group of arrays: their types are the same for every case."""
+    case = load_case("han2021")
+    course = Course(case, pack(case), np.zeros(pack(case).state_size))
+    make_tangent(course.system, course.run, np.zeros((0, 0)))
+
+
+def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
+    """Compile those that nobody else has claimed in a folder; yield each."""
+    there = _done()
+    for name in wanted:
+        try:
+            (claims / name).touch(exist_ok=False)
+        except FileExistsError:
+            continue
+        KERNELS[name].address()
+        with suppress(OSError):  # a folder that cannot be written to holds no compiled code either
+            there.mkdir(parents=True, exist_ok=True)
+            (there / name).touch()
+        yield name
+
+
+@contextmanager
+def _helpers(claims: str, wanted: Sequence[str]) -> Iterator[list["subprocess.Popen[bytes]"]]:
+    """Start processes that share the work; end them if it ends early. Without any, where none can be started."""
+    count = min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW)
+    words = [sys.executable, "-m", __name__, claims, *wanted]
+    helpers = []
+    try:
+        with suppress(OSError):
+            for _ in range(count):
+                helpers.append(subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        yield helpers
+    finally:
+        for helper in helpers:
+            helper.terminate()
+            helper.wait()
+
+
+if __name__ == "__main__":
+    _know_types()
+    for _ in _share(Path(sys.argv[1]), sys.argv[2:]):
+        pass

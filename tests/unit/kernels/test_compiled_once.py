@@ -1,0 +1,111 @@
+"""Kernels that are called by address: the same numbers, compiled when first called, not contained in their callers."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = """
+import json, sys
+import numpy as np
+from dataclasses import dataclass
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled_once import KERNELS, compiled_once
+
+@dataclass(frozen=True, eq=False)
+class Numbers(Group):
+    values: Floats
+
+@compiled_once
+def share(numbers: Numbers, y: Floats, table: Rows, n: int, x: float) -> tuple[int, float]:
+    y[0] = 7.0
+    return n + 1, numbers.values[n] * x + table[1, 0]
+
+@compiled_once
+def never(numbers: Numbers) -> float:
+    return numbers.values[0]
+
+@compiled_once
+def past(numbers: Numbers, n: int) -> float:
+    return numbers.values[n]
+
+@compiled
+def caller(numbers, y, table, which):
+    if which == 1:
+        return never(numbers)
+    if which == 2:
+        return past(numbers, 9)
+    n, half = share(numbers, y, table, 1, 0.5)
+    m, again = share(numbers, y, table, n, 2.0)  # a literal and a variable make one version
+    return 100.0 * m + 10.0 * half + again
+
+numbers = Numbers(np.array([1.0, 2.0, 3.0]))
+y, table = np.zeros(2), np.arange(4.0).reshape(2, 2)
+found = {"value": caller(numbers, y, table, 0), "y": y[0]}
+for name in ("share", "never"):
+    kernel = KERNELS["__main__." + name]
+    found[name] = len(kernel.dispatcher.signatures)
+ir = caller.inspect_llvm(caller.signatures[0])
+found["contained"] = any("define" in line and ("share" in line or "never" in line) for line in ir.splitlines())
+try:
+    caller(numbers, y, table, 2)
+    found["past"] = "nothing was said"
+except IndexError as error:
+    found["past"] = "IndexError"
+@compiled
+def wrong(numbers, y):
+    return never(y)
+
+try:
+    wrong(numbers, y)
+    found["wrong"] = "compiled"
+except Exception as error:
+    found["wrong"] = "takes" if "__main__.never takes" in str(error) else str(error)
+json.dump(found, sys.stdout)
+"""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
+    folder = tmp_path_factory.mktemp("once")
+    program: Path = folder / "program.py"
+    program.write_text(PROGRAM, encoding="utf-8")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache"), "NUMBA_BOUNDSCHECK": "1"}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    done = subprocess.run(
+        [sys.executable, str(program)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=600,
+        env=environment,
+    )
+    made: dict[str, object] = json.loads(done.stdout)
+    return made
+
+
+def test_a_call_by_address_gives_what_the_kernel_returns(found: dict[str, object]) -> None:
+    # first (2, 2 * 0.5 + 2), then (3, 3 * 2 + 2)
+    assert found["value"] == 100.0 * 3 + 10.0 * 3.0 + 8.0
+    assert found["y"] == 7.0
+
+
+def test_it_is_compiled_when_it_is_first_called_and_once(found: dict[str, object]) -> None:
+    assert (found["share"], found["never"]) == (1, 0)
+
+
+def test_its_callers_do_not_contain_it(found: dict[str, object]) -> None:
+    assert found["contained"] is False
+
+
+def test_an_index_beyond_its_bounds_comes_through(found: dict[str, object]) -> None:
+    assert found["past"] == "IndexError"
+
+
+def test_a_wrong_argument_is_refused_when_the_caller_is_compiled(found: dict[str, object]) -> None:
+    assert found["wrong"] == "takes"
