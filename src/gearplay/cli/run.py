@@ -37,6 +37,7 @@ def run(
         chosen = load_case(case, changes or ())
         if out is not None:
             check_new(out, overwrite=overwrite)
+            _check_size(chosen)
         compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
@@ -57,8 +58,18 @@ def run(
         raise typer.Exit(PARTLY if partly else SimulationError.exit_code)
 
 
+def _check_size(case: Any) -> None:
+    """Raise `ResourceError`, before the run, where its samples are too many to be saved."""
+    from gearplay.model.pack import pack
+    from gearplay.solver.limits import check_samples
+    from gearplay.solver.trajectory import all_columns
+
+    run = case.run
+    check_samples(round(run.duration * run.sampling) * run.ensemble, len(all_columns(pack(case))))
+
+
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:
-    from gearplay.results.result import SHOWN
+    from gearplay.results.contacts import SHOWN
 
     table = result.contacts
     return {
@@ -97,5 +108,5 @@ def _words(d: dict[str, Any]) -> str:
     if d["members"] > 1:
         lines.append(f"Contacts: {d['contacts_of']}.")
     if d["out"] is not None:
-        lines.append(f"Saved to {d['out']}")
+        lines.append(f"Saved to {d['out']}, {Path(d['out']).stat().st_size / 1e6:.3g} MB")
     return "\n".join(lines)

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.pictures.pages import html_table
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 Floats = NDArray[np.float64]
 RATES = ("share_of_time", "impacts_per_second")
+SHOWN = (*RATES, "mean_impact_speed", "peak_force")
+"""Statistics in short tables."""
 LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
 """Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
 
@@ -36,6 +39,16 @@ class ContactTable:
         if self.members == 1:
             return ""
         return f"{self.members} members together: means over their time and impacts, the largest of all"
+
+    def html(self) -> str:
+        """Return the table that a notebook shows."""
+        shown = [CONTACT_STATISTICS[name] for name in SHOWN]
+        lines = [
+            (label, *(f"{q.display_factor * self.values[q.name][i]:.3g} {q.display_unit}" for q in shown))
+            for i, label in enumerate(self.labels)
+        ]
+        note = f"<p>{self.words}</p>" if self.words else ""
+        return html_table(lines, ["contact", *(q.long_name for q in shown)]) + note
 
 
 def contact_table(labels: Sequence[str], each: Mapping[str, Floats], spans: Floats) -> ContactTable:

@@ -3,15 +3,18 @@
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.provenance import provenance
+from gearplay.solver.limits import check_samples
 from gearplay.solver.trajectory import Trajectory, work_of, worst_of
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
@@ -47,7 +50,9 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
     """Return the data variables; members that stopped early are filled up with NaN."""
-    length = max(run.values.shape[0] for run in runs)
+    from gearplay.results.lazy_arrays import lazy_array
+
+    length = max(run.samples.count for run in runs)
     places: dict[tuple[str, str], list[int]] = {}
     for at, column in enumerate(runs[0].columns):
         places.setdefault((column.signal, column.dimension), []).append(at)
@@ -55,17 +60,18 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
     for (signal, dimension), columns in places.items():
         quantity = RESULT_VARIABLES[signal]
         names = packed.labels[dimension]
-        block = np.full((len(runs), length, len(names)), np.nan)
-        for at in columns:
-            element = names.index(runs[0].columns[at].label)
-            for m, run in enumerate(runs):
-                block[m, : run.values.shape[0], element] = run.values[:, at]
+        shape: tuple[int, ...] = (length, len(names))
         attributes = {"units": quantity.unit, "long_name": quantity.long_name}
         if signal == "contact_state":
             attributes["flag_values"] = "0 1 2 3"
             attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
         dims = ("member", "time", dimension) if ensemble else ("time", dimension)
-        variables[signal] = (dims, block if ensemble else block[0], attributes)
+        shape = (len(runs), *shape) if ensemble else shape
+        variables[signal] = (
+            dims,
+            lazy_array(shape, partial(_block, runs, columns, names, shape)),
+            attributes,
+        )
     for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
         if quantity.unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals
@@ -79,15 +85,28 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
     return variables
 
 
+def _block(
+    runs: Sequence[Trajectory], columns: list[int], names: Sequence[str], shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return one signal, shape [member, time, element] or without members; NaN where one stopped or an element lacks it."""
+    block = np.full((len(runs), *shape[-2:]), np.nan)
+    elements = [names.index(runs[0].columns[at].label) for at in columns]
+    for m, run in enumerate(runs):
+        block[m, : run.samples.count, elements] = run.samples.some(columns).T
+    return block.reshape(shape)
+
+
 def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":
     """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.
 
-    Every variable has ``units`` and ``long_name``; attributes hold the resolved case and how it was computed.
+    Values are computed when they are looked at. Every variable has ``units`` and ``long_name``; attributes hold the resolved
+    case and how it was computed.
     """
     import xarray as xr
 
     ensemble = len(runs) > 1
-    longest = max(runs, key=lambda run: len(run.time))
+    longest = max(runs, key=lambda run: run.samples.count)
+    check_samples(longest.samples.count, len(runs))
     time = ("time", longest.time, {"units": "s", "long_name": "time", "axis": "T"})
     coordinates: dict[str, Any] = {
         "time": time,

@@ -134,6 +134,7 @@ def simulate(
     cases = [replace(each, changes) if changes else each for each in cases]
     jobs = [(each, range(each.run.ensemble)) for each in cases]
     label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
-    runs = run_batch(jobs, signals=signals, progress=ticking(progress, label), threads=threads, stop=stop)
+    told = ticking(progress, label)
+    runs = run_batch(jobs, signals=signals, progress=told, threads=threads, stop=stop, keep_motion=True)
     results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
     return results if isinstance(case, (list, tuple)) else results[0]

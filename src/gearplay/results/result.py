@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cached_property
@@ -18,6 +19,7 @@ from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
+from gearplay.solver.kept_motion import KeptSamples
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, Work, work_of, worst_of
 from gearplay.vocabulary.errors import Fault, InputError
@@ -29,10 +31,6 @@ if TYPE_CHECKING:
     from gearplay.results.plots import Plotter
 
 Floats = NDArray[np.float64]
-
-
-SHOWN = ("share_of_time", "impacts_per_second", "mean_impact_speed", "peak_force")
-"""Statistics of contacts in short tables."""
 
 
 class Result(Answer, WasDataset):
@@ -79,6 +77,12 @@ class Result(Answer, WasDataset):
         made = cls(case_in(dataset), [])
         made.__dict__["ds"] = dataset
         return made
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Do what `Answer.save` does; all signals are computed for it, in one go."""
+        for run in self._runs:
+            _ = run.values
+        super().save(path, overwrite=overwrite)
 
     @cached_property
     def ds(self) -> xr.Dataset:
@@ -163,17 +167,30 @@ class Result(Answer, WasDataset):
             ]
         return [each for each in found if signal in (None, each[0])]
 
-    def signal(self, signal: str, label: str | None = None, member: int = 0) -> Floats:
-        """Return one signal of one element of the member at a place.
+    def signal(
+        self,
+        signal: str,
+        label: str | None = None,
+        member: int = 0,
+        *,
+        sampling: float | None = None,
+        window: tuple[float, float] | None = None,
+    ) -> Floats:
+        """Return one signal of one element of the member at a place, computed from the motion when it is asked for.
 
         Parameters
         ----------
         signal
-            Its name: ``ax``, ``backlash``.
+            Its name: ``ax``, ``ring.ax``, ``backlash``.
         label
-            The rotor, sleeve or mesh; may be left out where only one has the signal.
+            The rotor, sleeve or mesh; may be left out where only one has the signal, or its name says it.
         member
             Place of the member, 0 for the first.
+        sampling
+            Samples per second [Hz]; the record's if not given.
+        window
+            First time and the one that no sample reaches [s], counted from the start of the run, so that the transient lies
+            within reach too; the record if not given.
 
         Returns
         -------
@@ -183,10 +200,24 @@ class Result(Answer, WasDataset):
         Raises
         ------
         InputError
-            For a signal or element that the result does not hold.
+            For a signal or element that the result does not hold, a window outside the run, or another rate or window of a
+            result that was read from a file, which has no motion.
+        ResourceError
+            For more samples than fit into the memory.
+
+        Examples
+        --------
+        >>> import gearplay as gp
+        >>> result = gp.simulate("han2021", duration=0.1, transient=0.0)
+        >>> len(result.signal("ring.ax")), len(result.signal("ring.ax", sampling=1e6, window=(0.02, 0.03)))
+        (10000, 10000)
 
         """
+        if label is None and "." in signal:
+            label, _, signal = signal.rpartition(".")
         signal, label = self.only(signal, label)
+        if sampling is not None or window is not None:
+            return self._again(signal, label, member, sampling, window)
         if self._runs:
             return self._runs[member].signal(signal, label)
         variable = self.ds[signal]
@@ -198,6 +229,25 @@ class Result(Answer, WasDataset):
             return found
         known = np.flatnonzero(np.isfinite(found))
         return found[: known[-1] + 1] if known.size else found[:0]
+
+    def _again(
+        self,
+        signal: str,
+        label: str,
+        member: int,
+        sampling: float | None,
+        window: tuple[float, float] | None,
+    ) -> Floats:
+        """Return a signal at another rate or from another window."""
+        run = self.runs[member]
+        if not isinstance(run.samples, KeptSamples):
+            rule = "must be absent: only samples were kept, no motion"
+            raise InputError(Fault("window", str(window), rule, "Simulate with gearplay.simulate"))
+        if sampling is not None and not (0.0 < sampling < np.inf):
+            raise InputError(Fault("sampling", sampling, "must be positive [Hz]", "Give samples per second"))
+        at = [(c.signal, c.label) for c in run.columns].index((signal, label))
+        record = (run.first_sample, self.case.run.transient + self.case.run.duration)
+        return run.samples.at_rate(at, sampling or run.sampling, window or record)
 
     def only(self, signal: str, label: str | None) -> tuple[str, str]:
         """Return a signal and its element; `InputError` where they do not name exactly one that was kept."""
@@ -291,12 +341,4 @@ class Result(Answer, WasDataset):
         ]
 
     def _repr_html_(self) -> str:
-        table = self.contacts
-        shown = [CONTACT_STATISTICS[name] for name in SHOWN]
-        lines = [
-            (label, *(f"{q.display_factor * table.values[q.name][i]:.3g} {q.display_unit}" for q in shown))
-            for i, label in enumerate(table.labels)
-        ]
-        head = ["contact", *(q.long_name for q in shown)]
-        note = f"<p>{table.words}</p>" if table.words else ""
-        return html_table(self.rows()) + html_table(lines, head) + note
+        return html_table(self.rows()) + self.contacts.html()

@@ -59,6 +59,8 @@ class Course:
         stop: threading.Event | None = None,
     ) -> None:
         self.case, self.packed, self.stop = case, packed, stop
+        self.chunk = CHUNK_STEPS
+        """Steps between two looks at reasons to stop."""
         self.system, settings = packed.system, case.run
         self.most_steps = min(settings.max_steps or MOST_STEPS, MOST_STEPS)
         wanted = np.zeros(0, dtype=np.int64) if places is None else places
@@ -119,9 +121,7 @@ class Course:
         """Advance to t_end [s] or to the first reason to stop, which is asked for between chunks; return the status."""
         asked = reason_to_stop or Course._own_reason
         while True:
-            steps = max(
-                0, min(CHUNK_STEPS, (self.case.run.max_steps or self.steps + CHUNK_STEPS) - self.steps)
-            )
+            steps = max(0, min(self.chunk, (self.case.run.max_steps or self.steps + self.chunk) - self.steps))
             status = self.take_chunk(t_end, steps, keep_log=keep_log)
             if status != Status.PAUSED:
                 return status

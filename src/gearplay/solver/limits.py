@@ -54,6 +54,15 @@ def estimate(
     )
 
 
+def check_samples(times: int, columns: int) -> None:
+    """Raise `ResourceError` for more samples than a machine of ordinary size should hold."""
+    if (needed := 8.0 * times * columns) > MAX_BYTES:
+        raise ResourceError(
+            f"samples: {times} times of {columns} signals take {needed / 1e9:.3g} GB, more than the limit of"
+            f" {MAX_BYTES / 1e9:.0f} GB. Lower the sampling, shorten the window, or ask for one signal."
+        )
+
+
 def check_estimate(wanted: Estimate) -> None:
     """Raise `ResourceError` for a run that no machine of ordinary size should start."""
     if wanted.bytes > MAX_BYTES:

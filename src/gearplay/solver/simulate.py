@@ -5,7 +5,6 @@ import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -18,12 +17,15 @@ from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.compiling import prepare
 from gearplay.solver.course import Course
+from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import (
     Column,
     Counters,
+    Samples,
     Trajectory,
+    WrittenSamples,
     choose_columns,
     statistics_of,
     wedged_meshes,
@@ -48,6 +50,7 @@ class _Job:
     transient: float
     origin: End | None = None
     start: Floats | None = None
+    keep: bool = False
 
     def __post_init__(self) -> None:
         # Only member 0 can be refused; the others are drawn when their turn comes.
@@ -61,7 +64,10 @@ class _Job:
         elif start is None:
             start = initial_state(self.case, self.packed, member=self.member)
         samples = max(1, int(self.duration * self.sampling + 0.5))
-        course = Course(self.case, self.packed, start, places=self.kept[1], samples=samples)
+        if self.keep:  # signals are computed when they are asked for
+            course = Course(self.case, self.packed, start)
+        else:
+            course = Course(self.case, self.packed, start, places=self.kept[1], samples=samples)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course
@@ -69,21 +75,31 @@ class _Job:
     def run(self, watch: "_Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
-        course = self._begin()
-        asked = partial(watch.reason_to_stop, self.place)
+        course, end = self._begin(), self.transient + self.duration
+        motion = KeptMotion(self.case, self.packed, (self.transient, end)) if self.keep else None
+
+        def asked(course: Course) -> Status | None:
+            if motion is not None:
+                motion.note(course)
+            return watch.reason_to_stop(self.place, course)
+
         status = Status.DONE
+        if motion is not None:
+            motion.note(course)
         if self.transient > 0.0:
             status = course.follow(self.transient, keep_log=False, reason_to_stop=asked)
+            if motion is not None:
+                motion.note(course)
         if status == Status.DONE:
             course.sample_from(self.transient, self.sampling)
-            status = course.follow(self.transient + self.duration, reason_to_stop=asked)
+            status = course.follow(end, reason_to_stop=asked)
         watch.report(self.place, course.time)
         run, counts, reached = course.run, course.run.counts, course.time
         return Trajectory(
             member=self.member,
             first_sample=self.transient,
             sampling=self.sampling,
-            values=run.rows[:, : int(counts[kernel.ROWS])].T,
+            samples=self._samples(course, motion),
             columns=self.kept[0],
             statistics=statistics_of(self.packed, run.tallies, reached - self.transient),
             log=course.whole_log,
@@ -96,6 +112,15 @@ class _Job:
             final_state=run.y.copy(),
             end=end_of(course),
             wedged=wedged_meshes(self.packed, run.tallies, reached - self.transient),
+        )
+
+    def _samples(self, course: Course, motion: KeptMotion | None) -> Samples:
+        """Return what was sampled, or what will be when it is asked for."""
+        if motion is None:
+            return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T)
+        motion.reached = course.time
+        return KeptSamples(
+            motion, self.kept[1], self.transient, self.sampling, self.transient + self.duration
         )
 
 
@@ -209,10 +234,12 @@ def run_batch(
     progress: Tick | None = None,
     threads: int | None = None,
     stop: threading.Event | None = None,
+    keep_motion: bool = False,
 ) -> list[list[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
 
-    The result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
+    With ``keep_motion`` nothing is sampled on the way: signals are computed when they are asked for (`KeptSamples`). The
+    result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
     """
     runs: list[_Job] = []
     bytes_, steps, total = 0.0, 0.0, 0.0
@@ -227,7 +254,7 @@ def run_batch(
             packed,
             columns=len(kept[0]),
             members=len(members),
-            sampling=rate,
+            sampling=0.0 if keep_motion else rate,
             duration=span,
             transient=lead,
         )
@@ -235,7 +262,10 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
-        runs += [_Job(len(runs) + k, case, packed, m, kept, rate, span, lead) for k, m in enumerate(members)]
+        runs += [
+            _Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion)
+            for k, m in enumerate(members)
+        ]
     if runs:
         _load(runs[0].case, runs[0].packed)
     watch = _Watch(total, progress, stop or threading.Event())

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,16 +131,47 @@ def _doubt(mesh: str, share: float) -> str:
     )
 
 
+class Samples(Protocol):
+    """The samples of a run, shape [time, column], written while it ran or computed when they are asked for."""
+
+    @property
+    def count(self) -> int:
+        """Number of times."""
+
+    @property
+    def values(self) -> Floats:
+        """All of them."""
+
+    def some(self, columns: Sequence[int]) -> Floats:
+        """Return some signals, shape [time, column]."""
+
+
+@dataclass(frozen=True)
+class WrittenSamples:
+    """Samples written while the run went on, shape [time, column]."""
+
+    values: Floats
+
+    @property
+    def count(self) -> int:
+        """Number of times."""
+        return len(self.values)
+
+    def some(self, columns: Sequence[int]) -> Floats:
+        """Return some signals, shape [time, column]."""
+        return self.values[:, list(columns)]
+
+
 @dataclass(frozen=True)
 class Trajectory:
-    """One member's run. ``values`` has shape [time, column]; ``log`` rows are (t, contact, 1 onset / 0 release, rate);
-    ``wedged`` holds the share of time of meshes that were wedged as published.
+    """One member's run. ``values`` has shape [time, column], from ``samples``; ``log`` rows are (t, contact, 1 onset / 0
+    release, rate); ``wedged`` holds the share of time of meshes that were wedged as published.
     """
 
     member: int
     first_sample: float  # s
     sampling: float  # Hz
-    values: Floats
+    samples: "Samples" = field(repr=False)
     columns: tuple[Column, ...]
     statistics: ContactStatistics
     log: Floats
@@ -154,7 +186,12 @@ class Trajectory:
     @property
     def time(self) -> Floats:
         """Times of the samples [s], shape [time]."""
-        return self.first_sample + np.arange(len(self.values)) / self.sampling
+        return self.first_sample + np.arange(self.samples.count) / self.sampling
+
+    @property
+    def values(self) -> Floats:
+        """All signals that were kept, shape [time, column], SI units; see `KeptSamples` for when they are computed."""
+        return self.samples.values
 
     @property
     def success(self) -> bool:
@@ -171,7 +208,7 @@ class Trajectory:
         """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""
         for i, column in enumerate(self.columns):
             if column.signal == name and column.label == label:
-                return self.values[:, i]
+                return self.samples.some([i])[:, 0]
         raise KeyError(f"{label}.{name} was not kept")
 
 

@@ -11,6 +11,7 @@ import gearplay as gp
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.solver.status import Status
+from gearplay.solver.trajectory import WrittenSamples
 
 
 @pytest.fixture(scope="module")
@@ -198,7 +199,7 @@ def stopped_early(result: gp.Result, member: int) -> gp.Result:
     third = len(run.values) // 3
     runs[member] = dataclasses.replace(
         run,
-        values=run.values[:third],
+        samples=WrittenSamples(run.values[:third]),
         status=Status.TOO_MANY_STEPS,
         reached=run.first_sample + third / run.sampling,
     )
@@ -231,7 +232,7 @@ def test_a_history_of_many_samples_keeps_every_impact() -> None:
     values = np.zeros((300_000, len(run.columns)))
     place = next(i for i, c in enumerate(run.columns) if (c.signal, c.label) == ("ax", "ring"))
     values[123_457, place], values[222_223, place] = 70.0, -90.0
-    long = gp.Result(result.case, [dataclasses.replace(run, values=values)])
+    long = gp.Result(result.case, [dataclasses.replace(run, samples=WrittenSamples(values))])
     line = long.plot.history("ax", "ring").get_lines()[0]
     drawn = np.asarray(line.get_ydata())
     assert (drawn.max(), drawn.min(), len(drawn) <= 20_000) == (70.0, -90.0, True)

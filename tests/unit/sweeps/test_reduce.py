@@ -11,7 +11,7 @@ import gearplay as gp
 from gearplay.model.pack import pack
 from gearplay.solver.carry import End
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
+from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory, WrittenSamples
 from gearplay.sweeps.plans.kept import ContactReduction
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import REDUCED, Sweep
@@ -68,7 +68,7 @@ def fake(signal: FLOATS, name: str = "x", dimension: str = "rotor", label: str =
         member=0,
         first_sample=0.0,
         sampling=RATE,
-        values=signal[:, None],
+        samples=WrittenSamples(signal[:, None]),
         columns=(Column(name, dimension, label),),
         statistics=ContactStatistics((), *[nothing] * 7),
         log=np.zeros((0, 4)),

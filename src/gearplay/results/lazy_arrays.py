@@ -1,0 +1,28 @@
+"""Variables of a dataset whose values are computed when they are first looked at."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class _Computed(BackendArray):
+    """An array known by its shape, and by what computes it."""
+
+    def __init__(self, shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"]) -> None:
+        self.shape, self.dtype, self._compute = shape, np.dtype(np.float64), compute
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.BASIC, lambda part: self._compute()[part]
+        )
+
+
+def lazy_array(shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"]) -> Any:
+    """Return data for a variable of ``shape`` that is computed, whole, when its values are asked for; xarray keeps them then."""
+    return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Computed(shape, compute)))  # type: ignore[no-untyped-call]

@@ -1,0 +1,214 @@
+"""A motion kept as states on its way, from which it is followed again, bit for bit, whenever a signal is asked for.
+
+A step depends on nothing but the state of the kernels' run before it, and sampling leaves no trace in a motion. So a few thousand
+of these states say as much as all samples would, at any rate; their distance grows with the steps taken, so that their number
+grows like a logarithm: to 3000, or some 15 MB of a gear pair, for 1e9 steps.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import run as kernel
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed
+from gearplay.solver.course import CHUNK_STEPS, Course
+from gearplay.solver.limits import check_samples
+from gearplay.solver.status import Status
+from gearplay.vocabulary.cores import worker_count
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SHORTEST, SHARE = 256, 256
+"""Steps from one kept state to the next: at least so many, and this part of all taken so far."""
+FEWEST_SAMPLES = 20_000
+"""Of a piece that is worth a thread of its own."""
+# What a run is asked for and what it says, not what it is.
+_ASKED = (
+    "columns",
+    "wanted_rotors",
+    "wanted_elements",
+    "row",
+    "times",
+    "rows",
+    "log",
+    "tallies",
+    "scale",
+    "natural",
+    "stops",
+)
+
+
+def _states(run: Any) -> Iterator[NDArray[Any]]:
+    """Yield all arrays that a run's next step depends on."""
+    for field in fields(run):
+        value = getattr(run, field.name)
+        if field.name not in _ASKED:
+            yield from _states(value) if is_dataclass(value) else (value,)
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """A state on the way: time [s], copies of the arrays."""
+
+    time: float
+    arrays: tuple[NDArray[Any], ...]
+
+
+class KeptMotion:
+    """A run's motion, from which signals are computed when they are asked for.
+
+    Parameters
+    ----------
+    case, packed
+        What moves.
+    ends
+        Times [s] that no step passed: the end of the transient, the end of the run.
+
+    """
+
+    def __init__(self, case: Case, packed: Packed, ends: Sequence[float]) -> None:
+        self.case, self.packed, self.ends = case, packed, tuple(ends)
+        self.marks: list[_Mark] = []
+        self._arrays: tuple[NDArray[Any], ...] = ()
+        self.reached = 0.0
+        """How far [s] the run came."""
+
+    @property
+    def bytes(self) -> int:
+        """Memory taken [byte]."""
+        return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays) * len(self.marks)
+
+    def note(self, course: Course) -> None:
+        """Keep the state in which a run is about to begin, pauses or has ended, and say when the next one is due."""
+        if not self._arrays:
+            self._arrays = tuple(_states(course.run))
+        self.marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
+        course.chunk = max(SHORTEST, course.steps // SHARE)
+
+    def count(self, start: float, sampling: float, end: float) -> int:
+        """Return how many samples from ``start`` on lie before ``end`` [s] and were reached."""
+        wanted = int((end - start) * sampling + 0.5)
+        if self.reached >= self.ends[-1]:
+            return max(0, wanted)
+        return max(0, min(wanted, math.floor((self.reached - start) * sampling) + 1))
+
+    def sample(self, places: Ints, start: float, sampling: float, count: int) -> Floats:
+        """Return signals, shape [sample, column], at ``start + k / sampling`` for k < ``count``.
+
+        ``places`` are the columns of a full row. The motion is followed again from the last state kept before ``start``, in
+        pieces on several threads.
+        """
+        values = np.empty((len(places), count))
+        step = 1.0 / sampling
+        pieces = self._pieces(start, step, count)
+
+        def fill(piece: tuple[_Mark, int, int]) -> None:
+            mark, first, last = piece
+            values[:, first:last] = self._follow(mark, places, start, step, first, last)
+
+        if len(pieces) == 1:
+            fill(pieces[0])
+        elif pieces:
+            with ThreadPoolExecutor(min(worker_count(), len(pieces))) as pool:
+                for done in [pool.submit(fill, piece) for piece in pieces]:
+                    done.result()
+        return values.T
+
+    def _pieces(self, start: float, step: float, count: int) -> list[tuple[_Mark, int, int]]:
+        """Return the states to go on from, each with its first sample and the one behind its last."""
+        if count == 0:
+            return []
+        begin = max(i for i, mark in enumerate(self.marks) if i == 0 or mark.time <= start)
+        least = max(FEWEST_SAMPLES, -(-count // (8 * worker_count())))
+        cuts: list[tuple[_Mark, int]] = [(self.marks[begin], 0)]
+        for mark in self.marks[begin + 1 :]:
+            # A sample at the very time of a mark is written by the step that leads to it.
+            first = math.floor((mark.time - start) / step + 1e-9) + 1
+            if first - cuts[-1][1] >= least and first < count:
+                cuts.append((mark, first))
+        ends = [first for _, first in cuts[1:]] + [count]
+        return [(mark, first, last) for (mark, first), last in zip(cuts, ends, strict=True)]
+
+    def _follow(self, mark: _Mark, places: Ints, start: float, step: float, first: int, last: int) -> Floats:
+        """Return samples ``first`` to ``last`` - 1, shape [column, sample], following the motion on from a mark."""
+        packed = self.packed
+        course = Course(self.case, packed, np.zeros(packed.state_size), places=places, samples=last - first)
+        run = course.run
+        forces = run.counts[kernel.FORCES]
+        for array, kept in zip(_states(run), mark.arrays, strict=True):
+            array[...] = kept
+        run.counts[kernel.FORCES] = forces
+        run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
+        run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
+        run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0
+        run.rows[:, max(0, int((self.reached - start) / step) - first) :] = (
+            np.nan
+        )  # where a run that stopped may have none
+        chunk = SHORTEST
+        for end in self.ends:
+            status = Status.PAUSED
+            while status == Status.PAUSED and run.counts[kernel.ROWS] < last - first and course.time < end:
+                status = course.take_chunk(end, chunk, keep_log=False)
+                chunk = min(2 * chunk, CHUNK_STEPS)
+            if status not in (Status.PAUSED, Status.DONE):
+                break
+        return np.asarray(run.rows)
+
+
+class KeptSamples:
+    """Samples of a kept motion, computed when they are asked for: one signal alone, or all at once.
+
+    Parameters
+    ----------
+    motion
+        What they are of.
+    places
+        Columns of a full row.
+    start, sampling, end
+        First time [s], samples per second [Hz], and the time [s] that none reaches.
+
+    """
+
+    def __init__(self, motion: KeptMotion, places: Ints, start: float, sampling: float, end: float) -> None:
+        self.motion, self.places, self.start, self.sampling = motion, places, start, sampling
+        self.count = motion.count(start, sampling, end)
+        self._columns: dict[int, Floats] = {}
+
+    @cached_property
+    def values(self) -> Floats:
+        """All of them, shape [time, column].
+
+        Raises `ResourceError` where they are too many.
+        """
+        check_samples(self.count, len(self.places))
+        return self.motion.sample(self.places, self.start, self.sampling, self.count)
+
+    def some(self, columns: Sequence[int]) -> Floats:
+        """Return some signals, shape [time, column]; they are kept."""
+        if "values" in self.__dict__:
+            return self.values[:, list(columns)]
+        lacking = [at for at in columns if at not in self._columns]
+        if lacking:
+            check_samples(self.count, len(lacking))
+            found = self.motion.sample(self.places[lacking], self.start, self.sampling, self.count)
+            self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
+        return np.stack([self._columns[at] for at in columns], axis=1)
+
+    def at_rate(self, at: int, sampling: float, window: tuple[float, float]) -> Floats:
+        """Return one signal at another rate [Hz], or from another window [s], shape [time]; `InputError` for an empty one."""
+        start, end = window
+        count = self.motion.count(start, sampling, end)
+        if not (0.0 <= start < end <= self.motion.ends[-1] * (1.0 + 1e-12)) or count == 0:
+            rule = f"must be a start and a later end [s] within 0 and {min(self.motion.reached, self.motion.ends[-1]):g}"
+            raise InputError(Fault("window", str(window), rule, "Choose a window within the run"))
+        check_samples(count, 1)
+        return self.motion.sample(self.places[at : at + 1], start, sampling, count)[:, 0]

@@ -1,0 +1,150 @@
+"""A kept motion gives what sampling on the way gives, bit for bit; at any rate, in any window, in little memory."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.solver import kept_motion
+from gearplay.solver.kept_motion import KeptMotion, KeptSamples
+from gearplay.solver.simulate import run_members
+from gearplay.solver.status import Status
+from gearplay.vocabulary.errors import InputError, ResourceError
+
+CASES: dict[str, dict[str, Any]] = {
+    "han2021": {"run.duration": 0.3, "run.transient": 0.05},
+    "external-pair": {"run.duration": 0.02, "run.transient": 0.1},  # a ramp ends with the transient
+    "pinion-idler-ring": {"run.duration": 0.05, "run.transient": 0.0},
+}
+
+
+def case_of(name: str) -> gp.Case:
+    return gp.replace(gp.load_case(name), CASES[name])
+
+
+def kept_of(result: gp.Result) -> KeptSamples:
+    samples = result.runs[0].samples
+    assert isinstance(samples, KeptSamples)
+    return samples
+
+
+@pytest.fixture
+def many_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let even short records be put together from many pieces."""
+    monkeypatch.setattr(kept_motion, "FEWEST_SAMPLES", 50)
+    monkeypatch.setattr(kept_motion, "SHORTEST", 40)
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+@pytest.mark.parametrize("fixed_step", [None, 1e-6])
+def test_samples_are_those_of_the_run(name: str, fixed_step: float | None, many_pieces: None) -> None:
+    case = gp.replace(case_of(name), {"run.fixed_step": fixed_step, "run.ensemble": 2})
+    if fixed_step is not None:
+        case = gp.replace(case, {"run.duration": 2e-3, "run.transient": 1e-3})
+    recalled, written = gp.simulate(case).runs, run_members(case, range(2))
+    for again, first in zip(recalled, written, strict=True):
+        assert np.array_equal(again.values, first.values)
+        assert np.array_equal(again.log, first.log)
+        assert again.counters == first.counters
+
+
+def test_a_record_is_put_together_from_pieces(many_pieces: None) -> None:
+    kept = kept_of(gp.simulate(case_of("pinion-idler-ring")))
+    pieces = kept.motion._pieces(kept.start, 1.0 / kept.sampling, kept.count)
+    assert len(pieces) > 5
+    assert [last for _, _, last in pieces[:-1]] == [first for _, first, _ in pieces[1:]]
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_another_rate_and_another_window_meet_the_record(name: str, many_pieces: None) -> None:
+    result = gp.simulate(case_of(name))
+    run, signal = result.case.run, {"han2021": "ring.vx"}.get(name, f"{list(result.case.rotors)[-1]}.vy")
+    record = result.signal(signal)
+    finer = result.signal(signal, sampling=4.0 * run.sampling)
+    assert len(finer) == 4 * len(record)
+    assert np.array_equal(finer[::4], record)
+    later = run.transient + 0.5 * run.duration
+    part = result.signal(signal, window=(later, later + 0.25 * run.duration))
+    at = round(0.5 * run.duration * run.sampling)
+    assert np.allclose(part, record[at : at + len(part)], rtol=0.0, atol=1e-9 * np.ptp(record) + 1e-300)
+    assert len(part) == round(0.25 * run.duration * run.sampling)
+
+
+def test_the_transient_is_within_reach() -> None:
+    case = case_of("han2021")
+    whole = gp.simulate(gp.replace(case, {"run.duration": 0.35, "run.transient": 0.0}))
+    early = gp.simulate(case).signal("ring.x", window=(0.0, 0.04))
+    assert np.array_equal(early, whole.signal("ring.x")[:4000])
+
+
+@pytest.mark.parametrize("window", [(0.2, 0.2), (0.3, 0.1), (-0.1, 0.1), (0.1, 0.5)])
+def test_a_window_outside_the_run_is_refused(window: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"window = .* within 0 and 0\.35"):
+        gp.simulate(case_of("han2021")).signal("ring.x", window=window)
+
+
+def test_a_run_that_stopped_early_has_the_samples_that_it_reached() -> None:
+    case = gp.replace(case_of("pinion-idler-ring"), {"run.max_steps": 700})
+    again, first = gp.simulate(case).runs[0], run_members(case, [0])[0]
+    assert again.status == first.status == Status.TOO_MANY_STEPS
+    assert 100 < len(first.values) < 5000
+    assert np.array_equal(again.values, first.values)
+    assert np.array_equal(again.time, first.time)
+
+
+def test_states_kept_grow_like_a_logarithm() -> None:
+    """256 for the first 65 536 steps, then 177 for each time that the steps double."""
+    case = gp.replace(case_of("external-pair"), {"run.duration": 1e-3, "run.transient": 1e-3})
+    kept, steps = kept_of(gp.simulate(case)).motion, 0
+    course = _Counting()
+    motion = KeptMotion(case, kept.packed, kept.ends)
+    motion._arrays = (np.zeros(1),)
+    while steps < 10_000_000:
+        motion.note(course)  # type: ignore[arg-type]
+        course.steps = steps = steps + course.chunk
+    assert len(motion.marks) == pytest.approx(256 + 256 * np.log(10_000_000 / 65_536), rel=0.01)
+    assert kept.marks[0].arrays[0].nbytes < kept.bytes / len(kept.marks) < 10_000
+
+
+class _Counting:
+    time, steps, chunk = 0.0, 0, 0
+
+
+def test_only_what_is_looked_at_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    sample = KeptMotion.sample
+
+    def counting(self: KeptMotion, places: Any, *more: Any) -> Any:
+        asked.append(len(places))
+        return sample(self, places, *more)
+
+    monkeypatch.setattr(KeptMotion, "sample", counting)
+    result = gp.simulate(case_of("han2021"), ensemble=2)
+    ds = result.ds
+    assert asked == []
+    assert dict(ds.sizes)["time"] == len(ds.time) == 30_000
+    peak = float(abs(ds.ax).max())
+    assert asked == [2, 2]  # both rotors at once, of each member
+    assert peak == max(float(np.abs(run.values[:, [6, 14]]).max()) for run in result.runs)
+
+
+def test_too_many_samples_are_refused_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gearplay.solver.limits.MAX_BYTES", 1e6)  # 125 000 samples
+    result = gp.simulate(case_of("han2021"), sampling=1e6)
+    assert result.success
+    for ask in (lambda: result.signal("ring.ax"), lambda: result.ds):
+        with pytest.raises(ResourceError, match="Lower the sampling"):
+            ask()
+    assert len(result.signal("ring.ax", sampling=1e5)) == 30_000
+
+
+def test_a_result_from_a_file_has_its_samples_only(tmp_path: Path) -> None:
+    case = gp.replace(case_of("han2021"), {"run.duration": 0.01})
+    result = gp.simulate(case)
+    result.save(tmp_path / "run.nc")
+    back = gp.read_result(tmp_path / "run.nc")
+    assert np.array_equal(back.signal("ring.ax"), result.signal("ring.ax"))
+    with pytest.raises(InputError, match="is not kept in files"):
+        back.signal("ring.ax", window=(0.0, 0.01))
