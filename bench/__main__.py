@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 import gearplay as gp
-from bench import page, plain, trains, work_precision
+from bench import loaded, page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run as kernel
@@ -87,6 +87,39 @@ def throughput():
         f"Simulated seconds per wall second on one core. Two threads, 16 members: {one / two:.2f} times one.",
     ]
     return lines
+
+
+def signals():
+    """Return what a user waits for who writes `gp.simulate(case)`, and for signals of it."""
+    case, span = gp.load_case("han2021"), 5.0
+    rows = {
+        '`gp.simulate(gp.load_case("han2021"), duration=5.0)`': [],
+        "one signal at 100 kHz": [],
+        "all 28 at 100 kHz": [],
+    }
+    gp.simulate(case, duration=0.1)
+    for _ in range(5):
+        began = time.perf_counter()
+        result = gp.simulate(case, duration=span, threads=1)
+        times = [time.perf_counter() - began]
+        for ask in (lambda run=result: run.signal("ring.ax"), lambda run=result: run.runs[0].values):
+            began = time.perf_counter()
+            asked = ask()
+            times.append((time.perf_counter() - began) / asked.size)
+        for row, seconds in zip(rows.values(), times, strict=True):
+            row.append(seconds)
+    kept = result.runs[0].samples.motion.bytes / 1e6
+    first, one, all_ = rows.values()
+    words = list(rows)
+    return [
+        f"Least and largest of 5 repeats, in turn; the motion that was kept takes {kept:.2g} MB.",
+        "",
+        "| | |",
+        "|---|---:|",
+        f"| {words[0]} | {span / max(first):.0f} to {span / min(first):.0f} simulated seconds per second |",
+        f"| {words[1]} | {1e9 * min(one):.1f} to {1e9 * max(one):.1f} ns a sample |",
+        f"| {words[2]} | {1e9 * min(all_):.1f} to {1e9 * max(all_):.1f} ns a sample and signal |",
+    ]
 
 
 def scaling():
@@ -287,6 +320,8 @@ def ross():
 
 SECTIONS = (  # the peers last: their libraries' threads and memory would disturb the others
     ("Throughput", throughput),
+    ("Loaded pairs and trains", loaded.report),
+    ("Signals of a kept motion", signals),
     ("Scaling", scaling),
     ("Start-up", starting),
     ("The page", page.part),

@@ -142,3 +142,18 @@ def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[
     assert said["contacts_of"].startswith("3 members together")
     assert run_words(words) == 0
     assert "Contacts: 3 members together" in capsys.readouterr().out
+
+
+def test_a_record_too_large_to_be_saved_is_refused_before_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    done = run("han2021", "--set", "run.duration=1e4", "--set", "run.sampling=1e7", "--out", str(path))
+    assert done.returncode == 5
+    assert "the limit of 16 GB" in done.stderr
+    assert not path.exists()
+
+
+def test_a_saved_run_says_how_large_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    done = run("han2021", "--set", "run.duration=0.01", "--out", str(path))
+    assert done.returncode == 0
+    assert f"Saved to {path}, {path.stat().st_size / 1e6:.3g} MB" in done.stdout

@@ -877,7 +877,7 @@ def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_a_dry_run_tells_of_cases_that_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = write_plan({**FEW, "set": {**RUN, "run.max_steps": 20}}, tmp_path / "plan.toml")
+    plan = write_plan({**FEW, "set": {**RUN, "run.max_steps": 5}}, tmp_path / "plan.toml")
     assert do("sweep", plan, "--dry-run") == 0
     assert "3 of these 3 failed: " in capsys.readouterr().out
 

@@ -20,6 +20,7 @@ def case(**changes: Any) -> gp.Case:
         "run.duration": 4e-3,
         "run.transient": 0.0,
         "run.sampling": 1e5,
+        "run.tolerance": 1e-9,
         "sleeves.ring.law": "hunt-crossley",
     }
     return gp.replace(gp.load_case("han2021"), brief | changes)

@@ -60,19 +60,24 @@ def _numba_type(hint: Any) -> Any:
 
 
 @contextmanager
-def _deferred_interrupt() -> Iterator[None]:
-    """Let Ctrl-C wait until the block is done; it comes to the main thread only."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+def _noting_interrupts() -> Iterator[list[int]]:
+    """Note Ctrl-C within the block instead of obeying it; it comes to the main thread only."""
     came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
     before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
-        yield
+        yield came
     finally:
         signal.signal(signal.SIGINT, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
+
+
+def _interrupt_soon() -> None:
+    """Let Ctrl-C come again once compiled code has been returned to, where it does no harm."""
+    again = threading.Timer(0.01, os.kill, args=[os.getpid(), signal.SIGINT])
+    again.daemon = True
+    again.start()
 
 
 class Once(Generic[P, R]):
@@ -111,23 +116,27 @@ class Once(Generic[P, R]):
         return signature(result, *(_numba_type(hint) for hint in hints.values()))
 
     def address(self) -> int:
-        """Return the address of the compiled code; the first time it is compiled, or loaded from its cache.
-
-        Ctrl-C waits until that is done.
-        """
-        with _deferred_interrupt():
-            wanted = self.signature()
-            self.dispatcher.compile(wanted.args)
-            entry = self.dispatcher.overloads[wanted.args]
-            return int(entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name))
+        """Return the address of the compiled code; the first time it is compiled, or loaded from its cache."""
+        wanted = self.signature()
+        self.dispatcher.compile(wanted.args)
+        entry = self.dispatcher.overloads[wanted.args]
+        return int(entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name))
 
     def _answer(self) -> int:
-        """Return the address to compiled code, which can take no exception and cannot go on without."""
-        try:
-            return self.address()
-        except BaseException:
-            traceback.print_exc()
-            os._exit(70)
+        """Return the address to compiled code, which can take no exception and cannot go on without: Ctrl-C comes later."""
+        interrupted = False
+        while True:
+            try:
+                with _noting_interrupts() as came:
+                    address = self.address()
+                if came or interrupted:
+                    _interrupt_soon()
+                return address
+            except KeyboardInterrupt:  # before it was noted
+                interrupted = True
+            except BaseException:
+                traceback.print_exc()
+                os._exit(70)
 
     def _call(self, context: Any, builder: Any, sig: Any, args: Any) -> Any:
         """Emit a call by address."""

@@ -16,7 +16,15 @@ from gearplay.model.coupling import Coupling
 from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part
 from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
-from gearplay.model.policy import LIMITS, FixedStep, MostSteps, MostWallTime, Policy, Tolerance
+from gearplay.model.policy import (
+    DEFAULT_TOLERANCE,
+    LIMITS,
+    FixedStep,
+    MostSteps,
+    MostWallTime,
+    Policy,
+    Tolerance,
+)
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.vocabulary import quantities as q
@@ -38,7 +46,7 @@ class Run(Part):
     sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
     ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
-    tolerance: Tolerance = 1e-9
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
     max_steps: MostSteps | None = None
     max_wall_time: MostWallTime | None = None
@@ -77,7 +85,7 @@ class Case(Part):
     >>> from gearplay.model.reading import load_case
     >>> case = load_case("han2021")
     >>> list(case.rotors), case.meshes[0].backlash, case.policy.tolerance
-    (['pinion', 'ring'], 0.0001, 1e-09)
+    (['pinion', 'ring'], 0.0001, 1e-06)
 
     """
 

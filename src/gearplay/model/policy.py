@@ -24,6 +24,9 @@ FixedStep = Annotated[
 MostSteps = Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")]
 MostWallTime = Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)]
 
+DEFAULT_TOLERANCE: Final = 1e-6
+"""The largest at which no statistic of an ensemble differs and loaded pairs err by less than 1e-11 m (docs/performance)."""
+
 LIMITS: Final = ("max_steps", "max_wall_time")
 """Fields that may end a run and change nothing else: no part of a case's digest."""
 
@@ -54,7 +57,7 @@ class Policy(Part):
 
     """
 
-    tolerance: Tolerance = 1e-9
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
     max_steps: MostSteps | None = None
     max_wall_time: MostWallTime | None = None

@@ -11,6 +11,7 @@ from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
 from gearplay.nonlinear.orbits.period_map import along
+from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.cores import worker_count
@@ -111,7 +112,7 @@ def lyapunov(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
     count
         How many, the largest first; all if not given.
     duration, transient
@@ -141,7 +142,7 @@ def lyapunov(
     (True, '1/s')
 
     """
-    base = case_of(case)
+    base = sharp(case_of(case))
     prepare(base, derivative=True)
     return lyapunov_exponents(
         base,
@@ -170,7 +171,7 @@ def motion(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
     periods
         Sections that are looked at, 100 or more.
     settle
@@ -206,7 +207,7 @@ def motion(
     ('periodic', 1)
 
     """
-    base = case_of(case)
+    base = sharp(case_of(case))
     prepare_motion(base)
     return identify_motion(
         base,

@@ -118,16 +118,14 @@ class Course:
         keep_log: bool = True,
         reason_to_stop: Callable[["Course"], Status | None] | None = None,
     ) -> Status:
-        """Advance to t_end [s] or to the first reason to stop, which is asked for between chunks; return the status."""
+        """Advance to t_end [s] or to the first reason to stop, which is asked for before each chunk; return the status."""
         asked = reason_to_stop or Course._own_reason
-        while True:
+        while (reason := asked(self)) is None:
             steps = max(0, min(self.chunk, (self.case.run.max_steps or self.steps + self.chunk) - self.steps))
             status = self.take_chunk(t_end, steps, keep_log=keep_log)
             if status != Status.PAUSED:
                 return status
-            reason = asked(self)
-            if reason is not None:
-                return reason
+        return reason
 
     def _own_reason(self) -> Status | None:
         if self.stop is not None and self.stop.is_set():

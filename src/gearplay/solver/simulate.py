@@ -84,12 +84,8 @@ class _Job:
             return watch.reason_to_stop(self.place, course)
 
         status = Status.DONE
-        if motion is not None:
-            motion.note(course)
         if self.transient > 0.0:
             status = course.follow(self.transient, keep_log=False, reason_to_stop=asked)
-            if motion is not None:
-                motion.note(course)
         if status == Status.DONE:
             course.sample_from(self.transient, self.sampling)
             status = course.follow(end, reason_to_stop=asked)

@@ -109,3 +109,53 @@ def test_an_index_beyond_its_bounds_comes_through(found: dict[str, object]) -> N
 
 def test_a_wrong_argument_is_refused_when_the_caller_is_compiled(found: dict[str, object]) -> None:
     assert found["wrong"] == "takes"
+
+
+INTERRUPTED = """
+import os, signal, sys
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled_once import KERNELS, Once, compiled_once
+
+@compiled_once
+def inner(x: float) -> float:
+    return x + 1.0
+
+@compiled
+def caller(x):
+    return inner(x)
+
+def interrupted(self):
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(1000):
+        pass
+    return address(self)
+
+address, Once.address = Once.address, interrupted
+try:
+    print(caller(1.0))
+    import time
+    time.sleep(5.0)
+    print("nothing came")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals there")
+def test_ctrl_c_while_a_kernel_is_compiled_comes_when_it_is_done(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(INTERRUPTED, encoding="utf-8")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    done = subprocess.run(
+        [sys.executable, str(program)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+        env=environment,
+    )
+    assert done.stderr == ""
+    assert done.stdout.split() in (["2.0", "interrupted"], ["interrupted"])
+    assert done.returncode == 0

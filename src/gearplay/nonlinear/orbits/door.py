@@ -11,6 +11,7 @@ from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, along
+from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.errors import Fault, InputError
@@ -23,7 +24,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
     order
         Common periods after which the orbit repeats, 1 to 1000.
     settle
@@ -52,7 +53,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
-    base = case_of(case)
+    base = sharp(case_of(case))
     prepare(base, derivative=True)
     family = StrobeMap(lambda _: base, 0.0)
     found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
@@ -80,7 +81,7 @@ def branch(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
     path
         The field: ``rotors.ring.load``.
     low, high
@@ -121,7 +122,7 @@ def branch(
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
-    base = case_of(case)
+    base = sharp(case_of(case))
     prepare(base, derivative=True)
     settings = _settings(base, path, low, high, size, orbits)
     now = _value_now(base, path)
@@ -182,7 +183,7 @@ def branches(
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
-    base = case_of(case)
+    base = sharp(case_of(case))
     prepare(base, derivative=True)
     settings = _settings(base, path, low, high, size, orbits)
     now = _value_now(base, path)
@@ -198,7 +199,7 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     """Raise `InputError` where branches of a case cannot be followed: before long work begins."""
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
-    base = case_of(case)
+    base = sharp(case_of(case))
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
     flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))

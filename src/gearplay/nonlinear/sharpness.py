@@ -1,0 +1,19 @@
+"""How sharply what asks for exact derivatives or orbits is computed."""
+
+from typing import Final
+
+from gearplay.model.case import Case
+from gearplay.model.reading import replace
+
+LOOSEST: Final = 1e-9
+"""Error tolerance [1] of orbits, exponents and kinds of motion, unless the case asks for less: orbits are closed to 1e-9."""
+
+
+def sharp(case: Case) -> Case:
+    """Return a case whose tolerance is no looser than `LOOSEST`.
+
+    >>> from gearplay.model.reading import load_case
+    >>> sharp(load_case("han2021")).run.tolerance
+    1e-09
+    """
+    return case if case.run.tolerance <= LOOSEST else replace(case, {"run.tolerance": LOOSEST})
