@@ -39,9 +39,14 @@ from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
     FORCES,
+    LAST_DEPTH,
+    LAST_FORCE,
     LAST_SAMPLE,
+    LAST_STEP,
     LOGGED,
     NEXT_SAMPLE,
+    NOW_DEPTH,
+    NOW_FORCE,
     ONSETS,
     ROWS,
     SAMPLE_INTERVAL,
@@ -191,16 +196,41 @@ def tally_step(system: System, run: Run, h: float) -> None:
 
 
 @compiled_inline
+def peak_between(before: float, now: float, after: float, last: float, h: float) -> float:
+    """Return the top of the parabola through three values, ``last`` and ``h`` apart, where the middle one is the highest.
+
+    >>> peak_between(0.0, 3.0, 3.0, 1.0, 1.0), peak_between(3.0, 2.0, 1.0, 1.0, 1.0)
+    (3.375, 2.0)
+    """
+    if now < before or now < after or before + after == 2.0 * now:
+        return now
+    rise, fall = (now - before) / last, (now - after) / h
+    slope = (rise * h - fall * last) / (last + h)
+    return now + 0.25 * slope * slope * (last + h) / (rise + fall)
+
+
+@compiled_inline
 def tally_contact(system: System, run: Run, k: int, h: float) -> None:
     """Add h [s] to contact k's time if it touches, and note its largest force and depth; or to that in which it should."""
     tally = run.tallies[k]
     if run.branch.modes[k] == OPEN:
         if run.loads.contacts[k, PENETRATION] > 0.0 and is_overruled(system, k, run.branch):
             tally[WEDGED] += h
+        tally[LAST_STEP] = 0.0
         return
     tally[TIME] += h
-    tally[FORCE_MAX] = max(tally[FORCE_MAX], run.loads.contacts[k, FORCE])
-    tally[DEPTH_MAX] = max(tally[DEPTH_MAX], run.loads.contacts[k, PENETRATION])
+    force, depth = run.loads.contacts[k, FORCE], run.loads.contacts[k, PENETRATION]
+    highest, deepest, last = force, depth, tally[LAST_STEP]
+    if last > 0.0:
+        highest = max(highest, peak_between(tally[LAST_FORCE], tally[NOW_FORCE], force, last, h))
+        deepest = max(deepest, peak_between(tally[LAST_DEPTH], tally[NOW_DEPTH], depth, last, h))
+        tally[LAST_FORCE], tally[LAST_DEPTH] = tally[NOW_FORCE], tally[NOW_DEPTH]
+    else:
+        tally[LAST_FORCE] = run.loads_0.contacts[k, FORCE]
+        tally[LAST_DEPTH] = run.loads_0.contacts[k, PENETRATION]
+    tally[FORCE_MAX] = max(tally[FORCE_MAX], highest)
+    tally[DEPTH_MAX] = max(tally[DEPTH_MAX], deepest)
+    tally[LAST_STEP], tally[NOW_FORCE], tally[NOW_DEPTH] = h, force, depth
 
 
 @compiled_inline

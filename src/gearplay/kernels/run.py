@@ -23,7 +23,9 @@ STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, F
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
 TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX, WEDGED = range(8)
-TALLIES = 8
+# Behind them what a peak between the ends of steps is found from: length of the last step [s], force and depth at its two ends.
+LAST_STEP, LAST_FORCE, LAST_DEPTH, NOW_FORCE, NOW_DEPTH = range(8, 13)
+TALLIES = 13
 LOG_COLUMNS = 4
 
 

@@ -148,3 +148,29 @@ def test_a_result_from_a_file_has_its_samples_only(tmp_path: Path) -> None:
     assert np.array_equal(back.signal("ring.ax"), result.signal("ring.ax"))
     with pytest.raises(InputError, match="is not kept in files"):
         back.signal("ring.ax", window=(0.0, 0.01))
+
+
+@pytest.mark.parametrize(("tolerance", "limit"), [(1e-6, 5e-3), (1e-9, 2e-4)])
+def test_peaks_of_contacts_are_those_of_the_motion(tolerance: float, limit: float) -> None:
+    """Forces and depths of some impacts, against the same motion looked at every 20 ns."""
+    changes = {"run.duration": 0.05, "run.transient": 0.0, "run.tolerance": tolerance}
+    result = gp.simulate(
+        gp.replace(gp.load_case("han2021"), {**changes, "rotors.ring.initial": {"vx": 0.02}})
+    )
+    fine: dict[str, Any] = {"sampling": 5e7, "window": (0.0, 0.05)}
+    x, y = (result.signal(f"ring.sleeve_force_{axis}", **fine) for axis in "xy")
+    seen = {
+        "ring": (np.hypot(x, y), result.signal("ring.sleeve_penetration", **fine)),
+        "pinion-ring:drive": tuple(
+            result.signal(f"pinion-ring.drive_{what}", **fine) for what in ("force", "penetration")
+        ),
+        "pinion-ring:back": tuple(
+            result.signal(f"pinion-ring.back_{what}", **fine) for what in ("force", "penetration")
+        ),
+    }
+    table = result.contacts
+    for at, label in enumerate(table.labels):
+        force, depth = seen[label]
+        assert table.values["peak_force"][at] == pytest.approx(np.max(force), rel=limit)
+        assert table.values["max_penetration"][at] == pytest.approx(np.max(depth), rel=limit)
+        assert np.max(force) > 1.0
