@@ -111,7 +111,7 @@ PROBLEMS = {
 
 
 def timed(case, tolerance, span=DURATION):
-    """Return the positions [m] ``span`` [s] after `LEAD`, in units of the first rotor's, wall time [s], steps per simulated second."""
+    """Return the positions [m] ``span`` [s] after `LEAD`, all on the first rotor's scale, wall time [s], steps per second."""
     flow = Flow(gp.replace(case, {"run.tolerance": 1e-11}))
     course = flow.begin(flow.start())
     course.advance(LEAD)
@@ -127,7 +127,7 @@ def timed(case, tolerance, span=DURATION):
 def report():
     """Return the table of the loaded problems."""
     lines = [
-        f"From a state after {LEAD:g} s, over {DURATION:g} s; least and largest of {REPEATS} repeats, in turn. The chain is chaotic.",
+        f"From a state after {LEAD:g} s, over {DURATION:g} s; least and largest of {REPEATS} repeats, in turn.",
         "",
         "| problem | tolerance | error at its end | steps per second | simulated seconds per second |",
         "|---|---:|---:|---:|---:|",
