@@ -75,9 +75,17 @@ def _noting_interrupts() -> Iterator[list[int]]:
 
 def _interrupt_soon() -> None:
     """Let Ctrl-C come again once compiled code has been returned to, where it does no harm."""
-    again = threading.Timer(0.01, os.kill, args=[os.getpid(), signal.SIGINT])
+    again = threading.Timer(0.01, _interrupt)
     again.daemon = True
     again.start()
+
+
+def _interrupt() -> None:
+    """Send Ctrl-C to the main thread."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:  # Windows, where a process cannot send it to itself otherwise
+        signal.raise_signal(signal.SIGINT)
 
 
 class Once(Generic[P, R]):

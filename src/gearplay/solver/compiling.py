@@ -21,7 +21,7 @@ from gearplay.kernels.compiled_once import INTERPRETED, KERNELS
 from gearplay.kernels.elements.table import DERIVATIVE, KINDS
 from gearplay.kernels.tangent_state import make_tangent
 from gearplay.model.case import Case
-from gearplay.model.pack import pack
+from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
 from gearplay.solver.course import Course
 from gearplay.vocabulary.cores import worker_count
@@ -33,6 +33,7 @@ FEW = 6
 LABEL = "Compiling the kernels, once after an installation"
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes")
 _ELEMENTS = "gearplay.kernels.elements."
+_ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 
 
 def prepare(case: Case, *, derivative: bool = False, progress: Progress | None = None) -> None:
@@ -48,22 +49,34 @@ def prepare(case: Case, *, derivative: bool = False, progress: Progress | None =
         Told how many kernels are compiled, and of how many; without it a line on standard error says what takes so long.
 
     """
+    prepare_packed(
+        pack(case), fixed=case.run.fixed_step is not None, derivative=derivative, progress=progress
+    )
+
+
+def prepare_packed(
+    packed: Packed, *, fixed: bool, derivative: bool = False, progress: Progress | None = None
+) -> None:
+    """Do what `prepare` does for a case that has been packed, and has a fixed step or not."""
     if INTERPRETED:
         return
-    _compile(_wanted(_kinds(case), fixed=case.run.fixed_step is not None, derivative=derivative), progress)
+    wanted = (_kinds(packed), fixed, derivative)
+    if wanted not in _ready:
+        _compile(_wanted(*wanted), progress)
+        _ready.add(wanted)
 
 
 def prepare_all() -> None:
-    """Compile every kernel that there is, on all cores, on the way to none in particular."""
-    _compile(_wanted({kind.name for kind in KINDS}, fixed=True, derivative=True), None)
+    """Compile every kernel that there is, on all cores."""
+    _compile(_wanted(frozenset(kind.name for kind in KINDS), fixed=True, derivative=True), None)
 
 
-def _kinds(case: Case) -> set[str]:
-    """Return the names of the kinds of elements of a case."""
-    return {KINDS[int(kind)].name for kind in pack(case).system.elements["kind"]}
+def _kinds(packed: Packed) -> frozenset[str]:
+    """Return the names of the kinds of elements of a mechanism."""
+    return frozenset(KINDS[int(kind)].name for kind in set(packed.system.elements["kind"].tolist()))
 
 
-def _wanted(kinds: set[str], *, fixed: bool, derivative: bool) -> list[str]:
+def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     """Return the names of the kernels that are needed, longest first."""
     wanted = []
     for name, kernel in KERNELS.items():
@@ -131,7 +144,7 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
 @contextmanager
 def _helpers(claims: str, wanted: Sequence[str]) -> Iterator[list["subprocess.Popen[bytes]"]]:
     """Start processes that share the work; end them if it ends early. Without any, where none can be started."""
-    count = min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW)
+    count = min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if sys.executable else 0
     words = [sys.executable, "-m", __name__, claims, *wanted]
     helpers = []
     try:

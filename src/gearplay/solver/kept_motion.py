@@ -79,6 +79,7 @@ class KeptMotion:
         self.case, self.packed, self.ends = case, packed, tuple(ends)
         self.marks: list[_Mark] = []
         self._arrays: tuple[NDArray[Any], ...] = ()
+        self._due = 0
         self.reached = 0.0
         """How far [s] the run came."""
 
@@ -88,11 +89,13 @@ class KeptMotion:
         return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays) * len(self.marks)
 
     def note(self, course: Course) -> None:
-        """Keep the state in which a run is about to begin, pauses or has ended, and say when the next one is due."""
+        """Keep the state in which a run is about to begin or pauses, where one is due, and say when to look again."""
         if not self._arrays:
             self._arrays = tuple(_states(course.run))
-        self.marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
-        course.chunk = max(SHORTEST, course.steps // SHARE)
+        if course.steps >= self._due or course.time in self.ends:
+            self.marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
+            self._due = course.steps + max(SHORTEST, course.steps // SHARE)
+        course.chunk = min(CHUNK_STEPS, self._due - course.steps)
 
     def count(self, start: float, sampling: float, end: float) -> int:
         """Return how many samples from ``start`` on lie before ``end`` [s] and were reached."""

@@ -15,7 +15,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
-from gearplay.solver.compiling import prepare
+from gearplay.solver.compiling import prepare_packed
 from gearplay.solver.course import Course
 from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.limits import check_estimate, estimate
@@ -154,7 +154,7 @@ class _Watch:
 
 def _load(case: Case, packed: Packed) -> None:
     """Compile what the case needs, and load what every run begins with, before threads share it."""
-    prepare(case)
+    prepare_packed(packed, fixed=case.run.fixed_step is not None)
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import gearplay as gp
+from gearplay.model.pack import pack
 from gearplay.solver import compiling
 
 PROGRAM = """
@@ -37,7 +38,7 @@ json.dump({"told": told, "here": here, "success": run.success}, sys.stdout)
 
 
 def names(*kinds: str, fixed: bool = False, derivative: bool = False) -> set[str]:
-    wanted = compiling._wanted(set(kinds), fixed=fixed, derivative=derivative)
+    wanted = compiling._wanted(frozenset(kinds), fixed=fixed, derivative=derivative)
     return {name.removeprefix("gearplay.kernels.") for name in wanted}
 
 
@@ -53,7 +54,7 @@ def test_a_case_wants_its_kinds_and_no_derivative() -> None:
 
 @pytest.mark.skipif(compiling.INTERPRETED, reason="nothing is compiled here")
 def test_kinds_are_those_of_the_case() -> None:
-    assert compiling._kinds(gp.load_case("han2021")) == {"sleeve", "mesh"}
+    assert compiling._kinds(pack(gp.load_case("han2021"))) == {"sleeve", "mesh"}
 
 
 def output_of(tmp_path: Path, *words: str) -> dict[str, Any]:

@@ -103,6 +103,7 @@ def test_states_kept_grow_like_a_logarithm() -> None:
     motion._arrays = (np.zeros(1),)
     while steps < 10_000_000:
         motion.note(course)  # type: ignore[arg-type]
+        assert 0 < course.chunk <= 20_000  # so that Ctrl-C and limits are looked at often
         course.steps = steps = steps + course.chunk
     assert len(motion.marks) == pytest.approx(256 + 256 * np.log(10_000_000 / 65_536), rel=0.01)
     assert kept.marks[0].arrays[0].nbytes < kept.bytes / len(kept.marks) < 10_000
