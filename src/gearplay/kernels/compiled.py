@@ -1,10 +1,13 @@
 """The one place that says how kernels are compiled and cached."""
 
 import hashlib
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
+import llvmlite.binding as llvm
+import numba
 from numba import njit
 
 P = ParamSpec("P")
@@ -21,6 +24,12 @@ def kernel_digest(folder: Path) -> str:
 
 DIGEST = kernel_digest(Path(__file__).parent)
 """Of the kernels as they are."""
+
+
+def compiled_from() -> str:
+    """Return a digest of all that compiled code depends on: sources, compiler, Python, processor."""
+    parts = (DIGEST, numba.__version__, sys.version, llvm.get_host_cpu_name())
+    return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:16]
 
 
 def _stamped(dispatcher: Any) -> Any:

@@ -9,14 +9,11 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from hashlib import sha256
 from pathlib import Path
 
-import llvmlite.binding as llvm
-import numba
 import numpy as np
 
-from gearplay.kernels.compiled import DIGEST
+from gearplay.kernels.compiled import compiled_from
 from gearplay.kernels.compiled_once import INTERPRETED, KERNELS
 from gearplay.kernels.elements.table import DERIVATIVE, KINDS
 from gearplay.kernels.tangent_state import make_tangent
@@ -94,8 +91,7 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
 
 def _done() -> Path:
     """Return the folder that holds a file for each compiled kernel; it goes with the folder of compiled code."""
-    made_of = " ".join((DIGEST, numba.__version__, sys.version, llvm.get_host_cpu_name()))
-    return next(iter(KERNELS.values())).folder / f"done-{sha256(made_of.encode()).hexdigest()[:16]}"
+    return next(iter(KERNELS.values())).folder / f"done-{compiled_from()}"
 
 
 def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
