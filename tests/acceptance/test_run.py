@@ -145,8 +145,8 @@ def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[
 
 
 def test_a_record_too_large_to_be_saved_is_refused_before_the_run(tmp_path: Path) -> None:
-    path = tmp_path / "run.nc"
-    done = run("han2021", "--set", "run.duration=1e4", "--set", "run.sampling=1e7", "--out", str(path))
+    path = tmp_path / "run.nc"  # the run itself would take a quarter of an hour
+    done = run("han2021", "--set", "run.duration=9e5", "--set", "run.sampling=1e7", "--out", str(path))
     assert done.returncode == 5
     assert "the limit of 16 GB" in done.stderr
     assert not path.exists()

@@ -79,6 +79,14 @@ def test_the_transient_is_within_reach() -> None:
     assert np.array_equal(early, whole.signal("ring.x")[:4000])
 
 
+def test_a_window_across_the_end_of_the_transient_meets_the_record() -> None:
+    """No step passed that time, so none may when the motion is followed again."""
+    result = gp.simulate(gp.replace(case_of("external-pair"), {"run.tolerance": 1e-4}))
+    part = result.signal("output.vy", window=(0.095, 0.11))
+    record = result.signal("output.vy")
+    assert np.allclose(part[250:], record[: len(part) - 250], rtol=0.0, atol=1e-12 * np.ptp(record))
+
+
 @pytest.mark.parametrize("window", [(0.2, 0.2), (0.3, 0.1), (-0.1, 0.1), (0.1, 0.5)])
 def test_a_window_outside_the_run_is_refused(window: tuple[float, float]) -> None:
     with pytest.raises(InputError, match=r"window = .* within 0 and 0\.35"):
