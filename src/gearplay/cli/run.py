@@ -61,11 +61,20 @@ def run(
 def _check_size(case: Any) -> None:
     """Raise `ResourceError`, before the run, where its samples are too many to be saved."""
     from gearplay.model.pack import pack
-    from gearplay.solver.limits import check_samples
+    from gearplay.solver.limits import check_estimate, estimate
     from gearplay.solver.trajectory import all_columns
 
-    run = case.run
-    check_samples(round(run.duration * run.sampling) * run.ensemble, len(all_columns(pack(case))))
+    packed, run = pack(case), case.run
+    needed = estimate(
+        case,
+        packed,
+        columns=len(all_columns(packed)),
+        members=run.ensemble,
+        sampling=run.sampling,
+        duration=run.duration,
+        transient=run.transient,
+    )
+    check_estimate(needed)
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:

@@ -124,9 +124,8 @@ def _run(
     with locked(folder, part=part):
         if overwrite:
             _forget(folder)
-        left = jobs_left(
-            made, folder, chosen.shard, retry=retry
-        )  # a wrong folder is said before minutes pass
+        # A wrong folder is said before kernels are compiled.
+        left = jobs_left(made, folder, chosen.shard, retry=retry)
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 compile_kernels(made.template.base, quiet=json)

@@ -14,6 +14,7 @@ import traceback
 import typing
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import update_wrapper
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
@@ -95,8 +96,7 @@ class Once(Generic[P, R]):
         self.py_func = function
         self.name = f"{function.__module__}.{function.__qualname__}"
         self.dispatcher: Any = compiled(function)
-        self.__doc__, self.__name__ = function.__doc__, function.__name__
-        self.__module__, self.__wrapped__ = function.__module__, function
+        update_wrapper(self, function)
         self._asked = _ASK(self._answer)  # must live as long as compiled code may ask
         llvm.add_symbol(self.name, ctypes.cast(self._asked, ctypes.c_void_p).value)
         self.type = OnceType(self)
@@ -160,9 +160,8 @@ class Once(Generic[P, R]):
         kind = context.call_conv.get_function_type(sig.return_type, sig.args)
         callee = builder.inttoptr(builder.load(address), kind.as_pointer())
         status, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
-        with cgutils.if_unlikely(
-            builder, status.is_error
-        ):  # an index beyond its bounds, where these are checked
+        # An error is an index beyond its bounds, where these are checked.
+        with cgutils.if_unlikely(builder, status.is_error):
             context.call_conv.return_status_propagate(builder, status)
         return result
 
@@ -211,6 +210,6 @@ def _constant(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 def compiled_once(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel that its callers call but do not contain.
 
-    Its annotations are its signature: numbers, groups, arrays of one dimension.
+    Its annotations are its signature: numbers, groups, arrays, tuples of numbers to return.
     """
     return function if INTERPRETED else cast(Callable[P, R], Once(function))

@@ -9,7 +9,7 @@ from gearplay.model.plan_values import number_in_si
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
-from gearplay.nonlinear.kinds.motion import Motion, identify_motion, prepare_motion
+from gearplay.nonlinear.kinds.motion import Motion, identify_motion
 from gearplay.nonlinear.orbits.period_map import along
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
@@ -208,7 +208,7 @@ def motion(
 
     """
     base = sharp(case_of(case))
-    prepare_motion(base)
+    prepare(base, derivative=base.run.fixed_step is None)
     return identify_motion(
         base,
         periods=periods,

@@ -60,18 +60,14 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
     for (signal, dimension), columns in places.items():
         quantity = RESULT_VARIABLES[signal]
         names = packed.labels[dimension]
-        shape: tuple[int, ...] = (length, len(names))
         attributes = {"units": quantity.unit, "long_name": quantity.long_name}
         if signal == "contact_state":
             attributes["flag_values"] = "0 1 2 3"
             attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
         dims = ("member", "time", dimension) if ensemble else ("time", dimension)
-        shape = (len(runs), *shape) if ensemble else shape
-        variables[signal] = (
-            dims,
-            lazy_array(shape, partial(_block, runs, columns, names, shape)),
-            attributes,
-        )
+        shape = (len(runs), length, len(names)) if ensemble else (length, len(names))
+        block = lazy_array(shape, partial(_block, runs, columns, names, shape))
+        variables[signal] = (dims, block, attributes)
     for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
         if quantity.unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals

@@ -246,8 +246,7 @@ class Result(Answer, WasDataset):
         if sampling is not None and not (0.0 < sampling < np.inf):
             raise InputError(Fault("sampling", sampling, "must be positive [Hz]", "Give samples per second"))
         at = [(c.signal, c.label) for c in run.columns].index((signal, label))
-        record = (run.first_sample, self.case.run.transient + self.case.run.duration)
-        return run.samples.at_rate(at, sampling or run.sampling, window or record)
+        return run.samples.at_rate(at, sampling, window)
 
     def only(self, signal: str, label: str | None) -> tuple[str, str]:
         """Return a signal and its element; `InputError` where they do not name exactly one that was kept."""

@@ -118,7 +118,8 @@ def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
 def _know_types() -> None:
     """Make one of each group of arrays: their types are the same for every case."""
     case = load_case("han2021")
-    course = Course(case, pack(case), np.zeros(pack(case).state_size))
+    packed = pack(case)
+    course = Course(case, packed, np.zeros(packed.state_size))
     make_tangent(course.system, course.run, np.zeros((0, 0)))
 
 

@@ -75,8 +75,8 @@ class KeptMotion:
 
     """
 
-    def __init__(self, case: Case, packed: Packed, ends: Sequence[float]) -> None:
-        self.case, self.packed, self.ends = case, packed, tuple(ends)
+    def __init__(self, case: Case, packed: Packed, ends: tuple[float, float]) -> None:
+        self.case, self.packed, self.ends = case, packed, ends
         self.marks: list[_Mark] = []
         self._arrays: tuple[NDArray[Any], ...] = ()
         self._due = 0
@@ -153,9 +153,8 @@ class KeptMotion:
         run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
         run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0
-        run.rows[:, max(0, int((self.reached - start) / step) - first) :] = (
-            np.nan
-        )  # where a run that stopped may have none
+        # A run that stopped may have none of the last.
+        run.rows[:, max(0, int((self.reached - start) / step) - first) :] = np.nan
         chunk = SHORTEST
         for end in self.ends:
             status = Status.PAUSED
@@ -176,14 +175,15 @@ class KeptSamples:
         What they are of.
     places
         Columns of a full row.
-    start, sampling, end
-        First time [s], samples per second [Hz], and the time [s] that none reaches.
+    sampling
+        Samples per second [Hz], from the end of the transient to that of the run.
 
     """
 
-    def __init__(self, motion: KeptMotion, places: Ints, start: float, sampling: float, end: float) -> None:
-        self.motion, self.places, self.start, self.sampling = motion, places, start, sampling
-        self.count = motion.count(start, sampling, end)
+    def __init__(self, motion: KeptMotion, places: Ints, sampling: float) -> None:
+        self.motion, self.places, self.sampling = motion, places, sampling
+        self.start, end = motion.ends
+        self.count = motion.count(self.start, sampling, end)
         self._columns: dict[int, Floats] = {}
 
     @cached_property
@@ -206,8 +206,9 @@ class KeptSamples:
             self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
         return np.stack([self._columns[at] for at in columns], axis=1)
 
-    def at_rate(self, at: int, sampling: float, window: tuple[float, float]) -> Floats:
+    def at_rate(self, at: int, sampling: float | None, window: tuple[float, float] | None) -> Floats:
         """Return one signal at another rate [Hz], or from another window [s], shape [time]; `InputError` for an empty one."""
+        sampling, window = sampling or self.sampling, window or self.motion.ends
         start, end = window
         count = self.motion.count(start, sampling, end)
         if not (0.0 <= start < end <= self.motion.ends[-1] * (1.0 + 1e-12)) or count == 0:

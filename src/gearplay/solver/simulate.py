@@ -63,10 +63,10 @@ class _Job:
             start = start_from(self.origin, self.packed)
         elif start is None:
             start = initial_state(self.case, self.packed, member=self.member)
-        samples = max(1, int(self.duration * self.sampling + 0.5))
         if self.keep:  # signals are computed when they are asked for
             course = Course(self.case, self.packed, start)
         else:
+            samples = max(1, int(self.duration * self.sampling + 0.5))
             course = Course(self.case, self.packed, start, places=self.kept[1], samples=samples)
         if self.origin is not None:
             go_on_from(course, self.origin)
@@ -115,9 +115,7 @@ class _Job:
         if motion is None:
             return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T)
         motion.reached = course.time
-        return KeptSamples(
-            motion, self.kept[1], self.transient, self.sampling, self.transient + self.duration
-        )
+        return KeptSamples(motion, self.kept[1], self.sampling)
 
 
 class _Watch:

@@ -1,16 +1,14 @@
 """Every kernel is compiled once: one signature each after a whole study; bounds hold; plain Python agrees."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import gearplay.kernels
+from programs import run_program
 
 PROGRAM = """
 import importlib, json, pkgutil, sys
@@ -41,15 +39,7 @@ json.dump({"values": run.values.tolist(), "events": run.counters.events, "steps"
 
 
 def output_of(program: str, **environment: str) -> Any:
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=1200,
-    )
-    return json.loads(done.stdout)
+    return json.loads(run_program(program, **environment).stdout)
 
 
 def test_one_signature_each_after_a_study() -> None:
@@ -94,11 +84,7 @@ json.dump(reason, sys.stdout)
 
 def test_no_kernel_can_allocate(tmp_path: Path) -> None:
     # so that kernels suit a device, and threads share no reference counts
-    program = tmp_path / "program.py"
-    program.write_text(ALLOCATES, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, str(program)], capture_output=True, text=True, check=True, timeout=1200
-    )
+    done = run_program(ALLOCATES, file=tmp_path / "program.py")
     assert json.loads(done.stdout) != "compiled"
 
 

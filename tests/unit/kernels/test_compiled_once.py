@@ -1,12 +1,12 @@
 """Kernels that are called by address: the same numbers, compiled when first called, not contained in their callers."""
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from programs import run_program
 
 PROGRAM = """
 import json, sys
@@ -70,21 +70,15 @@ json.dump(found, sys.stdout)
 """
 
 
+def cache_in(folder: Path) -> dict[str, str]:
+    """Return the environment in which kernels are compiled, whatever this process does, into a folder."""
+    return {"NUMBA_CACHE_DIR": str(folder / "cache"), "NUMBA_DISABLE_JIT": "0"}
+
+
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
     folder = tmp_path_factory.mktemp("once")
-    program: Path = folder / "program.py"
-    program.write_text(PROGRAM, encoding="utf-8")
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache"), "NUMBA_BOUNDSCHECK": "1"}
-    environment.pop("NUMBA_DISABLE_JIT", None)
-    done = subprocess.run(
-        [sys.executable, str(program)],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=600,
-        env=environment,
-    )
+    done = run_program(PROGRAM, file=folder / "program.py", **cache_in(folder), NUMBA_BOUNDSCHECK="1")
     made: dict[str, object] = json.loads(done.stdout)
     return made
 
@@ -146,18 +140,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals there")
 def test_ctrl_c_while_a_kernel_is_compiled_comes_when_it_is_done(tmp_path: Path) -> None:
-    program = tmp_path / "program.py"
-    program.write_text(INTERRUPTED, encoding="utf-8")
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    environment.pop("NUMBA_DISABLE_JIT", None)
-    done = subprocess.run(
-        [sys.executable, str(program)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-        env=environment,
-    )
+    done = run_program(INTERRUPTED, file=tmp_path / "program.py", check=False, **cache_in(tmp_path))
     assert done.stderr == ""
     assert done.stdout.split() in (["2.0", "interrupted"], ["interrupted"])
     assert done.returncode == 0

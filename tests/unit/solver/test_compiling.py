@@ -1,9 +1,6 @@
 """Kernels compiled ahead: what a case needs, shared among processes, said once, gone on with after a stop."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +9,7 @@ import pytest
 import gearplay as gp
 from gearplay.model.pack import pack
 from gearplay.solver import compiling
+from programs import run_program
 
 PROGRAM = """
 import json, sys
@@ -58,15 +56,7 @@ def test_kinds_are_those_of_the_case() -> None:
 
 
 def output_of(tmp_path: Path, *words: str) -> dict[str, Any]:
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *words],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=600,
-        env=environment,
-    )
+    done = run_program(PROGRAM, *words, NUMBA_CACHE_DIR=str(tmp_path))
     made: dict[str, Any] = json.loads(done.stdout)
     return made
 

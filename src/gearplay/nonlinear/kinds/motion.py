@@ -19,7 +19,6 @@ from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
-from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
@@ -164,11 +163,6 @@ class Motion(Answer):
 def _column(values: Sequence[Any]) -> NDArray[Any]:
     text = any(isinstance(value, str) for value in values)
     return np.array(values, dtype=object if text else np.float64)
-
-
-def prepare_motion(case: Case, progress: Progress | None = None) -> None:
-    """Compile or load the kernels that `identify_motion` needs: those of the exact derivative where the motion has one."""
-    prepare(case, derivative=case.run.fixed_step is None, progress=progress)
 
 
 def identify_motion(

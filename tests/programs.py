@@ -1,0 +1,22 @@
+"""Programs in a Python of their own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+
+def run_program(
+    program: str, *words: str, file: Path | None = None, check: bool = True, **environment: str
+) -> "subprocess.CompletedProcess[str]":
+    """Run a program's text; from a ``file``, where it has kernels of its own: numba keeps only what has one."""
+    if file is not None:
+        file.write_text(program, encoding="utf-8")
+    return subprocess.run(
+        [sys.executable, *(["-c", program] if file is None else [str(file)]), *words],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=check,
+        timeout=1200,
+    )
