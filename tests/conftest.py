@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -55,16 +56,25 @@ DIGEST = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(KERNELS.rglob("*
 if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{DIGEST}")
 
-READY = Path(os.environ["NUMBA_CACHE_DIR"]) / f"ready-{DIGEST}"
-"""There once the kernels are in their cache; it is named by the sources, so it never lies."""
+NAME_OF_READY = "GEARPLAY_TESTS_KERNELS_READY"
+"""Names the file that is there once the kernels are compiled: a new one each time, as only the compiler knows what is lacking."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let the kernels be compiled beside the first tests of several workers, which run none."""
     several = bool(getattr(config.option, "numprocesses", None)) and not hasattr(config, "workerinput")
-    if several and "NUMBA_DISABLE_JIT" not in os.environ and not READY.exists():
-        READY.parent.mkdir(parents=True, exist_ok=True)
-        config.compiling = subprocess.Popen([sys.executable, "-c", COMPILE.format(ready=str(READY))])  # type: ignore[attr-defined]
+    if several and "NUMBA_DISABLE_JIT" not in os.environ:
+        ready = Path(tempfile.mkdtemp(prefix="gearplay-tests-")) / "ready"
+        os.environ[NAME_OF_READY] = str(ready)  # workers inherit it
+        config.compiling = subprocess.Popen([sys.executable, "-c", COMPILE.format(ready=str(ready))])  # type: ignore[attr-defined]
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """End the compiler, where tests were interrupted, and remove what told of it."""
+    if (compiling := getattr(config, "compiling", None)) is not None:
+        compiling.terminate()
+        compiling.wait()
+        shutil.rmtree(Path(os.environ.pop(NAME_OF_READY)).parent, ignore_errors=True)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -99,8 +109,8 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Wait for the kernels where several workers run, before any fixture of a test that runs some."""
     if "PYTEST_XDIST_WORKER" not in os.environ or "NUMBA_DISABLE_JIT" in os.environ:
         return
-    place, end = _place(item.path), time.monotonic() + 900.0
-    while not place.startswith(ALONE) and not READY.exists() and time.monotonic() < end:
+    place, end, ready = _place(item.path), time.monotonic() + 900.0, Path(os.environ[NAME_OF_READY])
+    while not place.startswith(ALONE) and not ready.exists() and time.monotonic() < end:
         time.sleep(0.1)
 
 

@@ -614,7 +614,7 @@ def test_a_folder_that_cannot_be_written(
         raise sqlite3.OperationalError("attempt to write a readonly database")
 
     with monkeypatch.context() as patch:
-        patch.setattr("gearplay.files.folder_lock.os.open", closed)
+        patch.setattr("gearplay.vocabulary.file_lock.os.open", closed)
         words = complaint(tmp_path / "new")
     assert words.endswith("must be a folder that can be written (Permission denied). Choose another place.")
     with monkeypatch.context() as patch:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gearplay.files.atomic import make_folder, shown_path
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.file_lock import try_lock
 
 NAME = ".lock"
 
@@ -31,24 +32,11 @@ def locked(folder: Path, *, part: str = "") -> Iterator[None]:
 
 def _lock(folder: Path, name: str, *, shared: bool) -> int:
     try:
-        handle = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o644)
+        handle = try_lock(folder / name, shared=shared)
     except OSError as error:
         rule = f"must be a folder that can be written ({error.strerror})"
         raise InputError(Fault("out", shown_path(folder), rule, "Choose another place")) from None
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            if not shared:
-                msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-        else:
-            import fcntl
-
-            fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
+    if handle is None:
         rule = "must not be in use by another process"
-        raise InputError(
-            Fault("out", shown_path(folder), rule, "Wait for it, or choose another folder")
-        ) from None
+        raise InputError(Fault("out", shown_path(folder), rule, "Wait for it, or choose another folder"))
     return handle

@@ -3,11 +3,12 @@
 What a case needs follows from its kinds of elements; anything else is compiled by the first call that needs it.
 """
 
+import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
 from gearplay.solver.course import Course
 from gearplay.vocabulary.cores import worker_count
+from gearplay.vocabulary.file_lock import try_lock
 from gearplay.vocabulary.progress import Progress
 
 MOST_HELPERS = 3
@@ -104,15 +106,38 @@ def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
         sys.stderr.write(f"{LABEL}: up to half a minute.\n")
     else:
         progress(LABEL, 0, len(lacking))
-    _know_types()
-    with tempfile.TemporaryDirectory() as claims, _helpers(claims, lacking) as helpers:
-        for _ in _share(Path(claims), lacking):
-            if progress is not None:
-                progress(LABEL, sum((there / name).exists() for name in lacking), len(lacking))
-        while any(helper.poll() is None for helper in helpers):
-            time.sleep(0.02)
+
+    def report() -> None:
+        if progress is not None:
+            progress(LABEL, sum((there / name).exists() for name in lacking), len(lacking))
+
+    with _alone(there, report):
+        left = [name for name in lacking if not (there / name).exists()]
+        if left:
+            _know_types()
+        with tempfile.TemporaryDirectory() as claims, _helpers(claims, left) as helpers:
+            for _ in _share(Path(claims), left):
+                report()
+            while any(helper.poll() is None for helper in helpers):
+                time.sleep(0.02)
     if progress is not None:
         progress(LABEL, len(lacking), len(lacking))
+
+
+@contextmanager
+def _alone(there: Path, report: Callable[[], None]) -> Iterator[None]:
+    """Let one process at a time compile: others would compile the same, and need not any more when their turn comes."""
+    handle = None
+    with suppress(OSError):  # a folder that cannot be written to: each process for itself
+        there.mkdir(parents=True, exist_ok=True)
+        while (handle := try_lock(there / ".lock")) is None:
+            report()
+            time.sleep(0.1)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
 
 
 def _know_types() -> None:
@@ -133,7 +158,6 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
             continue
         KERNELS[name].address()
         with suppress(OSError):  # a folder that cannot be written to holds no compiled code either
-            there.mkdir(parents=True, exist_ok=True)
             (there / name).touch()
         yield name
 

@@ -28,6 +28,7 @@ from gearplay.web.store import Store
 
 STATIC = Path(__file__).parent / "static"
 LARGEST_BODY = 2 * LARGEST_FILE
+MOST_DISCARDED = 64 * LARGEST_BODY
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s
@@ -165,14 +166,19 @@ async def _nothing(_: dict[str, Any]) -> None:
 
 
 async def _body(request: Request) -> bytes | None:
-    """Return the body, None where it is too long."""
+    """Return the body, None where it is too long.
+
+    Of one too long the rest is read and dropped: closing while bytes are still coming resets the connection, and the
+    sender would never see why.
+    """
     parts, size = [], 0
     async for part in request.stream():
         size += len(part)
-        if size > LARGEST_BODY:
+        if size <= LARGEST_BODY:
+            parts.append(part)
+        elif size > MOST_DISCARDED:
             return None
-        parts.append(part)
-    return b"".join(parts)
+    return b"".join(parts) if size <= LARGEST_BODY else None
 
 
 def _described(case: Case, *, fresh: bool) -> Response:

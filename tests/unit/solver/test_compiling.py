@@ -1,6 +1,7 @@
 """Kernels compiled ahead: what a case needs, shared among processes, said once, gone on with after a stop."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -74,3 +75,16 @@ def test_work_that_was_stopped_goes_on(tmp_path: Path) -> None:
     assert second["told"] == [] or second["told"][-1][0] == second["told"][-1][1]
     third = output_of(tmp_path)
     assert third == {"told": [], "here": 0, "success": True}
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(compiling.INTERPRETED, reason="nothing is compiled here")
+def test_two_processes_do_not_compile_the_same(tmp_path: Path) -> None:
+    """Each tells the whole way, but one of them compiles nothing."""
+    with ThreadPoolExecutor() as pool:
+        both = list(pool.map(lambda _: output_of(tmp_path), range(2)))
+    wanted = len(names("sleeve", "mesh"))
+    assert sorted(min(made["here"], 1) for made in both) == [0, 1]
+    for made in both:
+        assert made["success"]
+        assert made["told"][0][1] == made["told"][-1][0] == wanted
