@@ -7,7 +7,7 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.model.geometry import nominal_speeds, starting_speeds
+from gearplay.model.rolling import nominal_speeds, starting_speeds
 from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_one
 

@@ -10,7 +10,7 @@ from gearplay.calibration.plan import Condition, Plan, StatisticTarget
 from gearplay.calibration.trials import Problem
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel, Floats
-from gearplay.model import geometry
+from gearplay.model import rolling
 from gearplay.vocabulary.errors import Fault, InputError
 
 ACCELERATIONS = {
@@ -45,7 +45,7 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
             raise InputError(Fault("targets", plan.targets, rule, "Add a line, a hump, a level or rms"))
         pieces = _pieces(plan, condition, at, folder)
         ensemble = Ensemble(
-            pieces, plan.simulation.sampling, geometry.mesh_frequency(case), plan.simulation.window
+            pieces, plan.simulation.sampling, rolling.mesh_frequency(case), plan.simulation.window
         )
         found[condition.name] = observe(targets, ensemble)
     return found

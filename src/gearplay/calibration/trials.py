@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearplay.calibration.observe import Ensemble, Observed, observe
 from gearplay.calibration.plan import Model, Parameter, Plan, Simulation, to_value
-from gearplay.model import geometry
+from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
 from gearplay.model.reading import load_case, replace
@@ -141,7 +141,7 @@ class Problem:
                 np.diff(velocity, axis=1) * simulation.sampling, simulation.sampling, sensor.accelerometer
             ),
             simulation.sampling,
-            geometry.mesh_frequency(case),
+            rolling.mesh_frequency(case),
             simulation.window,
             [run.statistics for run in good],
         )

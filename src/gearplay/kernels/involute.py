@@ -1,6 +1,7 @@
 """Involute geometry of a pair at a changed centre distance."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -53,6 +54,7 @@ def involute_difference(
     return involute_from_distance(A, c0) - inv_alpha0
 
 
+@lru_cache(maxsize=64)
 def involute_series(alpha0: float, terms: int = SERIES_TERMS) -> tuple[Floats, float]:
     """Return the coefficients of (inv(alpha_w) - inv(alpha0)) / u in powers of u, and the largest |u| they serve.
 
@@ -72,4 +74,6 @@ def involute_series(alpha0: float, terms: int = SERIES_TERMS) -> tuple[Floats, f
     slope = np.empty(terms)  # times 1 / (1 + u)
     for k in range(terms):
         slope[k] = root[k] - (slope[k - 1] if k else 0.0)
-    return slope / (2.0 * math.cos(alpha0) * np.arange(1, terms + 1)), 0.1 * q
+    series = slope / (2.0 * math.cos(alpha0) * np.arange(1, terms + 1))
+    series.flags.writeable = False  # it is kept
+    return series, 0.1 * q

@@ -1,13 +1,13 @@
 """A run in progress as plain arrays: slots, status codes, buffers."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import KINDS
-from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System, members
+from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
@@ -63,9 +63,8 @@ class Run(Group):
 
 def signal_count(system: System) -> int:
     """Return the length of a full row: the signals of every rotor, then of every element (names in their tables)."""
-    return int(
-        PER_ROTOR * system.rotors.size + sum(len(KINDS[e["kind"]].file.SIGNALS) for e in system.elements)
-    )
+    kinds = system.elements["kind"].tolist()
+    return int(PER_ROTOR * system.rotors.size + sum(len(KINDS[kind].file.SIGNALS) for kind in kinds))
 
 
 def _listed(items: set[int]) -> Ints:
@@ -74,17 +73,17 @@ def _listed(items: set[int]) -> Ints:
 
 def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, bool]:
     """Return what the kept columns are computed from: rotors, elements, and whether forces are needed."""
-    first = PER_ROTOR * system.rotors.size
-    of_rotors = columns[columns < first]
-    rotors = {int(i) for i in of_rotors // PER_ROTOR}
-    elements = {
-        e
-        for e, element in enumerate(system.elements)
-        if any(0 <= c - element["signal"] < len(KINDS[element["kind"]].file.SIGNALS) for c in columns)
-    }
-    for e in elements:
-        rotors |= {int(i) for i in members(system, e)}
-    forces = bool(elements or np.any(of_rotors % PER_ROTOR >= AX))  # accelerations need the forces
+    first, wanted = PER_ROTOR * system.rotors.size, columns.tolist()
+    of_rotors = [c for c in wanted if c < first]
+    rotors, elements = {c // PER_ROTOR for c in of_rotors}, set()
+    joined = (
+        system.elements[["kind", "signal", "a", "b", "c"]].tolist() if len(of_rotors) < len(wanted) else []
+    )
+    for e, (kind, signal, *members) in enumerate(joined):
+        if any(0 <= c - signal < len(KINDS[kind].file.SIGNALS) for c in wanted):
+            elements.add(e)
+            rotors.update(members)
+    forces = bool(elements) or any(c % PER_ROTOR >= AX for c in of_rotors)  # accelerations need the forces
     return _listed(rotors - {-1}), _listed(elements), forces
 
 
@@ -130,9 +129,9 @@ def make_run(
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         dy_try=np.zeros(n),
-        loads_0=replace(loads, contacts=loads.contacts.copy()),
+        loads_0=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         loads=loads,
-        loads_try=replace(loads, contacts=loads.contacts.copy()),
+        loads_try=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         g_0=np.zeros(system.switches.size),
         g_1=np.zeros(system.switches.size),
         g_try=np.zeros(system.switches.size),

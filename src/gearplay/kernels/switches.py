@@ -31,15 +31,22 @@ from gearplay.kernels.roster import Roster
 INACTIVE = -1.0
 
 
+def make_memory(system: System) -> Floats:
+    """Allocate what elements remember, shape [element, memory]: nothing yet."""
+    kinds = system.elements["kind"].tolist()
+    memory = np.zeros((len(kinds), MEMORY))
+    for e, kind in enumerate(kinds):
+        blank = table.KINDS[kind].file.MEMORY
+        memory[e, : len(blank)] = blank
+    return memory
+
+
 def make_branch(system: System) -> Branch:
     """Allocate a branch: all contacts open, nothing latched, no angle known."""
-    files = [table.KINDS[kind].file for kind in system.elements["kind"].tolist()]
-    memory = np.zeros((len(files), MEMORY))
-    for e, file in enumerate(files):
-        memory[e, : len(file.MEMORY)] = file.MEMORY
-    modes = system.contacts.size + sum(file.MODES for file in files) + system.rotors.size
-    latches = int(np.count_nonzero(system.contacts["latch"] >= 0))
-    return Branch(modes=np.zeros(modes, dtype=np.int64), latch=np.zeros(latches), memory=memory)
+    own = sum(table.KINDS[kind].file.MODES for kind in system.elements["kind"].tolist())
+    modes = system.contacts.size + own + system.rotors.size
+    latches = sum(latch >= 0 for latch in system.contacts["latch"].tolist())
+    return Branch(modes=np.zeros(modes, dtype=np.int64), latch=np.zeros(latches), memory=make_memory(system))
 
 
 @compiled_inline

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,17 +23,24 @@ def blank(dtype: np.dtype[Any]) -> Any:
     return SimpleNamespace(**dict.fromkeys(dtype.names or (), 0))
 
 
+@cache
+def _of_records(dtype: np.dtype[Any]) -> tuple[np.dtype[Any], tuple[str, ...], frozenset[str]]:
+    """Return a dtype whose items have fields as attributes, and the names of its fields."""
+    names = dtype.names or ()
+    return np.dtype((np.record, dtype)), names, frozenset(names)
+
+
 def stacked(dtype: np.dtype[Any], rows: Sequence[Any]) -> Any:
     """Return filled records as an array whose fields are attributes.
 
     Raises `TypeError` where a record has a field that its kind lacks.
     """
-    names = dtype.names or ()
-    for row in rows:
-        if strange := vars(row).keys() - set(names):
-            raise TypeError(f"a record has no field {', '.join(sorted(strange))}")
+    of_records, names, known = _of_records(dtype)
     fields = [vars(row) for row in rows]
-    return np.array([tuple([row[name] for name in names]) for row in fields], dtype).view(np.recarray)
+    for each in fields:
+        if each.keys() != known:
+            raise TypeError(f"a record has no field {', '.join(sorted(each.keys() - known))}")
+    return np.array([tuple([row[name] for name in names]) for row in fields], of_records).view(np.recarray)
 
 
 @dataclass(frozen=True)

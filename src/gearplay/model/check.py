@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Final, Literal
 
-from gearplay.model import geometry
+from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -75,7 +75,7 @@ def check_case(case: Case) -> list[Finding]:
     """
     packed = pack(case)
     initial_state(case, packed)  # raises what only the assembled train can show
-    speeds = dict(zip(case.rotors, (float(speed) for speed in geometry.nominal_speeds(case)), strict=True))
+    speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
     found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     for index in range(len(case.meshes)):
         found += [
@@ -203,7 +203,7 @@ def _errors(case: Case, index: int) -> Iterator[Finding]:
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
     for name, sleeve in case.sleeves.items():
         mine = [index for index, mesh in enumerate(case.meshes) if name in (mesh.driver, mesh.driven)]
-        for frequency in sorted({float(f"{geometry.mesh_frequency(case, index):.6g}") for index in mine}):
+        for frequency in sorted({float(f"{rolling.mesh_frequency(case, index):.6g}") for index in mine}):
             if sleeve.radial_clearance == 0.0 or frequency == 0.0:
                 continue
             bound = geometry.amplitude_bound(sleeve.radial_clearance, frequency)

@@ -65,8 +65,8 @@ def _sleeve_faults(
     rotors: Mapping[str, Rotor | Raw], sleeves: Mapping[str, Sleeve | Raw], names: set[str]
 ) -> Iterator[Fault]:
     for name, sleeve in sleeves.items():
-        path = join_path(["sleeves", name])
         if name not in names:
+            path = join_path(["sleeves", name])
             yield Fault(path, NO_VALUE, "names no rotor", did_you_mean(name, names, "Rotors"))
         elif _read(rotors[name], "floating") is True:
             rule = "must be false for a rotor in a sleeve"
@@ -76,12 +76,11 @@ def _sleeve_faults(
         carrier = _text(sleeve, "on")
         if carrier is None:
             continue
+        path = join_path(["sleeves", name, "on"]) if carrier == name or carrier not in names else ""
         if carrier == name:
-            yield Fault(
-                f"{path}.on", carrier, "must be another rotor", "Name the rotor that carries the bush"
-            )
+            yield Fault(path, carrier, "must be another rotor", "Name the rotor that carries the bush")
         elif carrier not in names:
-            yield _unknown(f"{path}.on", carrier, names)
+            yield _unknown(path, carrier, names)
 
 
 def _carrier_faults(sleeves: Mapping[str, Sleeve | Raw]) -> Iterator[Fault]:

@@ -3,9 +3,6 @@
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -79,14 +76,6 @@ def mesh_contact_ratio(case: "Case", j: int) -> float:
     mesh = case.meshes[j]
     z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
     return contact_ratio(z_1, z_2, ring_of(case, mesh) is not None, mesh.module, mesh.pressure_angle)
-
-
-def mesh_frequency(case: "Case", j: int = 0) -> float:
-    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
-    driver, speeds, names = case.meshes[j].driver, nominal_speeds(case), list(case.rotors)
-    frame = mesh_frame(case, j)
-    relative = speeds[names.index(driver)] - (speeds[names.index(frame)] if frame is not None else 0.0)
-    return abs(float(relative)) * teeth_of(case, driver) / (2.0 * math.pi)
 
 
 def jam_ratio(case: "Case", j: int) -> float:
@@ -206,118 +195,3 @@ def signed_radii(case: "Case", j: int) -> tuple[str, str, float, float]:
         return a, b, pitch_radius(case, mesh, a), pitch_radius(case, mesh, b)
     a, b = ring, mesh.driven if mesh.driver == ring else mesh.driver
     return a, b, -pitch_radius(case, mesh, a), pitch_radius(case, mesh, b)
-
-
-def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
-    """Return the least speeds [rad/s] that roll at every mesh and take the given values.
-
-    A carrier that neither meshes nor drives force to turn (a differential's free arm) stands still.
-    """
-    names = list(case.rotors)
-    rows, right = [], []
-    for j in range(len(case.meshes)):
-        a, b, r_a, r_b = signed_radii(case, j)
-        row = np.zeros(len(names))
-        row[names.index(a)] += r_a
-        row[names.index(b)] += r_b
-        frame = mesh_frame(case, j)
-        if frame is not None:
-            row[names.index(frame)] -= r_a + r_b
-        rows.append(row / max(abs(r_a), abs(r_b)))
-        right.append(0.0)
-    for joint in case.joints:
-        factors = joint.rolling()
-        if factors:
-            row = np.zeros(len(names))
-            for name, factor in factors.items():
-                row[names.index(name)] += factor / max(map(abs, factors.values()))
-            rows.append(row)
-            right.append(0.0)
-    for name, speed in given.items():
-        rows.append(np.eye(len(names))[names.index(name)])
-        right.append(speed)
-    carriers = {sleeve.on for sleeve in case.sleeves.values() if sleeve.on is not None} - given.keys()
-    still = [np.eye(len(names))[names.index(name)] for name in sorted(carriers)]
-    size = max(1.0, max((abs(v) for v in right), default=0.0))
-    for extra in (still, []):
-        if not rows + extra:
-            return np.zeros(len(names))
-        matrix, target = np.array(rows + extra), np.array(right + [0.0] * len(extra))
-        speeds = np.linalg.lstsq(matrix, target, rcond=None)[0]
-        if float(np.max(np.abs(matrix @ speeds - target))) <= 1e-9 * size:
-            speeds[np.abs(speeds) < 1e-12 * size] = 0.0
-            return np.asarray(speeds)
-    named = ", ".join(f"rotors.{n}.drive" for n in given)
-    raise InputError(
-        [
-            Fault(
-                named,
-                "prescribed speeds",
-                "they must roll together at every mesh",
-                "Drive fewer rotors, or change a speed.",
-            )
-        ]
-    )
-
-
-def nominal_speeds(case: "Case") -> NDArray[np.float64]:
-    """Return every rotor's nominal speed Omega [rad/s], shape [rotor]: prescribed, the rest by rolling.
-
-    Raises `InputError` where the prescribed speeds contradict each other.
-    """
-    given = {
-        n: r.drive.speed
-        for n, r in case.rotors.items()
-        if r.drive is not None and r.drive.kind in ("speed", "servo")
-    }
-    return _roll(case, given)
-
-
-def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], where nothing else is given: as drives start, rolling.
-
-    A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
-    Without a ramp these are the ``nominal`` speeds.
-
-    Raises `InputError` where prescribed speeds contradict each other at the start.
-    """
-    drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None and r.drive.kind != "torque"}
-    if not any(d.ramp > 0.0 for d in drives.values()):
-        return nominal
-    given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
-    try:
-        return _roll(case, given)
-    except InputError:
-        return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"})
-
-
-def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
-    """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
-
-    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first.
-    """
-    names, speeds = list(case.rotors), nominal_speeds(case)
-    if np.any(speeds):
-        at = int(np.argmax(np.abs(speeds)))
-        return names[at], speeds / speeds[at]
-    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None]
-    lead = (driven or names)[0]
-    return lead, _roll(case, {lead: 1.0})
-
-
-def senses(case: "Case") -> NDArray[np.float64]:
-    """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
-
-    From the nominal speeds; in a train that only torques or initial speeds move, from these.
-    """
-    speeds = nominal_speeds(case)
-    if not np.any(speeds):
-        given: dict[str, float] = {}
-        for name, r in case.rotors.items():
-            if r.drive is not None and r.drive.kind == "torque" and not given:
-                given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
-        if not any(given.values()):
-            given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
-            given = dict(list(given.items())[:1])
-        speeds = _roll(case, given)
-    return np.sign(speeds)

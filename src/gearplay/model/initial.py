@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import OUT_SIZE, theta_of, vx_of, vy_of, x_of, y_of
 from gearplay.kernels.mesh_geometry import B_T, P_D, mesh_geometry
-from gearplay.kernels.switches import make_branch
-from gearplay.model import geometry
+from gearplay.kernels.switches import make_memory
+from gearplay.model import geometry, rolling
 from gearplay.model.pack import Packed
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -76,7 +76,7 @@ def _ride(
 def _given_state(case: "Case", packed: Packed) -> Floats:
     """Return the state with every given value set and the others matching."""
     speeds = packed.system.rotors["nominal_speed"]
-    spins = dict(zip(case.rotors, map(float, geometry.starting_speeds(case, speeds)), strict=True))
+    spins = dict(zip(case.rotors, map(float, rolling.starting_speeds(case, speeds)), strict=True))
     spins |= {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
     turns, centres = _rotations(case), geometry.centres(case)
     state = np.zeros(packed.state_size)
@@ -139,7 +139,7 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     """
     base = _given_state(case, packed)
     meshes = len(case.meshes)
-    y, memory = base.copy(), make_branch(packed.system).memory
+    y, memory = base.copy(), make_memory(packed.system)
     if member == 0:
         _turn_into_touch(case, packed, y, np.zeros(meshes), memory)
         for j in range(meshes):

@@ -59,14 +59,12 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
         )
     place: Any = document
     for index, part in enumerate(parts):
-        here = join_path(parts[: index + 1])
         last = index == len(parts) - 1
         if isinstance(place, list):
             if not part.isdecimal() or len(part) > 6 or int(part) >= len(place):
                 count = f"has {len(place)} {'item' if len(place) == 1 else 'items'}, counted from 0"
-                return Fault(
-                    here, NO_VALUE, f"no such item: {join_path(parts[:index])} {count}", "Correct the number"
-                )
+                rule = f"no such item: {join_path(parts[:index])} {count}"
+                return Fault(join_path(parts[: index + 1]), NO_VALUE, rule, "Correct the number")
             if last:
                 place[int(part)] = value
             else:
@@ -96,12 +94,14 @@ def _unknown(
 ) -> Fault | None:
     """Return a fault where a name on the way is neither there nor a field that may be added."""
     part, last = parts[index], index == len(parts) - 1
+    if part in place:
+        return None
     here = join_path(parts[: index + 1])
     if index == 1 and parts[0] in _NAMED:
-        if part in place or (last and isinstance(value, dict)):
+        if last and isinstance(value, dict):
             return None
         return Fault(here, NO_VALUE, "no such entry", did_you_mean(part, place, _NAMED[parts[0]]))
-    if part in place or last:
+    if last:
         return None
     path = tuple(int(p) if p.isdecimal() and len(p) < 7 else p for p in parts[:index])
     known = known_fields(Case, path, document)

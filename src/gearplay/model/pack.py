@@ -13,7 +13,7 @@ from gearplay.kernels.elements import mesh as mesh_element
 from gearplay.kernels.elements import servo, sleeve
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.kernels.layout import ROTOR, System
-from gearplay.model import contact_laws, geometry
+from gearplay.model import contact_laws, geometry, rolling
 from gearplay.model.assembly import Assembly, Contact, blank, stacked
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.natural_sizes import natural_sizes
@@ -320,7 +320,8 @@ def pack(case: "Case") -> Packed:
     Raises `InputError` where drives contradict each other or given centres cannot mesh.
     """
     centres = geometry.centres(case)
-    speeds, senses = geometry.nominal_speeds(case), geometry.senses(case)
+    speeds = rolling.nominal_speeds(case)
+    senses = rolling.senses(case, speeds)
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly)

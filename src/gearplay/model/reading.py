@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +13,7 @@ from pydantic import ValidationError
 from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import JOINTS, Case
 from gearplay.model.consistency import cross_faults
-from gearplay.model.fields import Part
+from gearplay.model.fields import FrozenTable, Part
 from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.rotor import Rotor
@@ -98,12 +99,45 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
     (0.0002, 3)
 
     """
-    return _changed(case.resolved(), [(str(path), plain_copy(value)) for path, value in changes.items()])
+    wanted = [(str(path), plain_copy(value)) for path, value in changes.items()]
+    opened = _opened(case, [path for path, _ in wanted])
+    if all(apply_change(opened, path, value) is None for path, value in wanted):
+        with suppress(ValidationError):
+            return Case.model_validate(opened)
+    return _changed(case.resolved(), wanted)  # says what is at fault
 
 
 def to_toml(case: Case) -> str:
     """Write a case as TOML in SI, every default included; `load_case` reads it back to an equal case."""
     return write_toml(case.resolved())
+
+
+def _opened(case: Case, paths: Iterable[str]) -> dict[str, Any]:
+    """Return a case as a raw one, its parts as they are but those on the way to a path: these alone are read anew."""
+    document = _fields(case)
+    for path in paths:
+        place: Any = document
+        for part in map(str.strip, path.split(".")):
+            at: Any = part
+            if isinstance(place, list):
+                at = int(part) if part in map(str, range(len(place))) else None
+            if at is None or (isinstance(place, dict) and at not in place):
+                break
+            inner = place[at]
+            if isinstance(inner, Part):
+                place[at] = _fields(inner)
+            elif isinstance(inner, FrozenTable):
+                place[at] = dict(inner)
+            elif isinstance(inner, tuple):
+                place[at] = list(inner)
+            elif not isinstance(inner, (dict, list)):
+                break
+            place = place[at]
+    return document
+
+
+def _fields(part: Part) -> dict[str, Any]:
+    return {name: getattr(part, name) for name in type(part).model_fields}
 
 
 def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]]) -> Case:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gearplay.model import geometry
+from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace
 from gearplay.published.article import Condition, conditions, printed
@@ -119,7 +119,7 @@ def swing_frequency(case: Case) -> float:
     against one side of its sleeve, about which it swings like a pendulum of length c.
     """
     ring, clearance = case.rotors["ring"], case.sleeves["ring"].radial_clearance
-    omega = abs(float(geometry.nominal_speeds(case)[list(case.rotors).index("ring")]))
+    omega = abs(float(rolling.nominal_speeds(case)[list(case.rotors).index("ring")]))
     force = ring.load.drag * omega / geometry.base_radii(case, 0)[1]
     return math.sqrt(force / (ring.mass * clearance)) / (2.0 * math.pi)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,6 +206,23 @@ def smoothed(spectrum: Spectrum, low: float, high: float, width: float) -> tuple
     return centres, np.sqrt(weights @ power[1:] / np.sum(weights, axis=1))
 
 
+LONGEST_KEPT = 100_000
+"""A longer window [samples] is made anew each time that it is wanted."""
+
+
+def _window(name: str, n: int) -> Floats:
+    """Return a periodic window; ``ValueError`` for a name that is not known."""
+    from scipy.signal import get_window
+
+    weights = np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
+    weights.flags.writeable = False  # it may be kept
+    return weights
+
+
+_short_window = lru_cache(maxsize=16)(_window)
+"""Kept, since the records of a sweep or an ensemble are alike."""
+
+
 def check_window(name: str, n: int) -> Floats:
     """Return the periodic window of ``n`` samples that scipy.signal knows by ``name``, shape [sample].
 
@@ -213,12 +231,10 @@ def check_window(name: str, n: int) -> Floats:
     >>> check_window("hann", 4).tolist()
     [0.0, 0.5, 1.0, 0.5]
     """
-    from scipy.signal import get_window
-
     try:
         if not isinstance(name, str):
             raise ValueError
-        return np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
+        return _short_window(name, n) if n <= LONGEST_KEPT else _window(name, n)
     except ValueError:
         rule = "must be a window that scipy.signal knows and that needs no parameter"
         raise InputError(Fault("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'")) from None

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -37,10 +38,14 @@ class Column:
 
 def all_columns(packed: Packed) -> tuple[Column, ...]:
     """Return every signal in the order of the kernel's rows."""
+    return _every(tuple(packed.labels.items()))
+
+
+def _every(labels: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[Column, ...]:
     return tuple(
         Column(quantity.name, dimension, label)
-        for dimension, labels in packed.labels.items()
-        for label in labels
+        for dimension, names in labels
+        for label in names
         for quantity in VARIABLES[dimension]
     )
 
@@ -52,9 +57,18 @@ def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Colu
 
     Raises `InputError` for a name that is no signal.
     """
-    every = all_columns(packed)
+    every, places = _chosen(tuple(packed.labels.items()), None if wanted is None else tuple(wanted))
+    return every, np.array(places, dtype=np.int64)
+
+
+@lru_cache(maxsize=256)
+def _chosen(
+    labels: tuple[tuple[str, tuple[str, ...]], ...], wanted: tuple[str, ...] | None
+) -> tuple[tuple[Column, ...], tuple[int, ...]]:
+    """Do what `choose_columns` does for a mechanism of such elements; kept, since the cases of a sweep are alike."""
+    every = _every(labels)
     if wanted is None:
-        return every, np.arange(len(every), dtype=np.int64)
+        return every, tuple(range(len(every)))
     chosen: list[int] = []
     for name in wanted:
         found = [i for i, c in enumerate(every) if name in (c.signal, f"{c.label}.{c.signal}")]
@@ -64,7 +78,7 @@ def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Colu
                 [Fault("signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}.")]
             )
         chosen.extend(i for i in found if i not in chosen)
-    return tuple(every[i] for i in chosen), np.array(chosen, dtype=np.int64)
+    return tuple(every[i] for i in chosen), tuple(chosen)
 
 
 @dataclass(frozen=True)

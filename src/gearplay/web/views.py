@@ -10,16 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import (
-    ADDENDUM,
-    DEDENDUM,
-    centres,
-    jam_ratio,
-    mesh_frequency,
-    nominal_speeds,
-    rolling_ratios,
-    senses,
-)
+from gearplay.model.geometry import ADDENDUM, DEDENDUM, centres, jam_ratio
+from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
 from gearplay.results.spectra import ensemble_spectrum
@@ -59,7 +51,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 def mechanism_of(case: Case) -> dict[str, Any]:
     """Return what the drawing of the mechanism needs: gears with their teeth, sleeves, meshes, lines of the spectrum."""
-    places, turning = centres(case), senses(case)
+    places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
     angle: dict[str, float] = {}
     for mesh in case.meshes:

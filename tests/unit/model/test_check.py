@@ -4,8 +4,9 @@ from typing import Any
 import pytest
 
 from gearplay.model.check import check_case
-from gearplay.model.geometry import amplitude_bound, mesh_frequency
+from gearplay.model.geometry import amplitude_bound
 from gearplay.model.reading import load_case, replace
+from gearplay.model.rolling import mesh_frequency
 
 
 def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:

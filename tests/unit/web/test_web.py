@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearplay.model.geometry import mesh_frequency
 from gearplay.model.reading import bundled_names, load_case, replace
+from gearplay.model.rolling import mesh_frequency
 from gearplay.pictures.extremes import extremes
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.signals.lines import find_line

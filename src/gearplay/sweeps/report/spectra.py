@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
+from gearplay.model import rolling
 from gearplay.model.reading import replace
 from gearplay.pictures.canvas import (
     PALETTE,
@@ -156,7 +156,7 @@ def mesh_frequencies(view: View, along: str, place: dict[str, int]) -> Floats:
             if name in values
         }
         try:
-            frequency = geometry.mesh_frequency(replace(template.base, changes))
+            frequency = rolling.mesh_frequency(replace(template.base, changes))
         except GearplayError:
             continue
         found[at] = frequency if frequency > 0.0 else np.nan

@@ -1,18 +1,19 @@
 """What is kept of a simulation: a fixed row of numbers, made where the simulation runs."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.model import geometry
+from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.results.spectra import amplitude_spectrum
+from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.levels import band_level, band_levels
 from gearplay.signals.lines import find_hump, find_line
 from gearplay.signals.statistics import signal_statistics
@@ -82,12 +83,12 @@ class Reducer:
 
         Orders count from ``slowness`` times the nominal speed.
         """
-        fundamental = slowness * geometry.mesh_frequency(case) if case.meshes else math.nan
-        parts, reasons = [], []
+        fundamental = slowness * rolling.mesh_frequency(case) if case.meshes else math.nan
+        parts, reasons, record = [], [], _Record(run)
         for each, kept in zip(self.reductions, self.shares, strict=True):
             size = sum(part.size for part in kept)
             try:
-                made = np.concatenate([np.atleast_1d(part) for part in _values(each, fundamental, run)])
+                made = np.concatenate([np.atleast_1d(part) for part in _values(each, fundamental, record)])
                 if made.size != size:
                     rule = f"must keep the {size} numbers of the base case in every case"
                     cure = "Do not keep a history where run.duration or run.sampling varies"
@@ -219,26 +220,55 @@ def _edges(reduction: SpectrumReduction) -> Floats:
     return np.linspace(*reduction.band, reduction.count + 1)
 
 
-def _signal(reduction: OfSignal, run: Trajectory) -> Floats:
-    """Return the samples of a reduction's signal, shape [time]; accelerations as increments of velocity."""
-    velocity = INCREMENTS.get(reduction.signal)
-    if velocity is None:
-        return run.signal(reduction.signal, reduction.at)
-    return np.diff(run.signal(velocity, reduction.at)) * run.sampling
+class _Record:
+    """What several reductions of one run take from it: signals and their spectra and statistics, each made once."""
+
+    def __init__(self, run: Trajectory) -> None:
+        self.run = run
+        self.made: dict[tuple[str, str, str], Any] = {}
+
+    def _once(self, kind: str, of: OfSignal, make: Callable[[], Any]) -> Any:
+        key = (kind, of.signal, of.at)
+        if key not in self.made:
+            self.made[key] = make()
+        return self.made[key]
+
+    def signal(self, of: OfSignal) -> Floats:
+        """Return the samples of a reduction's signal, shape [time]; accelerations as increments of velocity."""
+
+        def make() -> Floats:
+            velocity = INCREMENTS.get(of.signal)
+            if velocity is None:
+                return self.run.signal(of.signal, of.at)
+            return np.diff(self.run.signal(velocity, of.at)) * self.run.sampling
+
+        return cast(Floats, self._once("signal", of, make))
+
+    def spectrum(self, of: OfSignal) -> Spectrum:
+        """Return the amplitude spectrum of a reduction's signal."""
+        made = self._once("spectrum", of, lambda: amplitude_spectrum(self.signal(of), self.run.sampling))
+        return cast(Spectrum, made)
+
+    def statistic(self, of: StatisticReduction) -> float:
+        """Return a statistic about zero for levels, about the mean for shape; NaN where there is none."""
+        channel = Channel(of.statistic, self.signal(of), self.run.sampling)
+        found = getattr(self._once("statistics", of, lambda: signal_statistics(channel)), of.statistic)
+        return float(found) if math.isfinite(found) else math.nan
 
 
-def _values(reduction: Any, fundamental: float, run: Trajectory) -> list[Any]:
+def _values(reduction: Any, fundamental: float, record: _Record) -> list[Any]:
+    run = record.run
     if isinstance(reduction, ContactReduction):
         table = getattr(run.statistics, reduction.statistic)
         return [table[run.statistics.labels.index(reduction.contact)]]
     if isinstance(reduction, JamReduction):
         return [float(np.mean(run.signal("contact_state", reduction.mesh) == 3.0))]
-    samples = _signal(reduction, run)
+    if isinstance(reduction, StatisticReduction):
+        return [record.statistic(reduction)]
+    samples = record.signal(reduction)
     if isinstance(reduction, HistoryReduction):
         return [samples]
-    if isinstance(reduction, StatisticReduction):
-        return [_statistic(reduction.statistic, samples, run.sampling)]
-    spectrum = amplitude_spectrum(samples, run.sampling)
+    spectrum = record.spectrum(reduction)
     if isinstance(reduction, LevelReduction):
         return [band_level(spectrum, samples.size, *reduction.band)]
     if isinstance(reduction, SpectrumReduction):
@@ -249,9 +279,3 @@ def _values(reduction: Any, fundamental: float, run: Trajectory) -> list[Any]:
         near = reduction.near if reduction.near is not None else (reduction.order or 1) * fundamental
         line = find_line(spectrum, near, search=reduction.search)
     return [line.amplitude, line.frequency]
-
-
-def _statistic(name: str, samples: Floats, sampling: float) -> float:
-    """Return a statistic about zero for levels, about the mean for shape; 0 where nothing moves."""
-    found = getattr(signal_statistics(Channel(name, samples, sampling)), name)
-    return float(found) if math.isfinite(found) else math.nan

@@ -1,0 +1,157 @@
+"""How a train rolls: nominal and starting speeds, senses of rotation, ratios, the mesh frequency."""
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.geometry import mesh_frame, signed_radii, teeth_of
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+Row = tuple[tuple[int, float], ...]
+"""Places of rotors and the factors of their speeds in a sum."""
+
+
+def _conditions(case: "Case", places: dict[str, int]) -> tuple[Row, ...]:
+    """Return the sums of speeds that vanish where every mesh and joint rolls, their largest factor near 1."""
+    rows: list[Row] = []
+    for j in range(len(case.meshes)):
+        a, b, r_a, r_b = signed_radii(case, j)
+        frame, size = mesh_frame(case, j), max(abs(r_a), abs(r_b))
+        row = ((places[a], r_a / size), (places[b], r_b / size))
+        rows.append(row if frame is None else (*row, (places[frame], -(r_a + r_b) / size)))
+    for joint in case.joints:
+        if factors := joint.rolling():
+            size = max(map(abs, factors.values()))
+            rows.append(tuple([(places[name], factor / size) for name, factor in factors.items()]))
+    return tuple(rows)
+
+
+@lru_cache(maxsize=1024)
+def _least(
+    count: int, conditions: tuple[Row, ...], given: Row, still: tuple[int, ...]
+) -> tuple[float, ...] | None:
+    """Return the least speeds of ``count`` rotors under conditions, some given, those ``still`` at 0 if they can; None for none.
+
+    Kept, since the cases of a sweep mostly roll alike.
+    """
+    size = max(1.0, max((abs(speed) for _, speed in given), default=0.0))
+    rows = [*conditions, *(((place, 1.0),) for place, _ in given)]
+    for extra in (still, ()):
+        lines = [*rows, *(((place, 1.0),) for place in extra)]
+        if not lines:
+            return (0.0,) * count
+        matrix, target = np.zeros((len(lines), count)), np.zeros(len(lines))
+        for i, line in enumerate(lines):
+            for place, factor in line:
+                matrix[i, place] += factor
+        target[len(conditions) : len(rows)] = [speed for _, speed in given]
+        speeds = np.linalg.lstsq(matrix, target, rcond=None)[0]
+        if float(np.max(np.abs(matrix @ speeds - target))) <= 1e-9 * size:
+            speeds[np.abs(speeds) < 1e-12 * size] = 0.0
+            return tuple(speeds.tolist())
+    return None
+
+
+def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+    """Return the least speeds [rad/s] that roll at every mesh and take the given values.
+
+    A carrier that neither meshes nor drives force to turn (a differential's free arm) stands still.
+    """
+    places = {name: i for i, name in enumerate(case.rotors)}
+    carriers = {sleeve.on for sleeve in case.sleeves.values() if sleeve.on is not None} - given.keys()
+    speeds = _least(
+        len(places),
+        _conditions(case, places),
+        tuple([(places[name], speed) for name, speed in given.items()]),
+        tuple(sorted(places[name] for name in carriers)),
+    )
+    if speeds is not None:
+        return np.array(speeds)
+    named = ", ".join(f"rotors.{n}.drive" for n in given)
+    raise InputError(
+        [
+            Fault(
+                named,
+                "prescribed speeds",
+                "they must roll together at every mesh",
+                "Drive fewer rotors, or change a speed.",
+            )
+        ]
+    )
+
+
+def nominal_speeds(case: "Case") -> NDArray[np.float64]:
+    """Return every rotor's nominal speed Omega [rad/s], shape [rotor]: prescribed, the rest by rolling.
+
+    Raises `InputError` where the prescribed speeds contradict each other.
+    """
+    given = {
+        n: r.drive.speed
+        for n, r in case.rotors.items()
+        if r.drive is not None and r.drive.kind in ("speed", "servo")
+    }
+    return _roll(case, given)
+
+
+def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], where nothing else is given: as drives start, rolling.
+
+    A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
+    Without a ramp these are the ``nominal`` speeds.
+
+    Raises `InputError` where prescribed speeds contradict each other at the start.
+    """
+    drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None and r.drive.kind != "torque"}
+    if not any(d.ramp > 0.0 for d in drives.values()):
+        return nominal
+    given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
+    try:
+        return _roll(case, given)
+    except InputError:
+        return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"})
+
+
+def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
+    """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
+
+    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first.
+    """
+    names, speeds = list(case.rotors), nominal_speeds(case)
+    if np.any(speeds):
+        at = int(np.argmax(np.abs(speeds)))
+        return names[at], speeds / speeds[at]
+    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None]
+    lead = (driven or names)[0]
+    return lead, _roll(case, {lead: 1.0})
+
+
+def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
+
+    From the ``nominal`` speeds; in a train that only torques or initial speeds move, from these.
+    """
+    speeds = nominal
+    if not np.any(speeds):
+        given: dict[str, float] = {}
+        for name, r in case.rotors.items():
+            if r.drive is not None and r.drive.kind == "torque" and not given:
+                given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
+        if not any(given.values()):
+            given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
+            given = dict(list(given.items())[:1])
+        speeds = _roll(case, given)
+    return np.sign(speeds)
+
+
+def mesh_frequency(case: "Case", j: int = 0) -> float:
+    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
+    driver, speeds, names = case.meshes[j].driver, nominal_speeds(case), list(case.rotors)
+    frame = mesh_frame(case, j)
+    relative = speeds[names.index(driver)] - (speeds[names.index(frame)] if frame is not None else 0.0)
+    return abs(float(relative)) * teeth_of(case, driver) / (2.0 * math.pi)
