@@ -2,19 +2,25 @@
 
 import math
 import time
+from functools import cached_property
 
 import numpy as np
 
 import gearplay as gp
+from bench.peers import numbalsoda_peer, scipy_peer
+from bench.problem import Problem
 from gearplay.kernels import run as kernel
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 
 DURATION = 0.1
 """Of each problem [s], after ``LEAD`` of running in."""
+SHORT = {"pinion-idler-ring": 0.002}
+"""Of what is chaotic [s], where an error is asked for: later no two methods agree."""
 LEAD = 0.3
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 REPEATS = 5
+WANTED = 1e-8  # m
 
 
 def external_pair():
@@ -110,40 +116,132 @@ PROBLEMS = {
 }
 
 
-def timed(case, tolerance, span=DURATION):
-    """Return the positions [m] ``span`` [s] after `LEAD`, all on the first rotor's scale, wall time [s], steps per second."""
-    flow = Flow(gp.replace(case, {"run.tolerance": 1e-11}))
-    course = flow.begin(flow.start())
-    course.advance(LEAD)
-    course.run.clock[kernel.TOLERANCE] = tolerance
-    course.run.scale[:] = tolerance * course.run.natural
-    before, began = course.steps, time.perf_counter()
-    course.advance(LEAD + span)
-    seconds = time.perf_counter() - began
-    n = flow.size // 2
-    return course.state[:n] / flow.natural[:n] * flow.natural[0], seconds, (course.steps - before) / span
+class Loaded(Problem):
+    """A loaded problem as every solver gets it: from a state at `LEAD`, over `DURATION`; impact speeds as latched there."""
+
+    @cached_property
+    def course(self):
+        """Return the motion at `LEAD`, which nobody moves on."""
+        return self._begun()
+
+    def _begun(self):
+        flow = Flow(gp.replace(self.case, {"run.tolerance": 1e-11}))
+        course = flow.begin(flow.start())
+        course.advance(LEAD)
+        return course
+
+    def start(self, member):
+        """Return the state at `LEAD`."""
+        return self.course.state.copy()
+
+    def arguments(self):
+        """Return the leading arguments of `derivative`."""
+        system, roster, branch, loads = super().arguments()
+        for name in ("latch", "memory"):
+            getattr(branch, name)[:] = getattr(self.course.run.branch, name)
+        return system, roster, branch, loads
+
+    def timed(self, tolerance):
+        """Return our final state, wall time [s] and steps per second at a tolerance."""
+        course = self._begun()
+        course.run.clock[kernel.TOLERANCE] = tolerance
+        course.run.scale[:] = tolerance * course.run.natural
+        before, began = course.steps, time.perf_counter()
+        course.advance(LEAD + self.span)
+        seconds = time.perf_counter() - began
+        return course.state.copy(), seconds, (course.steps - before) / self.span
+
+    def ours(self, member, tolerance):
+        """Return our final state and the seconds that it took."""
+        return self.timed(tolerance)[:2]
+
+    def error(self, member, y):
+        """Return the largest error [m] of positions, all on the first rotor's scale."""
+        n, natural = np.asarray(y).size // 2, self.packed.natural
+        differences = np.abs(np.asarray(y)[:n] - self.answer(member)[:n])
+        return float(np.max(differences / natural[:n]) * natural[0])
 
 
-def report():
+def make_problems():
+    """Return the four problems, their kernels compiled."""
+    problems = [
+        Loaded(name, make(), SHORT.get(name, DURATION), (0,), begin=LEAD) for name, make in PROBLEMS.items()
+    ]
+    for problem in problems:
+        prepare(problem.case)
+    return problems
+
+
+def report(problems):
     """Return the table of the loaded problems."""
     lines = [
-        f"From a state after {LEAD:g} s, over {DURATION:g} s; least and largest of {REPEATS} repeats, in turn.",
+        f"From a state after {LEAD:g} s, over {DURATION:g} s, the chaotic chain over {SHORT['pinion-idler-ring']:g} s; least and largest of {REPEATS} repeats, in turn.",
         "",
         "| problem | tolerance | error at its end | steps per second | simulated seconds per second |",
         "|---|---:|---:|---:|---:|",
     ]
-    for name, make in PROBLEMS.items():
-        case = make()
-        prepare(case)
-        exact, *_ = timed(case, 1e-13)
+    for problem in problems:
         found = {tolerance: [] for tolerance in TOLERANCES}
         for _ in range(REPEATS):
             for tolerance, runs in found.items():
-                runs.append(timed(case, tolerance))
+                runs.append(problem.timed(tolerance))
         for tolerance, runs in found.items():
-            error = float(np.max(np.abs(runs[0][0] - exact)))
-            speeds = [DURATION / seconds for _, seconds, _ in runs]
+            error = problem.error(0, runs[0][0])
+            speeds = [problem.span / seconds for _, seconds, _ in runs]
             lines.append(
-                f"| {name} | {tolerance:.0e} | {error:.1e} m | {runs[0][2]:.0f} | {min(speeds):.3g} to {max(speeds):.3g} |"
+                f"| {problem.name} | {tolerance:.0e} | {error:.1e} m | {runs[0][2]:.0f}"
+                f" | {min(speeds):.3g} to {max(speeds):.3g} |"
             )
     return lines
+
+
+def first_within(problem, solve):
+    """Return the loosest tolerance at which a solver's error is at most `WANTED`, None where it is at none."""
+    for k in range(2, 21):
+        tolerance = 10.0 ** (-0.5 * k)
+        end = solve(problem, 0, tolerance)[0]
+        if np.all(np.isfinite(end)) and problem.error(0, end) <= WANTED:
+            return tolerance
+    return None
+
+
+def against_peers(problems):
+    """Return the seconds of ours and of peers at the loosest tolerance that errs by at most `WANTED`, and the ratios."""
+    solvers = {"gearplay": lambda problem, member, tolerance: problem.ours(member, tolerance)}
+    for name, peer in (("SciPy", scipy_peer), ("numbalsoda", numbalsoda_peer)):
+        if peer.missing() is None:
+            methods = getattr(peer, "offered", lambda known=peer.NAME: known)()
+            solvers |= {f"{name} {method}": _by(peer, method) for method in methods}
+    lines = [
+        f"Least time at the loosest tolerance (by half decades) with an error of at most {WANTED:g} m, over the same spans, with the"
+        f" common compiled right-hand side; in turn, and how many times ours: least to largest of {REPEATS} repeats.",
+        "",
+        "| solver |" + "".join(f" {problem.name} |" for problem in problems),
+        "|---|" + "---:|" * len(problems),
+    ]
+    cells = {name: [] for name in solvers}
+    for problem in problems:
+        tolerances = {name: first_within(problem, solve) for name, solve in solvers.items()}
+        times = {name: [] for name in solvers}
+        for _ in range(REPEATS):
+            for name, solve in solvers.items():
+                if tolerances[name] is not None:
+                    times[name].append(solve(problem, 0, tolerances[name])[1])
+        own = times["gearplay"]
+        for name, found in times.items():
+            if not found:
+                cells[name].append("not reached")
+                continue
+            ratios = [theirs / ours for theirs, ours in zip(found, own, strict=True)]
+            words = "" if name == "gearplay" else f", {min(ratios):.2g} to {max(ratios):.2g} times"
+            cells[name].append(f"{1e3 * min(found):.3g} ms{words}")
+    return lines + [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()]
+
+
+def _by(peer, method):
+    return lambda problem, member, tolerance: peer.solve(problem, member, method, tolerance)
+
+
+if __name__ == "__main__":
+    made = make_problems()
+    print("\n".join([*report(made), "", *against_peers(made)]))

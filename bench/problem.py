@@ -34,7 +34,7 @@ def decide(system, roster, t, y, branch, out):
     for n in range(sleeves.size):
         sleeve_geometry(system, n, t, y, out)
         modes[sleeves[n].contact] = LOADED if out[DELTA] > 0.0 else OPEN
-        if out[DELTA] > 0.0:
+        if out[DELTA] > 0.0 or system.elements[sleeves[n].element].always == 1:
             add(roster.acting, sleeves[n].element)
     for n in range(meshes.size):
         if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
@@ -46,6 +46,10 @@ def decide(system, roster, t, y, branch, out):
             )  # past the damping ramp
         if out[P_D] > 0.0 or out[P_B] > 0.0:
             add(roster.acting, meshes[n].element)
+    for e in range(system.elements.size):
+        element = system.elements[e]
+        if element.kind != SLEEVE and element.kind != MESH and element.always == 1:
+            add(roster.acting, e)
     return 0
 
 
@@ -73,8 +77,9 @@ class Problem:
 
     name: str
     case: gp.Case
-    span: float  # s, from t = 0
+    span: float  # s
     members: tuple[int, ...]
+    begin: float = 0.0  # s
 
     @cached_property
     def packed(self):

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 import gearplay as gp
-from bench.loaded import LEAD, PROBLEMS, timed
+from bench.loaded import LEAD, PROBLEMS, Loaded
 from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_members
 
@@ -61,14 +61,14 @@ def main():
             continue
         case = make()
         prepare(case)
-        exact = {span: timed(case, 1e-13, span)[0] for span in (2e-3, 0.1)}
+        parts = [Loaded(name, case, span, (0,), begin=LEAD) for span in (2e-3, 0.1)]
         many = name != "planetary"
         reference = statistics(case, 1e-11, range(MEMBERS + 1, 2 * MEMBERS + 1)) if many else None
         for tolerance in TOLERANCES:
             errors = []
-            for span, reference_state in exact.items():
-                found, _, steps = timed(case, tolerance, span)
-                errors.append(float(np.max(np.abs(found - reference_state))))
+            for part in parts:
+                found, _, steps = part.timed(tolerance)
+                errors.append(part.error(0, found))
             words = ""
             if many:
                 t, count, rest = bias(case, tolerance, reference)

@@ -16,7 +16,6 @@ import numpy as np
 from numba import carray, cfunc, types
 
 from bench.peers._flat import EVALUATION_LIMIT, SMALLEST_RELATIVE, flat
-from bench.problem import STATES
 
 NAME = ["lsoda", "dop853"]
 SOURCES = os.environ.get("GEARPLAY_BENCH_NUMBALSODA", "")
@@ -68,20 +67,21 @@ def compiled(problem):
     """Return the right-hand side in units of the natural sizes: numbalsoda has one tolerance for all."""
     rhs = flat(problem)
     natural = problem.packed.natural.copy()
+    states = natural.size
 
     @cfunc(SIGNATURE)
     def function(t, scaled_at, rate_at, data_at):
-        scaled, rate = carray(scaled_at, (STATES,)), carray(rate_at, (STATES,))
-        data = carray(data_at, (1 + STATES,))  # evaluations, then room for the state
+        scaled, rate = carray(scaled_at, (states,)), carray(rate_at, (states,))
+        data = carray(data_at, (1 + states,))  # evaluations, then room for the state
         y = data[1:]
-        for i in range(STATES):
+        for i in range(states):
             y[i] = scaled[i] * natural[i]
         data[0] += 1.0
         if data[0] > EVALUATION_LIMIT:
             rate[:] = np.nan
             return
         rhs(t, y, rate)
-        for i in range(STATES):
+        for i in range(states):
             rate[i] /= natural[i]
 
     return function
@@ -90,21 +90,23 @@ def compiled(problem):
 def solve(problem, member, method, tolerance):
     """Return the final state, the seconds the call took and the evaluations; NaN where the solver gave up."""
     wrapper, address = wrappers().get(method), compiled(problem).address
-    failed = np.full(STATES, np.nan)
+    begin, states = problem.begin, problem.packed.state_size
+    failed = np.full(states, np.nan)
     if wrapper is None:
         return failed, float("nan"), None
     natural = problem.packed.natural
     start = problem.start(member) / natural
 
     def call(span):
-        data, times, states = np.zeros(1 + STATES), np.array([0.0, span]), np.zeros((2, STATES))
+        data, times = np.zeros(1 + states), np.array([begin, begin + span])
+        ends = np.zeros((2, states))
         success = np.array(999, dtype=np.int32)
         began = time.perf_counter()
         wrapper(
-            address, STATES, start.ctypes.data, data.ctypes.data, 2, times.ctypes.data, states.ctypes.data,
+            address, states, start.ctypes.data, data.ctypes.data, 2, times.ctypes.data, ends.ctypes.data,
             SMALLEST_RELATIVE, tolerance, 2_000_000, success.ctypes.data,
         )  # fmt: skip
-        return states[1], time.perf_counter() - began, int(data[0]), int(success)
+        return ends[1], time.perf_counter() - began, int(data[0]), int(success)
 
     call(1e-6)
     end, seconds, count, success = call(problem.span)

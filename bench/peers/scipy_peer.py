@@ -7,7 +7,6 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from bench.peers._flat import EVALUATION_LIMIT, SMALLEST_RELATIVE, flat
-from bench.problem import STATES
 
 NAME = ["RK45", "DOP853", "LSODA", "Radau"]
 
@@ -20,29 +19,29 @@ def missing():
 def solve(problem, member, method, tolerance):
     """Return the final state, the seconds the call took and the evaluations; NaN where the solver gave up."""
     rhs = flat(problem)
-    count = 0
+    count, states, begin = 0, problem.packed.state_size, problem.begin
 
     def function(t, y):
         nonlocal count
         count += 1
         if count > EVALUATION_LIMIT:
             raise RuntimeError("too many evaluations")
-        dy = np.empty(STATES)
-        rhs(t, y, dy)
+        dy = np.empty(states)
+        rhs(t, np.ascontiguousarray(y), dy)
         return dy
 
     start = problem.start(member)
     options = {"method": method, "rtol": SMALLEST_RELATIVE, "atol": tolerance * problem.packed.natural}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        solve_ivp(function, (0.0, 1e-6), start, **options)
+        solve_ivp(function, (begin, begin + 1e-6), start, **options)
         count = 0
         began = time.perf_counter()
         try:
-            answer = solve_ivp(function, (0.0, problem.span), start, **options)
+            answer = solve_ivp(function, (begin, begin + problem.span), start, **options)
         except (RuntimeError, ValueError, np.linalg.LinAlgError):
-            return np.full(STATES, np.nan), time.perf_counter() - began, count
+            return np.full(states, np.nan), time.perf_counter() - began, count
         seconds = time.perf_counter() - began
     end = answer.y[:, -1]
     good = answer.success and np.all(np.isfinite(end))
-    return end if good else np.full(STATES, np.nan), seconds, count
+    return end if good else np.full(states, np.nan), seconds, count
