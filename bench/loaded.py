@@ -175,7 +175,8 @@ def make_problems():
 def report(problems):
     """Return the table of the loaded problems."""
     lines = [
-        f"From a state after {LEAD:g} s, over {DURATION:g} s, the chaotic chain over {SHORT['pinion-idler-ring']:g} s; least and largest of {REPEATS} repeats, in turn.",
+        f"From a state after {LEAD:g} s, over {DURATION:g} s, the chaotic chain over {SHORT['pinion-idler-ring']:g} s;"
+        f" least and largest of {REPEATS} repeats, in turn.",
         "",
         "| problem | tolerance | error at its end | steps per second | simulated seconds per second |",
         "|---|---:|---:|---:|---:|",
@@ -213,8 +214,8 @@ def against_peers(problems):
             methods = getattr(peer, "offered", lambda known=peer.NAME: known)()
             solvers |= {f"{name} {method}": _by(peer, method) for method in methods}
     lines = [
-        f"Least time at the loosest tolerance (by half decades) with an error of at most {WANTED:g} m, over the same spans, with the"
-        f" common compiled right-hand side; in turn, and how many times ours: least to largest of {REPEATS} repeats.",
+        f"Least time at the loosest tolerance (by half decades) with an error of at most {WANTED:g} m, over the same spans, with"
+        f" the common compiled right-hand side; in turn, and how many times ours: least to largest of {REPEATS} repeats.",
         "",
         "| solver |" + "".join(f" {problem.name} |" for problem in problems),
         "|---|" + "---:|" * len(problems),

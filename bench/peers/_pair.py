@@ -11,7 +11,7 @@ from gearplay.kernels.elements import table
 from gearplay.kernels.mesh_geometry import MESH_COUPLED
 from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER
 
-ROTOR = ("nominal_speed", "inv_mass", "inv_inertia", "torque", "drag", "eccentricity", "eccentricity_phase")
+ROTOR = ("nominal_speed", "inv_mass", "inv_inertia", "torque", "drag")
 MESH = (
     "rho_a",
     "rho_b",
@@ -51,6 +51,11 @@ def numbers(problem):
         for name in ROTOR
     }
     values |= {name: mesh[name] for name in MESH}
+    for gear, side in (("pinion", "b"), ("ring", "a")):
+        values |= {
+            f"{gear}_eccentricity": mesh[f"runout_{side}"],
+            f"{gear}_eccentricity_phase": mesh[f"runout_phase_{side}"],
+        }
     values |= {"clearance": sleeve.clearance, "sleeve_stiffness": sleeve.stiffness}
     k, e = system.terms[mesh.stiffness_start], system.terms[mesh.error_start]
     values |= {"k_cos": k[1], "k_sin": k[2], "e_cos": e[1], "e_sin": e[2]}

@@ -154,14 +154,10 @@ class _Rotor:
     name: str
     mass: float
     inertia: float
-    teeth: int
-    internal: bool
     position: tuple[float, float]
     nominal_speed: float  # rad/s
     movable: bool  # the centre may move
     radial_damping: float  # N s/m
-    runout: float  # m
-    runout_phase: float  # rad
     drive: str  # "", "speed", "torque", "servo"
     speed: float  # rad/s, prescribed or target
     ramp: float  # s
@@ -200,6 +196,9 @@ class _Mesh:
     a: int  # rotor at the foot of the vector of centres
     b: int  # rotor at its tip
     driver: int
+    teeth: int  # of the driver
+    arm_a: tuple[float, float]  # eccentricity of the toothing, m, and where it points at theta = 0, rad
+    arm_b: tuple[float, float]
     s: float
     sigma: float
     rho_a: float  # signed base (as_published: pitch) radii, m
@@ -250,6 +249,23 @@ class _SleeveMotion:
     rate: float
     slip: float  # tangential speed of the journal's surface against the bush's, m/s
     arm: tuple[float, float]  # bush centre relative to the carrier's centre
+
+
+def _rotor_name(gear: str) -> str:
+    return gear.partition(".")[0]
+
+
+def _gear(rotors: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Table of a gear called ``rotor`` or ``rotor.gear``."""
+    rotor, _, gear = name.partition(".")
+    gears = rotors[rotor].get("gears") or {}
+    found: Mapping[str, Any] = gears[gear] if gear else next(iter(gears.values()), rotors[rotor])
+    return found
+
+
+def _runout(gear: Mapping[str, Any]) -> tuple[float, float]:
+    runout = gear.get("runout") or {}
+    return _number(runout, "amplitude"), _number(runout, "phase")
 
 
 def _number(table: Mapping[str, Any], name: str, default: float = 0.0) -> float:
@@ -325,12 +341,12 @@ class Reference:
 
     @staticmethod
     def _is_internal(rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> bool:
-        return bool(rotors[mesh["driver"]].get("internal")) or bool(rotors[mesh["driven"]].get("internal"))
+        return any(_gear(rotors, mesh[role]).get("internal") for role in ("driver", "driven"))
 
     def _ends(self, rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> tuple[str, str]:
-        """Names of the rotors at the foot and at the tip of the vector of centres."""
+        """Names of the gears at the foot and at the tip of the vector of centres."""
         driver, driven = mesh["driver"], mesh["driven"]
-        if rotors[driven].get("internal"):
+        if _gear(rotors, driven).get("internal"):
             return driven, driver
         return driver, driven
 
@@ -341,14 +357,21 @@ class Reference:
         for name, table in rotors.items():
             if table.get("position") is not None:
                 placed[name] = (float(table["position"][0]), float(table["position"][1]))
-        if meshes and meshes[0]["driver"] not in placed and meshes[0]["driven"] not in placed:
-            placed[self._ends(rotors, meshes[0])[0]] = (0.0, 0.0)
+        if meshes and not {_rotor_name(meshes[0][role]) for role in ("driver", "driven")} & placed.keys():
+            placed[_rotor_name(self._ends(rotors, meshes[0])[0])] = (0.0, 0.0)
         for _ in meshes:
             for mesh in meshes:
-                foot, tip = self._ends(rotors, mesh)
+                foot, tip = map(_rotor_name, self._ends(rotors, mesh))
                 distance = self._nominal_distance(rotors, mesh)
                 inner = self._is_internal(rotors, mesh)
-                if foot in placed and tip not in placed:
+                if mesh.get("angle") is not None:
+                    one, two = _rotor_name(mesh["driver"]), _rotor_name(mesh["driven"])
+                    way = (distance * math.cos(mesh["angle"]), distance * math.sin(mesh["angle"]))
+                    if one in placed and two not in placed:
+                        placed[two] = (placed[one][0] + way[0], placed[one][1] + way[1])
+                    elif two in placed and one not in placed:
+                        placed[one] = (placed[two][0] - way[0], placed[two][1] - way[1])
+                elif foot in placed and tip not in placed:
                     placed[tip] = (placed[foot][0] + distance, placed[foot][1])
                 elif tip in placed and foot not in placed:
                     step = -distance if inner else distance
@@ -359,7 +382,7 @@ class Reference:
 
     def _nominal_distance(self, rotors: Mapping[str, Any], mesh: Mapping[str, Any]) -> float:
         foot, tip = self._ends(rotors, mesh)
-        z_foot, z_tip = rotors[foot]["teeth"], rotors[tip]["teeth"]
+        z_foot, z_tip = _gear(rotors, foot)["teeth"], _gear(rotors, tip)["teeth"]
         total = z_foot - z_tip if self._is_internal(rotors, mesh) else z_foot + z_tip
         return float(mesh["module"] * total / 2.0)
 
@@ -373,8 +396,8 @@ class Reference:
                 known[name] = float(drive["speed"])
         for _ in meshes:
             for mesh in meshes:
-                one, two = mesh["driver"], mesh["driven"]
-                ratio = rotors[one]["teeth"] / rotors[two]["teeth"]
+                one, two = _rotor_name(mesh["driver"]), _rotor_name(mesh["driven"])
+                ratio = _gear(rotors, mesh["driver"])["teeth"] / _gear(rotors, mesh["driven"])["teeth"]
                 if not self._is_internal(rotors, mesh):
                     ratio = -ratio
                 if one in known and two not in known:
@@ -397,7 +420,6 @@ class Reference:
         for name, table in rotors.items():
             drive = table.get("drive") or {}
             load = table.get("load") or {}
-            runout = table.get("runout") or {}
             kind = drive.get("kind", "")
             load_torque = _number(load, "torque")
             if load_torque and speeds[name] == 0.0:
@@ -409,14 +431,10 @@ class Reference:
                 name=name,
                 mass=float(table["mass"]),
                 inertia=float(table["inertia"]),
-                teeth=int(table.get("teeth") or 0),
-                internal=bool(table.get("internal")),
                 position=positions[name],
                 nominal_speed=speeds[name],
                 movable=name in sleeves or bool(table.get("floating")),
                 radial_damping=_number(table, "radial_damping"),
-                runout=_number(runout, "amplitude"),
-                runout_phase=_number(runout, "phase"),
                 drive=kind,
                 speed=_number(drive, "speed"),
                 ramp=_number(drive, "ramp"),
@@ -441,12 +459,13 @@ class Reference:
     def _build_mesh(self, table: Mapping[str, Any]) -> _Mesh:
         tables = self.case["rotors"]
         foot, tip = self._ends(tables, table)
-        a, b = self.index[foot], self.index[tip]
-        driver = self.index[table["driver"]]
+        a, b = self.index[_rotor_name(foot)], self.index[_rotor_name(tip)]
+        driver = self.index[_rotor_name(table["driver"])]
+        gear_a, gear_b, driving = (_gear(tables, name) for name in (foot, tip, table["driver"]))
         inner = self._is_internal(tables, table)
         module, alpha0 = float(table["module"]), float(table["pressure_angle"])
-        radius_a = module * self.rotors[a].teeth / 2.0
-        radius_b = module * self.rotors[b].teeth / 2.0
+        radius_a = module * gear_a["teeth"] / 2.0
+        radius_b = module * gear_b["teeth"] / 2.0
         distance = radius_a - radius_b if inner else radius_a + radius_b
         if distance <= 0.0:
             raise ValueError("the ring must have more teeth than its partner")
@@ -458,7 +477,7 @@ class Reference:
             raise ValueError(f"positions {length} m apart, the teeth need {distance} m")
         speed = self.rotors[driver].nominal_speed
         sigma = -1.0 if speed < 0.0 else 1.0
-        if self.rotors[driver].internal:
+        if driving.get("internal"):
             sigma = -sigma
         damping = table.get("damping") or {}
         stiffness = table["stiffness"]
@@ -468,6 +487,9 @@ class Reference:
             a=a,
             b=b,
             driver=driver,
+            teeth=int(driving["teeth"]),
+            arm_a=_runout(gear_a),
+            arm_b=_runout(gear_b),
             s=1.0 if inner else -1.0,
             sigma=sigma,
             rho_a=(-radius_a if inner else radius_a) * scale,
@@ -586,16 +608,16 @@ class Reference:
         arm_a, arm_b = (0.0, 0.0), (0.0, 0.0)
         vx = z[n3 + ib] - z[n3 + ia]
         vy = z[n3 + ib + 1] - z[n3 + ia + 1]
-        if rotor_a.runout:
-            angle = rotor_a.nominal_speed * t + rel_a + rotor_a.runout_phase
+        if mesh.arm_a[0]:
+            angle = rotor_a.nominal_speed * t + rel_a + mesh.arm_a[1]
             omega = rotor_a.nominal_speed + rel_omega_a
-            arm_a = (rotor_a.runout * math.cos(angle), rotor_a.runout * math.sin(angle))
+            arm_a = (mesh.arm_a[0] * math.cos(angle), mesh.arm_a[0] * math.sin(angle))
             vx += omega * arm_a[1]
             vy -= omega * arm_a[0]
-        if rotor_b.runout:
-            angle = rotor_b.nominal_speed * t + rel_b + rotor_b.runout_phase
+        if mesh.arm_b[0]:
+            angle = rotor_b.nominal_speed * t + rel_b + mesh.arm_b[1]
             omega = rotor_b.nominal_speed + rel_omega_b
-            arm_b = (rotor_b.runout * math.cos(angle), rotor_b.runout * math.sin(angle))
+            arm_b = (mesh.arm_b[0] * math.cos(angle), mesh.arm_b[0] * math.sin(angle))
             vx -= omega * arm_b[1]
             vy += omega * arm_b[0]
         dx = z[ib] + arm_b[0] - z[ia] - arm_a[0]
@@ -604,12 +626,12 @@ class Reference:
         # mesh phase and transmission error
         driver = self.rotors[mesh.driver]
         kd = 3 * mesh.driver + 2
-        psi = driver.teeth * (driver.nominal_speed * t + z[kd])
-        psi_rate = driver.teeth * (driver.nominal_speed + z[n3 + kd])
+        psi = mesh.teeth * (driver.nominal_speed * t + z[kd])
+        psi_rate = mesh.teeth * (driver.nominal_speed + z[n3 + kd])
         if mesh.frame is not None:  # the phase as the carrier sees it
             frame, kf = self.rotors[mesh.frame], 3 * mesh.frame + 2
-            psi -= driver.teeth * (frame.nominal_speed * t + z[kf])
-            psi_rate -= driver.teeth * (frame.nominal_speed + z[n3 + kf])
+            psi -= mesh.teeth * (frame.nominal_speed * t + z[kf])
+            psi_rate -= mesh.teeth * (frame.nominal_speed + z[n3 + kf])
         error = slope = 0.0
         for order, amplitude, phase in mesh.error:
             error += amplitude * math.sin(order * psi + phase)
@@ -801,8 +823,7 @@ class Reference:
             force[ia + 1] -= fy
             force[ia + 2] += -mesh.rho_a * along - motion.arm_a[0] * fy + motion.arm_a[1] * fx
             if self.error_gradient:
-                teeth = self.rotors[mesh.driver].teeth
-                force[3 * mesh.driver + 2] -= (f_d - f_b) * motion.slope_e * teeth
+                force[3 * mesh.driver + 2] -= (f_d - f_b) * motion.slope_e * mesh.teeth
         for k, sleeve in enumerate(self.sleeves):
             if self.signs[("sleeve", k, "contact")] < 0.0:
                 continue

@@ -39,8 +39,6 @@ ROTOR = np.dtype(
         ("friction", "f8"),  # N m, dry
         ("friction_speed", "f8"),  # rad/s, half-width of the regularisation
         ("radial_damping", "f8"),  # N s/m, against the ground
-        ("eccentricity", "f8"),  # m, of the toothing
-        ("eccentricity_phase", "f8"),  # rad
         ("ramp_time", "f8"),  # s
         ("ramp_start", "f8"),  # rad/s, speed at t = 0
         ("ramp_acceleration", "f8"),  # rad/s^2 during the ramp

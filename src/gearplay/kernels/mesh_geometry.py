@@ -64,18 +64,18 @@ def know_angle(angle: float, known: Floats, e: int, slot: int) -> None:
 
 
 @compiled_inline
-def toothing_angle(rotor: Any, t: float, theta: float) -> float:
-    """Return the angle [rad] of a toothing's eccentricity at relative rotation theta [rad]."""
-    return float(rotor.nominal_speed * t + theta + rotor.eccentricity_phase)
+def toothing_angle(rotor: Any, t: float, theta: float, phase: float) -> float:
+    """Return the angle [rad] of a toothing's eccentricity at relative rotation theta [rad]; ``phase`` is that at no rotation."""
+    return float(rotor.nominal_speed * t + theta + phase)
 
 
 @compiled_inline
-def toothing_arm(rotor: Any, t: float, theta: float, known: Floats, e: int, slot: int) -> tuple[float, float]:
-    """Return the vector [m] from a rotor's shaft to the centre of its toothing, at relative rotation theta [rad]."""
-    if rotor.eccentricity == 0.0:
+def toothing_arm(runout: float, angle: float, known: Floats, e: int, slot: int) -> tuple[float, float]:
+    """Return the vector [m] from a rotor's shaft to the centre of a toothing, its eccentricity at an angle [rad]."""
+    if runout == 0.0:
         return 0.0, 0.0
-    cosine, sine = nearby_angle(toothing_angle(rotor, t, theta), known, e, slot)
-    return rotor.eccentricity * cosine, rotor.eccentricity * sine
+    cosine, sine = nearby_angle(angle, known, e, slot)
+    return runout * cosine, runout * sine
 
 
 @compiled_inline
@@ -97,8 +97,8 @@ def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats) -> 
     mesh = system.records[MESH][n]
     a, b, e = mesh.a, mesh.b, mesh.element
     psi, _ = mesh_phase(mesh, system, t, y)
-    know_angle(toothing_angle(system.rotors[a], t, y[theta_of(a)]), memory, e, KNOWN_A)
-    know_angle(toothing_angle(system.rotors[b], t, y[theta_of(b)]), memory, e, KNOWN_B)
+    know_angle(toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a), memory, e, KNOWN_A)
+    know_angle(toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b), memory, e, KNOWN_B)
     know_angle(psi, memory, e, KNOWN_PSI)
 
 
@@ -144,8 +144,10 @@ def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: 
     mesh = system.records[MESH][n]
     e = mesh.element
     a, b = mesh.a, mesh.b
-    lx_a, ly_a = toothing_arm(system.rotors[a], t, y[theta_of(a)], memory, e, KNOWN_A)
-    lx_b, ly_b = toothing_arm(system.rotors[b], t, y[theta_of(b)], memory, e, KNOWN_B)
+    angle_a = toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a)
+    angle_b = toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b)
+    lx_a, ly_a = toothing_arm(mesh.runout_a, angle_a, memory, e, KNOWN_A)
+    lx_b, ly_b = toothing_arm(mesh.runout_b, angle_b, memory, e, KNOWN_B)
     dx, dy = y[x_of(b)] + lx_b - (y[x_of(a)] + lx_a), y[y_of(b)] + ly_b - (y[y_of(a)] + ly_a)
     out[ARM_A_X], out[ARM_A_Y], out[ARM_B_X], out[ARM_B_Y] = lx_a, ly_a, lx_b, ly_b
     psi, psi_rate = mesh_phase(mesh, system, t, y)

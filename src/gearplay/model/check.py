@@ -9,6 +9,7 @@ from typing import Final, Literal
 
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
+from gearplay.model.gear import rotor_of
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.model.rotor import Rotor, ServoDrive, SpeedDrive, TorqueDrive
@@ -95,12 +96,14 @@ def _inertias(case: Case) -> Iterator[Finding]:
             if name in checked:
                 continue
             checked.add(name)
-            rotor = case.rotors[name]
+            rotor = case.rotors[rotor_of(name)]
+            if len(rotor.gears) > 1:  # a shaft, whose mass may be anywhere
+                continue
             gyration, pitch = math.sqrt(rotor.inertia / rotor.mass), geometry.pitch_radius(case, mesh, name)
             if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:
                 yield Finding(
                     "warning",
-                    f"rotors.{name}.inertia",
+                    f"rotors.{rotor_of(name)}.inertia",
                     f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch "
                     f"radius, {pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
                     "Check mass and inertia and their units.",
@@ -137,7 +140,9 @@ def _excites(rotor: Rotor) -> bool:
     ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
     rippling = isinstance(drive, SpeedDrive) and any(term.amplitude for term in drive.ripple)
     return (
-        any((load.torque, load.drag, load.friction, rotor.runout.amplitude))
+        any((load.torque, load.drag, load.friction))
+        or rotor.runout.amplitude != 0.0
+        or any(gear.runout.amplitude for gear in rotor.gears.values())
         or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
         or ramped
         or rippling
@@ -159,7 +164,7 @@ def _contact_ratio(case: Case, index: int) -> Iterator[Finding]:
 def _center_distance(case: Case, index: int) -> Iterator[Finding]:
     mesh = case.meshes[index]
     centres = geometry.centres(case)
-    actual = math.dist(centres[mesh.driver], centres[mesh.driven])
+    actual = math.dist(*(centres[name] for name in mesh.rotors))
     nominal = geometry.nominal_center_distance(case, index)
     if abs(actual - nominal) > MISFIT * nominal:
         yield Finding(
@@ -202,7 +207,7 @@ def _errors(case: Case, index: int) -> Iterator[Finding]:
 
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
     for name, sleeve in case.sleeves.items():
-        mine = [index for index, mesh in enumerate(case.meshes) if name in (mesh.driver, mesh.driven)]
+        mine = [index for index, mesh in enumerate(case.meshes) if name in mesh.rotors]
         for frequency in sorted({float(f"{rolling.mesh_frequency(case, index):.6g}") for index in mine}):
             if sleeve.radial_clearance == 0.0 or frequency == 0.0:
                 continue

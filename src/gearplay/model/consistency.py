@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from gearplay.model.gear import Gear, rotor_of
 from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
@@ -42,8 +43,8 @@ def cross_faults(
         *_sleeve_faults(rotors, sleeves, names),
         *_carrier_faults(sleeves),
         *_mesh_faults(rotors, meshes, names),
-        *_label_faults(meshes),
-        *_gear_faults(meshes),
+        *_label_faults(rotors, meshes),
+        *_gear_faults(rotors, meshes),
         *_joint_faults(joints, names),
     ]
 
@@ -106,61 +107,88 @@ def _mesh_faults(
     toothless: set[str] = set()
     for index, mesh in enumerate(meshes):
         ends = [(role, _text(mesh, role)) for role in ("driver", "driven")]
+        pair: list[tuple[str, object]] = []  # names in full and gears that are there
         for role, name in ends:
-            if name is not None and name not in names:
-                yield _unknown(f"meshes.{index}.{role}", name, names)
-            elif name is not None and _read(rotors[name], "teeth") is None and name not in toothless:
-                toothless.add(name)
+            if name is None:
+                continue
+            rotor, mark, gear = name.partition(".")
+            if rotor not in names:
+                yield _unknown(f"meshes.{index}.{role}", rotor, names)
+                continue
+            gears = _read(rotors[rotor], "gears")
+            gears = gears if isinstance(gears, Mapping) else {}
+            if (mark or len(gears) > 1) and gear not in gears:
+                yield _unknown_gear(f"meshes.{index}.{role}", name, rotor, gears)
+                continue
+            called = gear or next(iter(gears), "")
+            found = gears[called] if called else rotors[rotor]
+            full = f"{rotor}.{called}" if called else rotor
+            pair.append((full, found))
+            if _read(found, "teeth") is None and full not in toothless and not called:
+                toothless.add(full)
                 rule = f"is required, since meshes.{index} names this rotor"
-                yield Fault(join_path(["rotors", name, "teeth"]), NO_VALUE, rule, "Give the number of teeth")
-        pair = [rotors[name] for _, name in ends if name is not None and name in names]
-        if len(pair) == 2 and ends[0][1] != ends[1][1]:
-            yield from _pair_faults(index, ends[0][1], ends[1][1], *pair)
+                yield Fault(join_path(["rotors", rotor, "teeth"]), NO_VALUE, rule, "Give the number of teeth")
+        if len(pair) == 2 and rotor_of(pair[0][0]) != rotor_of(pair[1][0]):
+            yield from _pair_faults(index, *pair)
 
 
-def _pair_faults(
-    index: int, driver: str | None, driven: str | None, one: object, two: object
-) -> Iterator[Fault]:
-    inside = [_read(one, "internal") is True, _read(two, "internal") is True]
+def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object]) -> Fault:
+    if not gears:
+        rule = f"names a gear, but {rotor} has no table of gears"
+        return Fault(path, name, rule, f"Write {rotor}, or give it gears")
+    called = [f"{rotor}.{gear}" for gear in gears]
+    rule = f"must be a gear of {rotor}" if "." in name else f"must say which gear of {rotor}"
+    return Fault(path, name, rule, did_you_mean(name, called, "Gears"))
+
+
+def _pair_faults(index: int, driver: tuple[str, object], driven: tuple[str, object]) -> Iterator[Fault]:
+    inside = [_read(gear, "internal") is True for _, gear in (driver, driven)]
     if all(inside):
-        yield Fault(
-            f"meshes.{index}",
-            f"{driver}-{driven}",
-            "must have at most one internal gear",
-            "Make one external",
-        )
+        rule = "must have at most one internal gear"
+        yield Fault(f"meshes.{index}", f"{driver[0]}-{driven[0]}", rule, "Make one external")
         return
     if not any(inside):
         return
-    ring, pinion = (one, two) if inside[0] else (two, one)
-    ring_name, pinion_name = (driver, driven) if inside[0] else (driven, driver)
+    (ring_name, ring), (pinion_name, pinion) = (driver, driven) if inside[0] else (driven, driver)
     z_ring, z_pinion = _read(ring, "teeth"), _read(pinion, "teeth")
-    if not all(isinstance(part, Rotor) for part in (one, two)) or z_ring is None or z_pinion is None:
+    if (
+        not all(isinstance(gear, (Rotor, Gear)) for gear in (ring, pinion))
+        or z_ring is None
+        or z_pinion is None
+    ):
         return
     if z_ring <= z_pinion:
         rule = f"must be more than the {z_pinion} teeth of {pinion_name}, which runs inside it"
-        yield Fault(join_path(["rotors", ring_name, "teeth"]), z_ring, rule, "Correct one of the two numbers")
+        rotor, _, gear = ring_name.partition(".")
+        path = ["rotors", rotor, *(["gears", gear] if gear else []), "teeth"]
+        yield Fault(join_path(path), z_ring, rule, "Correct one of the two numbers")
 
 
-def _label_faults(meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
+def _in_full(rotors: Mapping[str, Rotor | Raw], name: str | None) -> str | None:
+    """Return the name of a gear with that of a shaft's only gear, which need not be said."""
+    gears = None if name is None or "." in name else _read(rotors.get(name, {}), "gears")
+    return f"{name}.{next(iter(gears))}" if isinstance(gears, Mapping) and len(gears) == 1 else name
+
+
+def _label_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
     seen: dict[frozenset[str], int] = {}
     for index, mesh in enumerate(meshes):
-        driver, driven = _text(mesh, "driver"), _text(mesh, "driven")
+        driver, driven = (_in_full(rotors, _text(mesh, role)) for role in ("driver", "driven"))
         if driver is None or driven is None or driver == driven:
             continue
         first = seen.setdefault(frozenset((driver, driven)), index)
         if first != index:
-            rule = f"joins the same two rotors as meshes.{first}"
+            rule = f"joins the same two gears as meshes.{first}"
             yield Fault(f"meshes.{index}", f"{driver}-{driven}", rule, "Remove one of the two")
 
 
-def _gear_faults(meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
+def _gear_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
     """Refuse meshes that give one gear two modules or two pressure angles."""
     first: dict[str, int] = {}
     for index, mesh in enumerate(meshes):
         if not isinstance(mesh, Mesh):
             continue
-        for name in (mesh.driver, mesh.driven):
+        for name in (_in_full(rotors, mesh.driver) or "", _in_full(rotors, mesh.driven) or ""):
             other = meshes[first.setdefault(name, index)]
             if not isinstance(other, Mesh) or other is mesh:
                 continue

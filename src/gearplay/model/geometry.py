@@ -3,28 +3,37 @@
 import math
 from typing import TYPE_CHECKING
 
+from gearplay.model.gear import rotor_of
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
+    from gearplay.model.gear import Gear
     from gearplay.model.mesh import Mesh
+    from gearplay.model.rotor import Rotor
 
 ADDENDUM = 1.0  # in modules: full-depth teeth, ISO 53
 DEDENDUM = 1.25
 
 
+def gear_of(case: "Case", name: str) -> "Gear | Rotor":
+    """Return a gear as a mesh calls it, ``rotor`` or ``rotor.gear``."""
+    rotor, _, gear = name.partition(".")
+    return case.rotors[rotor].gear(gear)
+
+
 def ring_of(case: "Case", mesh: "Mesh") -> str | None:
-    """Return the name of the mesh's internal gear, or None for an external pair."""
+    """Return the mesh's internal gear as the mesh calls it, or None for an external pair."""
     for name in (mesh.driver, mesh.driven):
-        if case.rotors[name].internal:
+        if gear_of(case, name).internal:
             return name
     return None
 
 
 def teeth_of(case: "Case", name: str) -> int:
-    """Return the number of teeth of a rotor that takes part in a mesh."""
-    teeth = case.rotors[name].teeth
-    assert teeth is not None, "validated: rotors in a mesh have teeth"
+    """Return the number of teeth of a gear that takes part in a mesh, called as the mesh does."""
+    teeth = gear_of(case, name).teeth
+    assert teeth is not None, "validated: gears in a mesh have teeth"
     return teeth
 
 
@@ -84,7 +93,7 @@ def jam_ratio(case: "Case", j: int) -> float:
     Infinite where b0 = 0 and a clearance is left; 0 without clearances.
     """
     mesh = case.meshes[j]
-    play = sum(case.sleeves[n].radial_clearance for n in (mesh.driver, mesh.driven) if n in case.sleeves)
+    play = sum(case.sleeves[n].radial_clearance for n in mesh.rotors if n in case.sleeves)
     if play == 0.0:
         return 0.0
     return 2.0 * math.sin(mesh.pressure_angle) * play / mesh.backlash if mesh.backlash > 0.0 else math.inf
@@ -121,7 +130,7 @@ def mesh_frame(case: "Case", j: int) -> str | None:
     Raises `InputError` where its two gears sit on two different carriers.
     """
     mesh = case.meshes[j]
-    carriers = {carrier_of(case, n) for n in (mesh.driver, mesh.driven)} - {None, mesh.driver, mesh.driven}
+    carriers = {carrier_of(case, n) for n in mesh.rotors} - {None, *mesh.rotors}
     if len(carriers) > 1:
         names = " and ".join(sorted(str(c) for c in carriers))
         raise InputError(
@@ -147,19 +156,18 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     left = list(range(len(case.meshes)))
     _spread(found, axes)
     while left:
-        j = next((j for j in left if {case.meshes[j].driver, case.meshes[j].driven} & found.keys()), None)
+        j = next((j for j in left if found.keys() & set(case.meshes[j].rotors)), None)
         if j is None:  # a new train: its ring or driver is the origin
             mesh = case.meshes[left[0]]
-            found[ring_of(case, mesh) or mesh.driver] = (0.0, 0.0)
+            found[rotor_of(ring_of(case, mesh) or mesh.driver)] = (0.0, 0.0)
             _spread(found, axes)
             continue
         left.remove(j)
         mesh = case.meshes[j]
-        ring, A0 = ring_of(case, mesh), nominal_center_distance(case, j)
-        known, other = (mesh.driver, mesh.driven) if mesh.driver in found else (mesh.driven, mesh.driver)
+        known, other = mesh.rotors if mesh.rotors[0] in found else mesh.rotors[::-1]
         if other not in found:
-            step = -A0 if other == ring else A0
-            found[other] = (found[known][0] + step, found[known][1])
+            x, y = _way(case, j, known)
+            found[other] = (found[known][0] + x, found[known][1] + y)
             _spread(found, axes)
     for name in case.rotors:
         on = carrier_of(case, name)
@@ -176,6 +184,16 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     return found
 
 
+def _way(case: "Case", j: int, known: str) -> tuple[float, float]:
+    """Return the vector [m] from the centre of a rotor of mesh j to the other's, at the nominal distance."""
+    mesh, A0 = case.meshes[j], nominal_center_distance(case, j)
+    if mesh.angle is not None:
+        step = A0 if known == mesh.rotors[0] else -A0
+        return step * math.cos(mesh.angle), step * math.sin(mesh.angle)
+    ring = ring_of(case, mesh)
+    return (A0 if ring is None or known == rotor_of(ring) else -A0), 0.0
+
+
 def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None:
     """Give the centre that is known of one rotor on an axis to the others, as far as that leads."""
     pending = [axis for axis in axes if axis & found.keys() and axis - found.keys()]
@@ -187,7 +205,7 @@ def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None
 
 
 def signed_radii(case: "Case", j: int) -> tuple[str, str, float, float]:
-    """Return (a, b, r_a, r_b): foot and tip of the vector of centres, and pitch radii [m], negative for a ring."""
+    """Return (a, b, r_a, r_b): gears at foot and tip of the vector of centres, and pitch radii [m], negative for a ring."""
     mesh = case.meshes[j]
     ring = ring_of(case, mesh)
     if ring is None:

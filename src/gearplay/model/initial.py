@@ -109,7 +109,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
     for j, mesh in enumerate(case.meshes):
         free = [
             name
-            for name in (mesh.driven, mesh.driver)
+            for name in mesh.rotors[::-1]
             if not any(_is_turned_by_file(case, other) for other in together[name])
         ]
         turned = free[0] if free else None

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Listed, Measure, Name, Order, Part, Problem, refuse
+from gearplay.model.fields import ByKind, Listed, Measure, Order, Part, Problem, refuse
+from gearplay.model.gear import GearName, rotor_of
 from gearplay.vocabulary import quantities as q
 
 Phase = Annotated[float, Measure(q.ANGLE, "phase against the mesh phase psi")]
@@ -149,8 +150,10 @@ class ErrorTerm(Part):
 class Mesh(Part):
     """Two gears in mesh."""
 
-    driver: Annotated[Name, Field(description="rotor whose teeth count the mesh phase")]
-    driven: Annotated[Name, Field(description="the other rotor")]
+    driver: Annotated[
+        GearName, Field(description="gear whose teeth count the mesh phase: rotor or rotor.gear")
+    ]
+    driven: Annotated[GearName, Field(description="the other gear")]
     module: Annotated[float, Measure(q.LENGTH, "module", gt=0.0, le=10.0)]
     pressure_angle: Annotated[
         float,
@@ -166,6 +169,16 @@ class Mesh(Part):
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")
     ] = ()
+    angle: (
+        Annotated[
+            float,
+            Measure(
+                q.ANGLE,
+                "direction of the driven centre from the driver's, counter-clockwise from +x; as laid out if not given",
+            ),
+        ]
+        | None
+    ) = Field(default=None, exclude_if=lambda angle: angle is None)
 
     @model_validator(mode="after")
     def _check(self) -> Mesh:
@@ -173,8 +186,13 @@ class Mesh(Part):
         return self
 
     def _problems(self) -> Iterator[Problem]:
-        if self.driver == self.driven:
-            yield Problem(("driven",), "must differ from the driver", "Name the other gear")
+        if self.rotors[0] == self.rotors[1]:
+            what = (
+                "differ from the driver"
+                if self.driver == self.driven
+                else "be on another rotor than the driver"
+            )
+            yield Problem(("driven",), f"must {what}", "Name the other gear")
         pitch = math.pi * self.module * math.cos(self.pressure_angle)
         if self.backlash >= pitch:
             rule = f"must be less than the base pitch, {pitch:.4g} m"
@@ -184,3 +202,8 @@ class Mesh(Part):
     def label(self) -> str:
         """Name of the mesh in results: ``driver-driven``."""
         return f"{self.driver}-{self.driven}"
+
+    @property
+    def rotors(self) -> tuple[str, str]:
+        """Rotors of driver and driven gear."""
+        return rotor_of(self.driver), rotor_of(self.driven)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.model.gear import rotor_of
 from gearplay.model.geometry import mesh_frame, signed_radii, teeth_of
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -23,7 +24,7 @@ def _conditions(case: "Case", places: dict[str, int]) -> tuple[Row, ...]:
     for j in range(len(case.meshes)):
         a, b, r_a, r_b = signed_radii(case, j)
         frame, size = mesh_frame(case, j), max(abs(r_a), abs(r_b))
-        row = ((places[a], r_a / size), (places[b], r_b / size))
+        row = ((places[rotor_of(a)], r_a / size), (places[rotor_of(b)], r_b / size))
         rows.append(row if frame is None else (*row, (places[frame], -(r_a + r_b) / size)))
     for joint in case.joints:
         if factors := joint.rolling():
@@ -74,16 +75,18 @@ def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
     if speeds is not None:
         return np.array(speeds)
     named = ", ".join(f"rotors.{n}.drive" for n in given)
-    raise InputError(
-        [
-            Fault(
-                named,
-                "prescribed speeds",
-                "they must roll together at every mesh",
-                "Drive fewer rotors, or change a speed.",
-            )
-        ]
-    )
+    if _is_locked(case, places, next(iter(given))):
+        rule = (
+            "must let the train turn, but a loop of meshes or couplings holds it fast by its numbers of teeth"
+        )
+        raise InputError(Fault("meshes", NO_VALUE, rule, "Correct a number of teeth or a ratio"))
+    rule = "they must roll together at every mesh"
+    raise InputError(Fault(named, "prescribed speeds", rule, "Drive fewer rotors, or change a speed"))
+
+
+def _is_locked(case: "Case", places: dict[str, int], name: str) -> bool:
+    """Return whether a rotor cannot turn whatever the speeds of the others."""
+    return _least(len(places), _conditions(case, places), ((places[name], 1.0),), ()) is None
 
 
 def nominal_speeds(case: "Case") -> NDArray[np.float64]:
@@ -153,5 +156,7 @@ def mesh_frequency(case: "Case", j: int = 0) -> float:
     """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
     driver, speeds, names = case.meshes[j].driver, nominal_speeds(case), list(case.rotors)
     frame = mesh_frame(case, j)
-    relative = speeds[names.index(driver)] - (speeds[names.index(frame)] if frame is not None else 0.0)
+    relative = speeds[names.index(rotor_of(driver))] - (
+        speeds[names.index(frame)] if frame is not None else 0.0
+    )
     return abs(float(relative)) * teeth_of(case, driver) / (2.0 * math.pi)

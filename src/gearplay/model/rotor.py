@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, model_validator
+from pydantic import AfterValidator, Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Listed, Measure, Part, Problem, refuse
+from gearplay.model.fields import ByKind, Counted, FrozenTable, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.gear import Gear, Internal, Runout, Teeth
 from gearplay.vocabulary import quantities as q
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
@@ -113,22 +114,11 @@ class Initial(Part):
     omega: Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation")] | None = None
 
 
-class Runout(Part):
-    """Eccentricity of the toothing (half the indicator reading) and where it points at ``theta = 0``."""
-
-    amplitude: Annotated[
-        float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
-    ] = 0.0
-    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
-
-
 class Rotor(Part):
-    """A planar rigid body: a gear, a ring, a carrier or a plain disc."""
+    """A planar rigid body: a gear, a ring, a carrier, a shaft with several gears or a plain disc."""
 
-    teeth: (
-        Annotated[int, Field(ge=6, le=10_000, description="number of teeth; required in a mesh")] | None
-    ) = None
-    internal: Annotated[bool, Field(description="true for a ring gear")] = False
+    teeth: Teeth | None = None
+    internal: Internal = False
     mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
     inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
     drive: Drive | None = None
@@ -146,6 +136,12 @@ class Rotor(Part):
         False
     )
     runout: Runout = Runout()
+    gears: Annotated[
+        dict[Name, Gear],
+        Field(description="gears of a shaft by name, instead of teeth, internal and runout"),
+        Counted(0, 20),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=lambda gears: not gears)
 
     @model_validator(mode="after")
     def _check(self) -> Rotor:
@@ -157,9 +153,26 @@ class Rotor(Part):
                     problems.append(
                         Problem(("initial", name), rule, "Remove it, or use a torque or servo drive")
                     )
-        if self.internal and self.teeth is None:
+        if self.gears:
+            for name, unused in (("teeth", None), ("internal", False), ("runout", Runout())):
+                if getattr(self, name) != unused:
+                    rule = "must not be given beside gears, each of which has its own"
+                    problems.append(Problem((name,), rule, "Write it into one of the gears"))
+        elif self.internal and self.teeth is None:
             problems.append(
                 Problem(("teeth",), "is required for an internal gear", "Give the number of teeth")
             )
         refuse(problems)
         return self
+
+    def gear(self, name: str) -> Gear | Rotor:
+        """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.
+
+        Raises ``KeyError`` for a name that it has not, ``ValueError`` for "" where it has several.
+        """
+        if name:
+            return self.gears[name]
+        if not self.gears:
+            return self
+        (gear,) = self.gears.values()
+        return gear

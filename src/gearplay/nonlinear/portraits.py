@@ -90,7 +90,7 @@ def _clearance(case: Case, rotor: str) -> float:
 def _contacts(case: Case, rotor: str) -> list[str]:
     """Return the names of the contacts that touch a rotor: its sleeve, those on it, the flanks of its meshes."""
     sleeves = [name for name, sleeve in case.sleeves.items() if rotor in (name, sleeve.on)]
-    meshes = [mesh.label for mesh in case.meshes if rotor in (mesh.driver, mesh.driven)]
+    meshes = [mesh.label for mesh in case.meshes if rotor in mesh.rotors]
     return sleeves + [f"{label}:{flank}" for label in meshes for flank in ("drive", "back")]
 
 

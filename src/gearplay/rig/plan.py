@@ -18,6 +18,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.fields import Counted, FrozenTable, Measure, Name, Part, Problem, refuse
+from gearplay.model.gear import rotor_of
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean, translate
 from gearplay.vocabulary import quantities as q
@@ -311,7 +312,7 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
             rule = f"must be a mesh of the case, 0 to {len(case.meshes) - 1}"
             faults.append(Fault(f"{at}.mesh", sensor.mesh, rule, "Count the case's meshes from 0"))
             continue
-        rotor = sensor.rotor or (case.meshes[sensor.mesh].driven if case.meshes else None)
+        rotor = sensor.rotor or (case.meshes[sensor.mesh].rotors[1] if case.meshes else None)
         if rotor is None:
             faults.append(Fault(f"{at}.rotor", NO_VALUE, "is required where the case has no mesh", "Add it"))
         elif rotor not in case.rotors:
@@ -321,7 +322,7 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
             line = 0.0
             if case.meshes:
                 foot, tip = geometry.signed_radii(case, sensor.mesh)[:2]
-                (x_a, y_a), (x_b, y_b) = centres[foot], centres[tip]
+                (x_a, y_a), (x_b, y_b) = centres[rotor_of(foot)], centres[rotor_of(tip)]
                 line = math.atan2(y_b - y_a, x_b - x_a)
             found[name] = Placement(rotor, line + sensor.angle)
     if faults:

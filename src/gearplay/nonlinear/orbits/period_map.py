@@ -192,9 +192,10 @@ def common_period(packed: Packed) -> float:
     for mesh in meshes:
         frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
         rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
-    for i in range(rotors.size):
-        if rotors[i].eccentricity > 0.0 or rotors[i].ripple_count > 0:
-            rates.append(abs(speeds[i]))
+        rates += [
+            abs(speeds[i]) for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
+        ]
+    rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
     for sleeve in sleeves:
         if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
             rates.append(abs(speeds[sleeve.bush]))

@@ -86,7 +86,7 @@ def map_axes(view: View) -> tuple[str, str] | None:
         return None
     paths = {name: {path for path, n, _ in view.sweep.template.fields if n == name} for name in view.numeric}
     for j, mesh in enumerate(view.sweep.template.base.meshes):
-        sleeves = {f"sleeves.{rotor}.radial_clearance" for rotor in (mesh.driver, mesh.driven)}
+        sleeves = {f"sleeves.{rotor}.radial_clearance" for rotor in mesh.rotors}
         across = next((name for name in view.numeric if paths[name] & sleeves), None)
         up = next((name for name in view.numeric if f"meshes.{j}.backlash" in paths[name]), None)
         if across is not None and up is not None and across != up:

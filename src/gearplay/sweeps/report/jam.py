@@ -30,7 +30,7 @@ class JamLine:
 def _paths(base: Case, j: int) -> tuple[set[str], str]:
     """Return the fields in which the excess of mesh j is linear, and that of its angle."""
     mesh = base.meshes[j]
-    sleeves = {f"sleeves.{n}.radial_clearance" for n in (mesh.driver, mesh.driven) if n in base.sleeves}
+    sleeves = {f"sleeves.{n}.radial_clearance" for n in mesh.rotors if n in base.sleeves}
     return {f"meshes.{j}.backlash"} | sleeves, f"meshes.{j}.pressure_angle"
 
 
@@ -47,7 +47,7 @@ def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
         if name in values
     }
     play: Any = 0.0
-    for name in (mesh.driver, mesh.driven):
+    for name in mesh.rotors:
         if name in base.sleeves:
             path = f"sleeves.{name}.radial_clearance"
             play = play + fields.get(path, base.sleeves[name].radial_clearance)
@@ -90,7 +90,7 @@ def jam_lines(
             _side(sweep, j, dict(fixed) | middle, name, 1e-3 * (top - bottom))
             for name, bottom, top in (across, up)
         ]
-        found.append(JamLine(f"{mesh.driver}-{mesh.driven}", x, y, (sides[0], sides[1])))
+        found.append(JamLine(mesh.label, x, y, (sides[0], sides[1])))
     return found
 
 

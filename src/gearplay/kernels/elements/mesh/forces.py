@@ -135,7 +135,7 @@ def stay_open(
     if mesh.frame >= 0:
         _, alpha_f, spin_f = rotor_bounds(system, mesh.frame, y)
         psi_bend += mesh.z_driver * alpha_f
-    ecc_a, ecc_b = system.rotors[mesh.a].eccentricity, system.rotors[mesh.b].eccentricity
+    ecc_a, ecc_b = mesh.runout_a, mesh.runout_b
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
     rho = abs(mesh.rho_a + mesh.rho_b)
     speed, approach = math.sqrt(out[SPEED_SQUARED]), abs(out[DISTANCE_RATE])

@@ -36,6 +36,10 @@ RECORD = np.dtype(
         ("A_min", "f8"),  # m, smallest and largest centre distance that meshes
         ("A_max", "f8"),
         ("z_driver", "f8"),
+        ("runout_a", "f8"),  # m, eccentricity of the toothing, and where it points at theta = 0 [rad]
+        ("runout_phase_a", "f8"),
+        ("runout_b", "f8"),
+        ("runout_phase_b", "f8"),
         ("k_m", "f8"),  # N/m
         ("k_single", "f8"),  # N/m, square wave
         ("duty", "f8"),  # share of the mesh period with k_m in a square wave

@@ -1,0 +1,46 @@
+"""Gears: the toothings of rotors, and the names by which meshes call them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from gearplay.model.fields import Measure, Part
+from gearplay.vocabulary import quantities as q
+
+GearName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}(\.[A-Za-z][A-Za-z0-9_]{0,31})?$",
+        description="rotor, or rotor.gear: names of a letter, then at most 31 letters, digits or _",
+    ),
+]
+Teeth = Annotated[int, Field(ge=6, le=10_000, description="number of teeth; required in a mesh")]
+Internal = Annotated[bool, Field(description="true for a ring gear")]
+
+
+class Runout(Part):
+    """Eccentricity of the toothing (half the indicator reading) and where it points at ``theta = 0``."""
+
+    amplitude: Annotated[
+        float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
+    ] = 0.0
+    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
+
+
+class Gear(Part):
+    """One of several gears that a rotor carries."""
+
+    teeth: Teeth
+    internal: Internal = False
+    runout: Runout = Runout()
+
+
+def rotor_of(name: str) -> str:
+    """Return the rotor of a gear called as meshes call it.
+
+    >>> rotor_of("layshaft.wheel"), rotor_of("ring")
+    ('layshaft', 'ring')
+    """
+    return name.partition(".")[0]

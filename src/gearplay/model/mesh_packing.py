@@ -1,0 +1,166 @@
+"""Meshes of a case as the kernels want them: geometry, stiffness, errors and flanks."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import flank, mesh_geometry, tooth_stiffness
+from gearplay.kernels.elements import mesh as mesh_element
+from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
+from gearplay.model import geometry
+from gearplay.model.assembly import Assembly, Contact, blank
+from gearplay.model.gear import rotor_of
+from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+Floats = NDArray[np.float64]
+
+
+def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
+    """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2."""
+    mesh = case.meshes[j]
+    if mesh.damping.ratio is None:
+        return mesh.damping.maximum or 0.0
+    mobility = sum(
+        r * r / case.rotors[n].inertia for r, n in zip(geometry.base_radii(case, j), mesh.rotors, strict=True)
+    )
+    return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)
+
+
+def _mesh_kind(case: "Case") -> int:
+    coupled = case.backlash_model == "coupled"
+    if case.formulation == "geometric":
+        return mesh_geometry.MESH_COUPLED if coupled else mesh_geometry.MESH_UNCOUPLED
+    return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
+
+
+def _pack_mesh(
+    case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], speeds: Floats, senses: Floats
+) -> None:
+    mesh, names = case.meshes[j], list(case.rotors)
+    a, b, r_a, r_b = geometry.signed_radii(case, j)
+    frame = geometry.mesh_frame(case, j)
+    carried = frame is not None and speeds[names.index(frame)] != 0.0
+    m.kind = _mesh_kind(case)
+    cosine = math.cos(mesh.pressure_angle)
+    m.c0 = abs(r_a + r_b) * cosine
+    foot, tip = rotor_of(a), rotor_of(b)
+    dx, dy = centres[tip][0] - centres[foot][0], centres[tip][1] - centres[foot][1]
+    m.A0 = math.hypot(dx, dy)
+    m.s = -1.0 if r_a > 0.0 else 1.0
+    # Two modules one way (apart for an external pair, together for an internal one) the tips leave each other;
+    # a quarter module the other way they strike the roots, which is not modelled.
+    nominal = abs(r_a + r_b)
+    leave = 2.0 * geometry.ADDENDUM * mesh.module
+    strike = (geometry.DEDENDUM - geometry.ADDENDUM) * mesh.module
+    m.A_min = max(m.c0, nominal - (strike if m.s < 0.0 else leave))
+    m.A_max = nominal + (leave if m.s < 0.0 else strike)
+    if not m.A_min < m.A0 < m.A_max:
+        raise InputError(
+            [
+                Fault(
+                    f"rotors.{tip}.position",
+                    f"{1e3 * m.A0:.6g} mm from {foot}",
+                    f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
+                    f"Place them {1e3 * nominal:.6g} mm apart, or leave the position out.",
+                )
+            ]
+        )
+    m.u0_x, m.u0_y = dx / m.A0, dy / m.A0
+    m.cos_alpha0 = m.c0 / m.A0
+    m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
+    m.inv_alpha0 = involute(mesh.pressure_angle)
+    m.A_nominal_squared = nominal * nominal
+    m.inv_A_nominal_squared = 1.0 / m.A_nominal_squared
+    at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
+    m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
+    radius = (
+        1.0
+        if m.kind in (mesh_geometry.MESH_PRINTED_COUPLED, mesh_geometry.MESH_PRINTED_UNCOUPLED)
+        else cosine
+    )
+    m.rho_a, m.rho_b = r_a * radius, r_b * radius
+    m.a, m.b, m.driver = names.index(foot), names.index(tip), names.index(mesh.rotors[0])
+    for side, name in (("a", a), ("b", b)):
+        runout = geometry.gear_of(case, name).runout
+        setattr(m, f"runout_{side}", runout.amplitude)
+        setattr(m, f"runout_phase_{side}", runout.phase)
+    m.frame = names.index(frame) if frame is not None else -1
+    sense = senses[m.driver]
+    if carried:
+        sense = np.sign(speeds[m.driver] - speeds[m.frame])
+    m.sigma = -1.0 if sense < 0.0 else 1.0
+    if mesh.driver == geometry.ring_of(case, mesh):
+        m.sigma = -m.sigma
+    m.backlash = mesh.backlash
+    m.z_driver = float(geometry.teeth_of(case, mesh.driver))
+
+
+def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
+    """Return (order, amplitude, phase) rows as (order, a cos(phase), a sin(phase)), orders rising."""
+    return [
+        [k, a * math.cos(phase), a * math.sin(phase)] for k, a, phase in sorted(rows, key=lambda row: row[0])
+    ]
+
+
+def pack_meshes(
+    case: "Case",
+    assembly: Assembly,
+    rotors: Any,
+    centres: dict[str, tuple[float, float]],
+    speeds: Floats,
+    senses: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
+    terms: list[list[float]] = []
+    spline: list[list[float]] = []
+    involutes: list[Floats] = []
+    for j, mesh in enumerate(case.meshes):
+        m = blank(mesh_element.RECORD)
+        _pack_mesh(case, j, m, centres, speeds, senses)
+        k = pack_stiffness(case, j)
+        m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
+        series, m.u_series = involute_series(mesh.pressure_angle)
+        involutes.append(series)
+        if k.kind == tooth_stiffness.STIFFNESS_SPLINE:
+            m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
+            spline.extend(k.rows.tolist())
+        else:
+            m.stiffness_start, m.stiffness_count = len(terms), len(k.rows)
+            terms.extend(harmonic_rows(k.rows))
+        m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
+        terms.extend(harmonic_rows([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
+        m.error_slope = sum(e.order * e.amplitude for e in mesh.transmission_error)
+        m.error_bend = sum(e.order**2 * e.amplitude for e in mesh.transmission_error)
+        m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
+        m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
+        m.inv_depth = 1.0 / m.depth
+        m.ramp = flank.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else flank.RAMP_SMOOTH
+        # As printed there is one force, (19): the drive branch goes first.
+        flanks = [
+            Contact("drive"),
+            Contact("back", yields_to=0 if case.formulation == "as_published" else None),
+        ]
+        edges = 1 if k.kind == tooth_stiffness.STIFFNESS_SQUARE else 0
+        mobility = sum(
+            r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
+        )
+        rate = math.sqrt(k.highest * mobility)
+        assembly.add(
+            mesh_element.KIND,
+            mesh.label,
+            m,
+            [m.a, m.b, m.frame],
+            flanks,
+            switches=edges,
+            rate=rate,
+            hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
+        )
+    table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
+    return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
