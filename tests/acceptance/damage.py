@@ -274,7 +274,7 @@ REPLACED = {
         "[run]",
         '[[meshes]]\ndriver = "ring"\ndriven = "pinion"\nmodule = "5 mm"\nbacklash = 0.0\n'
         'stiffness = { kind = "iso6336", facewidth = "6 mm" }\n[run]',
-        ("meshes.1", "same two rotors", "meshes.1.module"),
+        ("meshes.1", "same two gears", "meshes.1.module"),
     ),
     "table stiffness falls": (
         '{ kind = "harmonic", mean = "1.3e8 N/m", amplitude = "6.5e6 N/m" }',
@@ -362,8 +362,110 @@ BOMBS: dict[str, tuple[Callable[[], bytes], tuple[str, ...]]] = {
 }
 
 
+SHAFT = """
+[rotors.shaft]
+mass = "1 kg"
+inertia = "1e-3 kg m^2"
+
+[rotors.shaft.gears.wheel]
+teeth = 40
+internal = false
+runout = { amplitude = "2 um", phase = "10 deg" }
+
+[rotors.shaft.gears.pinion]
+teeth = 18
+
+[[meshes]]
+driver = "pinion"
+driven = "shaft.wheel"
+module = "4 mm"
+backlash = "100 um"
+angle = "90 deg"
+stiffness = { kind = "harmonic", mean = "1.3e8 N/m" }
+
+[run]"""
+GEARED = SOUND.replace("\n[run]", SHAFT, 1)
+"""With a shaft of two gears, one of them in a mesh."""
+
+GEARS = "rotors.shaft.gears"
+OF_GEARS = {
+    "teeth = 40": f"{GEARS}.wheel.teeth",
+    "internal = false": f"{GEARS}.wheel.internal",
+    'runout = { amplitude = "2 um", phase = "10 deg" }': f"{GEARS}.wheel.runout",
+    "teeth = 18": f"{GEARS}.pinion.teeth",
+    'driven = "shaft.wheel"': "meshes.1.driven",
+    'angle = "90 deg"': "meshes.1.angle",
+}
+_TABLES = GEARED[GEARED.index("[rotors.shaft.gears.wheel]") : GEARED.rindex("[[meshes]]")]
+_VALID = {f"{GEARS}.wheel.internal": {"true"}, "meshes.1.angle": {"negative"}}
+
+DAMAGED_GEARS = {
+    "no teeth": ("teeth = 40\n", "", (f"{GEARS}.wheel.teeth", "required")),
+    "few teeth": ("teeth = 40", "teeth = 5", (f"{GEARS}.wheel.teeth", "6 or more")),
+    "half a tooth": ("teeth = 40", "teeth = 40.5", (f"{GEARS}.wheel.teeth", "whole number")),
+    "typo": ("teeth = 18", "teeht = 18", (f"{GEARS}.pinion.teeht", "'teeth'")),
+    "mass of a gear": ("teeth = 18", 'teeth = 18\nmass = "1 kg"', (f"{GEARS}.pinion.mass", "unknown field")),
+    "teeth beside": ('mass = "1 kg"', 'mass = "1 kg"\nteeth = 20', ("rotors.shaft.teeth", "beside gears")),
+    "internal beside": (
+        'mass = "1 kg"',
+        'mass = "1 kg"\ninternal = true',
+        ("rotors.shaft.internal", "beside gears"),
+    ),
+    "runout beside": (
+        'mass = "1 kg"',
+        'mass = "1 kg"\nrunout = { amplitude = "1 um" }',
+        ("rotors.shaft.runout", "beside gears"),
+    ),
+    "which gear": (
+        '"shaft.wheel"',
+        '"shaft"',
+        ("meshes.1.driven", "must say which gear of shaft", "shaft.wheel"),
+    ),
+    "unknown gear": ('"shaft.wheel"', '"shaft.whel"', ("meshes.1.driven", "'shaft.wheel'")),
+    "unknown shaft": ('"shaft.wheel"', '"shat.wheel"', ("meshes.1.driven", "'shaft'")),
+    "gear of a plain rotor": ('"shaft.wheel"', '"ring.wheel"', ("meshes.1.driven", "no table of gears")),
+    "two dots": ('"shaft.wheel"', '"shaft.wheel.rim"', ("meshes.1.driven", "rotor.gear")),
+    "dot at the end": ('"shaft.wheel"', '"shaft."', ("meshes.1.driven", "rotor.gear")),
+    "on one shaft": (
+        'driver = "pinion"\ndriven = "shaft.wheel"',
+        'driver = "shaft.pinion"\ndriven = "shaft.wheel"',
+        ("meshes.1.driven", "another rotor"),
+    ),
+    "ring too small": (
+        "teeth = 40\ninternal = false",
+        "teeth = 19\ninternal = true",
+        (f"{GEARS}.wheel.teeth", "more than the 20 teeth of pinion"),
+    ),
+    "gears a list": (_TABLES, "gears = [1]\n\n", ("rotors.shaft.gears", "table")),
+    "gears a number": (_TABLES, "gears = 2\n\n", ("rotors.shaft.gears", "table")),
+    "name of a digit": ("[rotors.shaft.gears.pinion]", "[rotors.shaft.gears.1st]", ("letter",)),
+    "name long": ("[rotors.shaft.gears.pinion]", f"[rotors.shaft.gears.{'g' * 300}]", ("letter",)),
+    "name with a dot": ("[rotors.shaft.gears.pinion]", '[rotors.shaft.gears."a.b"]', ("letter",)),
+    "too many": (
+        "[rotors.shaft.gears.pinion]",
+        "".join(f"[rotors.shaft.gears.g{i}]\nteeth = 20\n" for i in range(20))
+        + "[rotors.shaft.gears.pinion]",
+        ("rotors.shaft.gears", "0 to 20 entries"),
+    ),
+    "angle in mm": ('"90 deg"', '"90 mm"', ("meshes.1.angle", "angle")),
+}
+
+
+def _damaged_gears() -> Iterator[Damaged]:
+    for line, path in OF_GEARS.items():
+        field = line.split(" = ")[0]
+        for kind, value in BAD_VALUES.items():
+            if kind not in _VALID.get(path, ()):
+                text = GEARED.replace(line, f"{field} = {value}", 1)
+                yield Damaged(f"{path}: {kind}", text.encode(), (path,))
+    for name, (old, new, named) in DAMAGED_GEARS.items():
+        assert old in GEARED
+        yield Damaged(f"gears, {name}", GEARED.replace(old, new, 1).encode(), named)
+
+
 def damaged_cases() -> Iterator[Damaged]:
     """Yield every damaged case, the same ones each time."""
+    yield from _damaged_gears()
     for line, path in QUANTITIES.items():
         field = line.split(" = ")[0]
         for kind, value in BAD_VALUES.items():

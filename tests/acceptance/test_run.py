@@ -43,7 +43,8 @@ def test_run_saves_what_it_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring"]
+    "name",
+    ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring", "two-stage-reducer"],
 )
 def test_every_bundled_case_runs(name: str) -> None:
     done = run(name, "--set", "run.duration=0.02", "--set", "run.transient=0.0")

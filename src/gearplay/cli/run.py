@@ -103,15 +103,16 @@ def _finite(value: Any) -> float:
 
 
 def _words(d: dict[str, Any]) -> str:
+    wide = max(24, *(len(label) + 1 for label in d["contacts"])) if d["contacts"] else 24
     lines = [
         f"{d['title'] or 'untitled'}: {d['message']}",
         f"{d['simulated_time']:g} s simulated in {d['wall_time']:.3g} s, {d['steps']} steps, {d['events']} contact events"
         + (f", {d['members']} members" if d["members"] > 1 else ""),
-        f"{'contact':<24}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
+        f"{'contact':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
     ]
     for label, c in d["contacts"].items():
         lines.append(
-            f"{label:<24}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
+            f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
             f"{1e3 * c['mean_impact_speed']:>9.2f} mm/s{c['peak_force']:>11.1f} N"
         )
     if d["members"] > 1:

@@ -22,6 +22,17 @@ def gear_of(case: "Case", name: str) -> "Gear | Rotor":
     return case.rotors[rotor].gear(gear)
 
 
+def toothings(case: "Case", rotor: str) -> "dict[str, Gear | Rotor]":
+    """Return the gears of a rotor by their full names: ``rotor.gear``, or ``rotor`` for one without a table of gears."""
+    found = case.rotors[rotor]
+    return {f"{rotor}.{name}": gear for name, gear in found.gears.items()} or {rotor: found}
+
+
+def full_name(case: "Case", name: str) -> str:
+    """Return the full name of a gear that a mesh calls, with that of a shaft's only gear, which need not be said."""
+    return name if "." in name else next(iter(toothings(case, name)))
+
+
 def ring_of(case: "Case", mesh: "Mesh") -> str | None:
     """Return the mesh's internal gear as the mesh calls it, or None for an external pair."""
     for name in (mesh.driver, mesh.driven):

@@ -18,6 +18,7 @@ SKIPPED = frozenset(
     [
         "title",
         "position",
+        "angle",
         "on",
         "gravity",
         "driver",
@@ -94,7 +95,7 @@ def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
                     yield control
     elif isinstance(part, Mapping):
         for name, value in part.items():
-            yield from _walk(value, f"{path}.{name}", str(name))
+            yield from _walk(value, f"{path}.{name}", f"{owner}.{name}".lstrip("."))
     elif isinstance(part, tuple):
         for at, value in enumerate(part):
             if isinstance(value, BaseModel):

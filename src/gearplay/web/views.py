@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import ADDENDUM, DEDENDUM, centres, jam_ratio
+from gearplay.model.geometry import ADDENDUM, DEDENDUM, centres, full_name, jam_ratio, toothings
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
@@ -50,28 +50,31 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
-    """Return what the drawing of the mechanism needs: gears with their teeth, sleeves, meshes, lines of the spectrum."""
+    """Return what the drawing of the mechanism needs: gears with their teeth and rotors, sleeves, meshes, lines of the spectrum."""
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
     angle: dict[str, float] = {}
     for mesh in case.meshes:
-        for name in (mesh.driver, mesh.driven):
-            module.setdefault(name, mesh.module)
-            angle.setdefault(name, mesh.pressure_angle)
+        for called in (mesh.driver, mesh.driven):
+            module.setdefault(full_name(case, called), mesh.module)
+            angle.setdefault(full_name(case, called), mesh.pressure_angle)
     gears = [
         {
             "name": name,
-            "x": float(places[name][0]),
-            "y": float(places[name][1]),
+            "rotor": rotor,
+            "index": i,
+            "x": float(places[rotor][0]),
+            "y": float(places[rotor][1]),
             "sense": float(turning[i]),
-            "teeth": rotor.teeth,
-            "internal": rotor.internal,
+            "teeth": gear.teeth,
+            "internal": gear.internal,
             "module": module.get(name),
             "pressure_angle": angle.get(name),
             "addendum": ADDENDUM,
             "dedendum": DEDENDUM,
         }
-        for i, (name, rotor) in enumerate(case.rotors.items())
+        for i, rotor in enumerate(case.rotors)
+        for name, gear in toothings(case, rotor).items()
     ]
     return {
         "gears": gears,
@@ -82,8 +85,8 @@ def mechanism_of(case: Case) -> dict[str, Any]:
         "meshes": [
             {
                 "name": mesh.label,
-                "driver": mesh.driver,
-                "driven": mesh.driven,
+                "driver": full_name(case, mesh.driver),
+                "driven": full_name(case, mesh.driven),
                 "backlash": mesh.backlash,
                 "pressure_angle": mesh.pressure_angle,
                 "frequency": mesh_frequency(case, j),

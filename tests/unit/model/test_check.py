@@ -22,7 +22,9 @@ def test_the_printed_inertias_are_found_out() -> None:
     assert "0.04 m" in warnings["rotors.pinion.inertia"]
 
 
-@pytest.mark.parametrize("name", ["han2021-geometric-inertia", "external-pair", "pinion-idler-ring"])
+@pytest.mark.parametrize(
+    "name", ["han2021-geometric-inertia", "external-pair", "pinion-idler-ring", "two-stage-reducer"]
+)
 def test_the_other_bundled_cases_have_no_warnings(name: str) -> None:
     assert found(name) == {}
 

@@ -44,7 +44,7 @@ function placeDot(model, x, y) {
 /** Move all marks to a time [s] of a result; the dots are of the shaft in `sleeve`. */
 export function moveCursors(result, sleeve, time) {
   for (const name of ["backlash", "forces"]) placeLine(name, time);
-  const k = result.mechanism.gears.findIndex((gear) => gear.name === sleeve);
+  const k = result.mechanism.gears.find((gear) => gear.rotor === sleeve)?.index ?? -1;
   for (const model of MODELS) {
     const frames = result.models[model]?.frames;
     const n = frames?.t.length ?? 0;

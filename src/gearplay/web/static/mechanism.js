@@ -174,7 +174,7 @@ export class Stage {
   sleeveWindow() {
     const { gears, sleeves } = this.result.mechanism;
     const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];
-    const gear = sleeve && gears.find((each) => each.name === sleeve.name);
+    const gear = sleeve && gears.find((each) => each.rotor === sleeve.name);
     if (!gear) return null;
     const play = Math.max(this.factor * sleeve.clearance, 0.02 * shaftOf(gear));
     const shaft = sleeve.clearance > 0 ? Math.min(2.5 * play, shaftOf(gear)) : shaftOf(gear); // so large that its play is seen well
@@ -205,13 +205,13 @@ export class Stage {
     c.clip();
     c.setTransform(scale, 0, 0, -scale, x0 + w / 2 - scale * x, y0 + h / 2 + scale * y);
     const at = (k) => [rotors[3 * k * n + i], rotors[(3 * k + 1) * n + i], rotors[(3 * k + 2) * n + i]];
-    gears.forEach((gear, k) => {
-      if (!gear.teeth || !gear.module) return;
-      const [dx, dy, theta] = at(k);
+    const layers = [...gears].filter((gear) => gear.teeth && gear.module).sort((a, b) => rimOf(b) - rimOf(a)); // small before large
+    layers.forEach((gear, k) => {
+      const [dx, dy, theta] = at(gear.index);
       const outlined = this.outlineOf(gear);
       c.save();
       c.translate(gear.x + M * dx, gear.y + M * dy);
-      c.rotate((this.phases.get(gear.name) ?? 0) + turns[k * n + i] + M * theta);
+      c.rotate((this.phases.get(gear.name) ?? 0) + turns[gear.index * n + i] + M * theta);
       c.lineWidth = thin;
       c.fillStyle = k % 2 ? view.gear2 : view.gear1;
       c.fill(outlined, "evenodd");
@@ -220,8 +220,9 @@ export class Stage {
       c.restore();
     });
     gears.forEach((gear, k) => {
-      const [dx, dy] = at(k);
-      const sleeve = sleeves.findIndex((each) => each.name === gear.name);
+      if (gears.findIndex((each) => each.index === gear.index) !== k) return; // one shaft for all its gears
+      const [dx, dy] = at(gear.index);
+      const sleeve = sleeves.findIndex((each) => each.name === gear.rotor);
       const shaft = drawn ?? shaftOf(gear);
       c.lineWidth = 1.6 * thin;
       if (sleeve >= 0) {
