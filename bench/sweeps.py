@@ -51,7 +51,7 @@ def alone(duration, cases):
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
     from gearplay.solver.compiling import prepare
-    from gearplay.sweeps.door import Policy, sweep
+    from gearplay.sweeps.door import sweep
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.evaluate import Sweep
 
@@ -59,7 +59,7 @@ def measure(cases, duration, workers):
     prepare(Sweep(plan).template.base)
     with tempfile.TemporaryDirectory() as folder:
         started = time.perf_counter()
-        sweep(plan, folder=folder, policy=Policy(workers=workers))
+        sweep(plan, folder=folder, threads=workers)
         taken = time.perf_counter() - started
     return taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
