@@ -7,6 +7,7 @@ from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
+from gearplay.kernels.implicit import IN_USE, QUIET
 from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
 from gearplay.kernels.recording import tally_change
 from gearplay.kernels.right_hand_side import rates_of
@@ -125,6 +126,7 @@ def restart(system: System, run: Run) -> int:
         if not settle_coincidence(system, run, t):
             break
     clock[H] = clock[H_RESTART]
+    run.implicit.numbers[QUIET] = run.implicit.numbers[IN_USE] = 0
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:
         # The restart step is 0.1 / omega of the fastest contact; each contact has a few events in a period.

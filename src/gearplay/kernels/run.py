@@ -7,6 +7,7 @@ import numpy as np
 from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import KINDS
+from gearplay.kernels.implicit import Implicit, make_implicit
 from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
@@ -42,6 +43,7 @@ class Run(Group):
     y_try: Floats
     stages: Floats  # [7, state]
     dy_try: Floats
+    implicit: Implicit
     loads_0: Loads  # at the start of the step last tried
     loads: Loads  # at its end
     loads_try: Loads  # where it is looked at
@@ -128,6 +130,7 @@ def make_run(
         y_new=np.array(y_0, dtype=np.float64),
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
+        implicit=make_implicit(system.rotors.size, n),
         dy_try=np.zeros(n),
         loads_0=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         loads=loads,

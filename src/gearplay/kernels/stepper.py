@@ -13,7 +13,9 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt, first_switch, retake
 from gearplay.kernels.fixed_steps import take_fixed_step
+from gearplay.kernels.implicit import H_EXPLICIT, QUIET
 from gearplay.kernels.layout import ACTIVE, System, spin_of
+from gearplay.kernels.quiet_steps import NOT_TAKEN, is_quiet, take_quiet_step
 from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import begin, check_states, failure, restart
 from gearplay.kernels.roster import state_of
@@ -95,6 +97,13 @@ def take_step(system: System, run: Run) -> int:
             return status
         if touching < roster.due.size:
             stop = t_touch
+    elif is_quiet(system, run):
+        for c in range(1, roster.acting[0] + 1):
+            table.start_step(system, roster.acting[c], t, run.y, run.branch)
+        status = take_quiet_step(system, run, stop, longest_step(system, run))
+        if status != NOT_TAKEN:
+            return status
+        h = min(clock[H], h)
     if stop - t <= 2e-15 * max(abs(t), 1e-6):  # nothing that a step could resolve
         clock[T] = stop
         if touching < roster.due.size:
@@ -144,6 +153,9 @@ def take_step(system: System, run: Run) -> int:
         return restart(system, run)
     go_on(system, run)
     clock[H] = h * growth
+    run.implicit.numbers[QUIET] += 1
+    if not to_stop:
+        run.implicit.sizes[H_EXPLICIT] = h
     return DONE
 
 

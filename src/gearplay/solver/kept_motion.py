@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels import implicit
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -45,13 +46,25 @@ _ASKED = (
     "natural",
     "stops",
 )
+# What an implicit step makes of the rest: factors, and work in between.
+_MADE = (
+    "real",
+    "complex",
+    "real_swaps",
+    "complex_swaps",
+    "k",
+    "rest",
+    "v",
+    "right",
+    "right_complex",
+)
 
 
 def _states(run: Any) -> Iterator[NDArray[Any]]:
     """Yield all arrays that a run's next step depends on."""
     for field in fields(run):
         value = getattr(run, field.name)
-        if field.name not in _ASKED:
+        if field.name not in _ASKED + _MADE:
             yield from _states(value) if is_dataclass(value) else (value,)
 
 
@@ -150,6 +163,7 @@ class KeptMotion:
         for array, kept in zip(_states(run), mark.arrays, strict=True):
             array[...] = kept
         run.counts[kernel.FORCES] = forces
+        run.implicit.numbers[implicit.FACTORED] = 0
         run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
         run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0

@@ -50,7 +50,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
-    """Return what the drawing of the mechanism needs: gears with their teeth and rotors, sleeves, meshes, lines of the spectrum."""
+    """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, lines of the spectrum."""
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
     angle: dict[str, float] = {}

@@ -1,0 +1,255 @@
+"""Steps of what stays in touch: Gauss collocation of order 6, solved by Newton's method with a Jacobian that is kept.
+
+Pressed contacts are stiff and smooth. An explicit method steps as their fastest vibration bids, though it has died down; this
+one steps as the forcing does. J. C. Butcher, Math. Comp. 18 (1964) 50; E. Hairer, G. Wanner, Solving Ordinary Differential
+Equations II, 2nd ed., section IV.8. Only accelerations are unknown: velocities and positions at the stages follow from them.
+A step leaves behind what an explicit one does, so that switches, samples and statistics see no difference.
+"""
+
+import numpy as np
+
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.implicit import (
+    AA,
+    AGE,
+    BA,
+    CONTRACTION,
+    FACTORED,
+    H_FACTORED,
+    H_TRACED,
+    IN_USE,
+    TRACED,
+    A,
+    B,
+    C,
+    correct,
+    factorise,
+    find_unknowns,
+    position_of,
+)
+from gearplay.kernels.layout import System, vx_of, x_of
+from gearplay.kernels.right_hand_side import rates_of
+from gearplay.kernels.run import CALLS, Run, T
+from gearplay.kernels.runge_kutta import NODES, STAGES
+
+_FIVE = np.array([0.0, *C, 1.0])
+
+
+def _lagrange(at: Floats, nodes: Floats) -> Floats:
+    """Return what polynomials through values at nodes have at other places, shape [place, node]."""
+    powers = np.vander(nodes, increasing=True)
+    return np.ascontiguousarray(np.vander(at, nodes.size, increasing=True) @ np.linalg.inv(powers))
+
+
+AT_STAGES = _lagrange(
+    NODES, _FIVE
+)  # derivatives at the nodes of the explicit method: its interpolant is made of them
+_differences = np.array([1.0 / np.prod(_FIVE[k] - np.delete(_FIVE, k)) for k in range(5)])
+ERROR = (
+    2e-3 * _differences
+)  # of order 5 like the explicit method's estimate, and as large as the interpolant's error
+
+NEWTON = 8  # iterations at most
+ENOUGH = 0.05  # of the allowed error that Newton's method may leave
+OLDEST = 50  # steps that a Jacobian is used for
+
+
+@compiled_once
+def differentiate(system: System, run: Run, t: float) -> int:
+    """Fill the Jacobian at the start of a step, by differences; return 1 where a pair cannot mesh."""
+    kept, roster, y, f_0 = run.implicit, run.roster, run.y_new, run.stages[0]
+    moved = run.stages[1]
+    count = kept.places[0]
+    for s in range(1, roster.states[0] + 1):
+        y[roster.states[s]] = run.y[roster.states[s]]
+    for c in range(count):
+        speed = kept.places[c + 1]
+        for kind in range(2):
+            place = position_of(system, speed) if kind == 0 else speed
+            far = (1e-5 if kind == 0 else 1e-4) * run.natural[place]
+            target = kept.positions if kind == 0 else kept.velocities
+            y[place] = run.y[place] + far
+            run.counts[CALLS] += 1
+            if rates_of(system, roster, t, y, run.branch, moved, run.loads_try) != 0:
+                return 1
+            y[place] = run.y[place]
+            for other in range(count):
+                at = kept.places[other + 1]
+                target[other, c] = (moved[at] - f_0[at]) / far
+    kept.numbers[AGE] = 0
+    kept.numbers[FACTORED] = 0
+    return 0
+
+
+@compiled_inline
+def predict(run: Run, h: float) -> None:
+    """Guess the accelerations at the stages: the polynomial of the step before goes on, or they stay what they are."""
+    kept, states = run.implicit, run.roster.states
+    ratio = h / kept.sizes[H_TRACED] if kept.numbers[TRACED] == 1 else 0.0
+    for stage in range(3):
+        x = 1.0 + ratio * C[stage]
+        w_0 = (x - C[1]) * (x - C[2]) / ((C[0] - C[1]) * (C[0] - C[2]))
+        w_1 = (x - C[0]) * (x - C[2]) / ((C[1] - C[0]) * (C[1] - C[2]))
+        w_2 = (x - C[0]) * (x - C[1]) / ((C[2] - C[0]) * (C[2] - C[1]))
+        for s in range(1, states[0] + 1):
+            i = states[s]
+            if ratio > 0.0:
+                kept.k[stage, i] = w_0 * kept.last[0, i] + w_1 * kept.last[1, i] + w_2 * kept.last[2, i]
+            else:
+                kept.k[stage, i] = run.stages[0, i]
+
+
+@compiled_inline
+def place_stage(system: System, run: Run, stage: int, h: float) -> None:
+    """Fill y_new with the state at a stage."""
+    roster, y, k, v = run.roster, run.y, run.implicit.k, run.implicit.v
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
+        for axis in range(3):
+            q, s = x_of(i) + axis, vx_of(system, i) + axis
+            v[stage, q] = y[s] + h * (A[stage, 0] * k[0, s] + A[stage, 1] * k[1, s] + A[stage, 2] * k[2, s])
+            run.y_new[s] = v[stage, q]
+            bend = AA[stage, 0] * k[0, s] + AA[stage, 1] * k[1, s] + AA[stage, 2] * k[2, s]
+            run.y_new[q] = y[q] + h * (C[stage] * y[s] + h * bend)
+
+
+@compiled_inline
+def place_end(system: System, run: Run, h: float) -> None:
+    """Fill y_new with the state at the end."""
+    roster, y, k = run.roster, run.y, run.implicit.k
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
+        for axis in range(3):
+            q, s = x_of(i) + axis, vx_of(system, i) + axis
+            run.y_new[s] = y[s] + h * (B[0] * k[0, s] + B[1] * k[1, s] + B[2] * k[2, s])
+            run.y_new[q] = y[q] + h * (y[s] + h * (BA[0] * k[0, s] + BA[1] * k[1, s] + BA[2] * k[2, s]))
+
+
+@compiled_once
+def solve(system: System, run: Run, t: float, h: float) -> bool:
+    """Solve the equations of a step of h [s] from t [s] for the accelerations at the stages; return whether that succeeded."""
+    kept, roster = run.implicit, run.roster
+    predict(run, h)
+    before = 0.0
+    for turn in range(NEWTON):
+        for stage in range(3):
+            place_stage(system, run, stage, h)
+            run.counts[CALLS] += 1
+            row = run.stages[1 + stage]
+            if rates_of(system, roster, t + C[stage] * h, run.y_new, run.branch, row, run.loads) != 0:
+                return False
+            for c in range(1, roster.active[0] + 1):
+                first = vx_of(system, roster.active[c])
+                for s in range(first, first + 3):
+                    kept.rest[stage, s] = row[s] - kept.k[stage, s]
+        correct(kept)
+        size = 0.0
+        for c in range(1, roster.active[0] + 1):
+            first = vx_of(system, roster.active[c])
+            for s in range(first, first + 3):
+                q = position_of(system, s)
+                for stage in range(3):
+                    change = abs(kept.rest[stage, s])
+                    kept.k[stage, s] += kept.rest[stage, s]
+                    size = max(size, h * change / run.scale[s], h * h * change / run.scale[q])
+        if not size < 1e12:
+            return False
+        if turn > 0:
+            kept.sizes[CONTRACTION] = max(size / before, 0.3 * kept.sizes[CONTRACTION])
+            if kept.sizes[CONTRACTION] >= 0.9:
+                return False
+        if kept.sizes[CONTRACTION] * size <= ENOUGH:
+            return True
+        before = size
+    return False
+
+
+@compiled_once
+def attempt_implicit(system: System, run: Run, h: float) -> int:
+    """Try a step of h [s] of the active rotors into y_new, and leave behind what an explicit step does; return 0, or 1."""
+    kept, roster, t = run.implicit, run.roster, run.clock[T]
+    numbers, stages = kept.numbers, run.stages
+    if numbers[AGE] >= OLDEST or numbers[IN_USE] == 0:
+        if numbers[IN_USE] == 0:
+            find_unknowns(system, roster, kept)
+            numbers[TRACED] = 0
+            kept.sizes[CONTRACTION] = 0.3
+        if differentiate(system, run, t) != 0:
+            return 1
+    while True:
+        if (numbers[FACTORED] == 0 or kept.sizes[H_FACTORED] != h) and factorise(kept, h) != 0:
+            return 1
+        if solve(system, run, t, h):
+            break
+        if numbers[AGE] == 0:
+            return 1
+        kept.sizes[CONTRACTION] = 0.3
+        if differentiate(system, run, t) != 0:
+            return 1
+    place_end(system, run, h)
+    run.counts[CALLS] += 1
+    if rates_of(system, roster, t + h, run.y_new, run.branch, stages[STAGES - 1], run.loads) != 0:
+        return 1
+    fill_stages(system, run)
+    return 0
+
+
+@compiled_inline
+def fill_stages(system: System, run: Run) -> None:
+    """Fill the rows of the explicit method's stages with derivatives at its nodes."""
+    roster, stages, k, v = run.roster, run.stages, run.implicit.k, run.implicit.v
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
+        for axis in range(3):
+            q, s = x_of(i) + axis, vx_of(system, i) + axis
+            for row in range(1, STAGES - 1):
+                w = AT_STAGES[row]
+                stages[row, q] = (
+                    w[0] * stages[0, q]
+                    + w[1] * v[0, q]
+                    + w[2] * v[1, q]
+                    + w[3] * v[2, q]
+                    + w[4] * stages[6, q]
+                )
+                stages[row, s] = (
+                    w[0] * stages[0, s]
+                    + w[1] * k[0, s]
+                    + w[2] * k[1, s]
+                    + w[3] * k[2, s]
+                    + w[4] * stages[6, s]
+                )
+
+
+@compiled
+def implicit_error(system: System, run: Run, h: float) -> float:
+    """Return the largest local error over its allowance, from the fourth differences of the derivatives; inf for NaN."""
+    roster, stages, k, v, worst = run.roster, run.stages, run.implicit.k, run.implicit.v, 0.0
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
+        for axis in range(3):
+            q, s = x_of(i) + axis, vx_of(system, i) + axis
+            e = ERROR[0] * stages[0, q] + ERROR[4] * stages[6, q]
+            e += ERROR[1] * v[0, q] + ERROR[2] * v[1, q] + ERROR[3] * v[2, q]
+            d = ERROR[0] * stages[0, s] + ERROR[4] * stages[6, s]
+            d += ERROR[1] * k[0, s] + ERROR[2] * k[1, s] + ERROR[3] * k[2, s]
+            size = h * max(abs(e) / run.scale[q], abs(d) / run.scale[s])
+            if not size <= worst:
+                worst = size
+                if not size < np.inf:
+                    return np.inf
+    return worst
+
+
+@compiled_inline
+def trace(run: Run, h: float) -> None:
+    """Keep the accelerations of a step that was accepted, for the next one's guess."""
+    kept, states = run.implicit, run.roster.states
+    for stage in range(3):
+        for s in range(1, states[0] + 1):
+            kept.last[stage, states[s]] = kept.k[stage, states[s]]
+    kept.sizes[H_TRACED] = h
+    kept.numbers[TRACED] = 1
+    kept.numbers[IN_USE] = 1
+    kept.numbers[AGE] += 1

@@ -1,0 +1,208 @@
+"""What an implicit step is solved by: a Jacobian that is kept, its factors, the accelerations of the step before.
+
+Newton's method for the three stages of a Gauss step, all at once, falls apart into a real and a complex system of the size of one
+stage (J. C. Butcher, BIT 16 (1976) 237; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.8).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.layout import System, vx_of
+from gearplay.kernels.roster import Roster
+
+# Slots of Implicit.numbers: steps since anything happened, whether it is in use, steps since the Jacobian, whether polynomial and
+# factors are known, how many quiet explicit steps it waits for.
+QUIET, IN_USE, AGE, TRACED, FACTORED, PATIENCE, TRIED = range(7)
+# Slots of Implicit.sizes: lengths [s] of the steps that the polynomial and the factors are of, of the last explicit one; how fast
+# Newton's method converges.
+H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION = range(4)
+
+FIRST_PATIENCE, MOST_PATIENCE = 12, 200  # explicit steps without an event after which it is tried
+LARGEST = 60
+"""Unknown accelerations at most: with more, factors and what is kept of them cost too much."""
+
+_ROOT = float(np.sqrt(15.0))
+C = np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
+A = np.array(
+    [
+        [5.0 / 36.0, 2.0 / 9.0 - _ROOT / 15.0, 5.0 / 36.0 - _ROOT / 30.0],
+        [5.0 / 36.0 + _ROOT / 24.0, 2.0 / 9.0, 5.0 / 36.0 - _ROOT / 24.0],
+        [5.0 / 36.0 + _ROOT / 30.0, 2.0 / 9.0 + _ROOT / 15.0, 5.0 / 36.0],
+    ]
+)
+B = np.array([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0])
+AA, BA = A @ A, B @ A  # positions from accelerations
+
+
+def _spectrum() -> tuple[float, complex, Floats, NDArray[np.complex128], Floats, NDArray[np.complex128]]:
+    """Return the real and a complex eigenvalue of A, their right and their left vectors, scaled to each other."""
+    values, vectors = np.linalg.eig(A)
+    inverse = np.linalg.inv(vectors)
+    real = int(np.argmin(np.abs(values.imag)))
+    upper = int(np.argmax(values.imag))
+    scale = vectors[0, real]
+    return (
+        float(values[real].real),
+        complex(values[upper]),
+        np.ascontiguousarray((vectors[:, real] / scale).real),
+        np.ascontiguousarray(vectors[:, upper]),
+        np.ascontiguousarray((inverse[real] * scale).real),
+        np.ascontiguousarray(inverse[upper]),
+    )
+
+
+REAL, COMPLEX, RIGHT_REAL, RIGHT_COMPLEX, LEFT_REAL, LEFT_COMPLEX = _spectrum()
+
+
+@dataclass(frozen=True, eq=False)
+class Implicit(Group):
+    """What the implicit method keeps from step to step, for m unknown accelerations at most."""
+
+    numbers: Ints  # slots above
+    sizes: Floats
+    places: Ints  # [1 + m] places of velocities in the state, the first entry their number
+    positions: Floats  # [m, m] derivatives of accelerations by positions
+    velocities: Floats  # [m, m]
+    real: Floats  # [m, m] factors
+    complex: NDArray[np.complex128]  # [m, m]
+    real_swaps: Ints  # [m]
+    complex_swaps: Ints
+    k: Floats  # [3, state] accelerations at the stages, in their places
+    last: Floats  # [3, state] of the step before
+    rest: Floats  # [3, state] what is left of the equations, then the correction
+    v: Floats  # [3, state] velocities at the stages, in the places of positions
+    right: Floats  # [m]
+    right_complex: NDArray[np.complex128]  # [m]
+
+
+def make_implicit(rotors: int, states: int) -> Implicit:
+    """Allocate what the implicit method keeps, for a number of rotors and states."""
+    m = min(3 * rotors, LARGEST)
+    numbers, sizes = np.zeros(7, dtype=np.int64), np.zeros(4)
+    numbers[PATIENCE] = FIRST_PATIENCE
+    return Implicit(
+        numbers=numbers,
+        sizes=sizes,
+        places=np.zeros(m + 1, dtype=np.int64),
+        positions=np.zeros((m, m)),
+        velocities=np.zeros((m, m)),
+        real=np.zeros((m, m)),
+        complex=np.zeros((m, m), dtype=np.complex128),
+        real_swaps=np.zeros(m, dtype=np.int64),
+        complex_swaps=np.zeros(m, dtype=np.int64),
+        k=np.zeros((3, states)),
+        last=np.zeros((3, states)),
+        rest=np.zeros((3, states)),
+        v=np.zeros((3, states)),
+        right=np.zeros(m),
+        right_complex=np.zeros(m, dtype=np.complex128),
+    )
+
+
+@compiled_inline
+def position_of(system: System, speed: int) -> int:
+    """Return the place of the position whose velocity is at a place."""
+    return speed - vx_of(system, 0)
+
+
+@compiled_once
+def find_unknowns(system: System, roster: Roster, kept: Implicit) -> None:
+    """List the velocities of active rotors that forces can change; none where they are too many."""
+    places = kept.places
+    places[0] = 0
+    for c in range(1, roster.active[0] + 1):
+        i = roster.active[c]
+        r = system.rotors[i]
+        for axis in range(3):
+            if (r.inv_mass if axis < 2 else r.inv_inertia) > 0.0:
+                if places[0] == places.size - 1:
+                    places[0] = 0
+                    return
+                places[0] += 1
+                places[places[0]] = vx_of(system, i) + axis
+
+
+@compiled_once
+def factorise(kept: Implicit, h: float) -> int:
+    """Factor both matrices of Newton's method for a step of h [s]; return 1 where one is singular."""
+    count = kept.places[0]
+    for i in range(count):
+        for j in range(count):
+            one = 1.0 if i == j else 0.0
+            q, v = h * h * kept.positions[i, j], h * kept.velocities[i, j]
+            kept.real[i, j] = one - REAL * v - REAL * REAL * q
+            kept.complex[i, j] = one - COMPLEX * v - COMPLEX * COMPLEX * q
+    failed = 0
+    for column in range(count):
+        best, best_complex = column, column
+        for row in range(column + 1, count):
+            if abs(kept.real[row, column]) > abs(kept.real[best, column]):
+                best = row
+            if size_of(kept.complex[row, column]) > size_of(kept.complex[best_complex, column]):
+                best_complex = row
+        kept.real_swaps[column], kept.complex_swaps[column] = best, best_complex
+        for j in range(count):
+            swapped = kept.real[column, j]
+            kept.real[column, j], kept.real[best, j] = kept.real[best, j], swapped
+            turned = kept.complex[column, j]
+            kept.complex[column, j], kept.complex[best_complex, j] = kept.complex[best_complex, j], turned
+        if kept.real[column, column] == 0.0 or size_of(kept.complex[column, column]) == 0.0:
+            failed = 1
+            break
+        for row in range(column + 1, count):
+            factor = kept.real[row, column] / kept.real[column, column]
+            kept.real[row, column] = factor
+            turn = kept.complex[row, column] / kept.complex[column, column]
+            kept.complex[row, column] = turn
+            for j in range(column + 1, count):
+                kept.real[row, j] -= factor * kept.real[column, j]
+                kept.complex[row, j] -= turn * kept.complex[column, j]
+    kept.numbers[FACTORED] = 1 - failed
+    kept.sizes[H_FACTORED] = h
+    return failed
+
+
+@compiled_inline
+def size_of(z: complex) -> float:
+    """Return a measure of a complex number's size."""
+    return abs(z.real) + abs(z.imag)
+
+
+@compiled_once
+def correct(kept: Implicit) -> None:
+    """Turn what is left of the equations at the stages into the correction of the accelerations."""
+    count, places, rest = kept.places[0], kept.places, kept.rest
+    x, z = kept.right, kept.right_complex
+    for c in range(count):
+        s = places[c + 1]
+        x[c] = LEFT_REAL[0] * rest[0, s] + LEFT_REAL[1] * rest[1, s] + LEFT_REAL[2] * rest[2, s]
+        z[c] = LEFT_COMPLEX[0] * rest[0, s] + LEFT_COMPLEX[1] * rest[1, s] + LEFT_COMPLEX[2] * rest[2, s]
+    for row in range(count):
+        swap, turn = kept.real_swaps[row], kept.complex_swaps[row]
+        held = x[row]
+        x[row], x[swap] = x[swap], held
+        held_complex = z[row]
+        z[row], z[turn] = z[turn], held_complex
+    for row in range(count):
+        total, whole = x[row], z[row]
+        for j in range(row):
+            total -= kept.real[row, j] * x[j]
+            whole -= kept.complex[row, j] * z[j]
+        x[row], z[row] = total, whole
+    for back in range(count):
+        row = count - 1 - back
+        total, whole = x[row], z[row]
+        for j in range(row + 1, count):
+            total -= kept.real[row, j] * x[j]
+            whole -= kept.complex[row, j] * z[j]
+        x[row], z[row] = total / kept.real[row, row], whole / kept.complex[row, row]
+    for c in range(count):
+        s = places[c + 1]
+        for stage in range(3):
+            rest[stage, s] = RIGHT_REAL[stage] * x[c] + 2.0 * (RIGHT_COMPLEX[stage] * z[c]).real

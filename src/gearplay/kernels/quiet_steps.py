@@ -1,0 +1,102 @@
+"""When to step implicitly: where nothing has happened for a while, and only as long as that pays."""
+
+import math
+
+from gearplay.kernels.collocation import attempt_implicit, implicit_error, trace
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.events import first_switch, watch
+from gearplay.kernels.implicit import (
+    FIRST_PATIENCE,
+    H_EXPLICIT,
+    IN_USE,
+    MOST_PATIENCE,
+    PATIENCE,
+    QUIET,
+    TRIED,
+)
+from gearplay.kernels.layout import System
+from gearplay.kernels.restart import restart
+from gearplay.kernels.run import DONE, REJECTED, T_END, H, Run, T
+from gearplay.kernels.runge_kutta import ORDER
+from gearplay.kernels.step_end import accept, go_on
+from gearplay.kernels.switches import switch_values
+from gearplay.kernels.touch import something_is_due
+
+NOT_TAKEN = -1
+PAYS = 1.3  # times an explicit step: what an implicit one must be as long as
+TRIAL = 30  # steps after which that is asked
+REJECTIONS = 4  # of one step, before an explicit one is taken
+
+
+@compiled_inline
+def is_quiet(system: System, run: Run) -> bool:
+    """Return whether the next step may be implicit: only rotors move, by forces, and nothing has happened for a while."""
+    numbers, roster = run.implicit.numbers, run.roster
+    if numbers[IN_USE] == 1:
+        return True
+    if numbers[QUIET] < numbers[PATIENCE] or roster.states[0] != 6 * roster.active[0]:
+        return False
+    rippling = False
+    for c in range(1, roster.active[0] + 1):
+        rippling = rippling or system.rotors[roster.active[c]].ripple_count > 0
+    return not rippling
+
+
+@compiled_inline
+def give_up(run: Run, patience: int) -> int:
+    """Go back to explicit steps, for so many at least; return that no step was taken."""
+    numbers = run.implicit.numbers
+    numbers[IN_USE] = numbers[QUIET] = 0
+    numbers[PATIENCE] = min(patience, MOST_PATIENCE)
+    run.clock[H] = run.implicit.sizes[H_EXPLICIT]
+    return NOT_TAKEN
+
+
+@compiled_once
+def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> int:
+    """Take an implicit step, to ``stop`` [s] or for ``longest`` [s] at most, in which nothing switches; return a status.
+
+    NOT_TAKEN where something switches in it, its equations are not solved, or it does not pay: then nothing is changed.
+    """
+    clock, counts, numbers, sizes = run.clock, run.counts, run.implicit.numbers, run.implicit.sizes
+    if numbers[IN_USE] == 0:
+        clock[H] = 2.0 * sizes[H_EXPLICIT]
+        numbers[TRIED] = 0
+    patience, t = numbers[PATIENCE], clock[T]
+    h, error = min(clock[H], longest), 0.0
+    for turn in range(REJECTIONS + 1):
+        if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
+            return give_up(run, 2 * patience)
+        to_stop = h >= (stop - t) * (1.0 - 1e-12)
+        part = stop - t if to_stop else h
+        if attempt_implicit(system, run, part) != 0:
+            counts[REJECTED] += 1
+            return give_up(run, 2 * patience)
+        error = implicit_error(system, run, part)
+        if error <= 1.0:
+            break
+        counts[REJECTED] += 1
+        if not math.isfinite(error):
+            return give_up(run, 2 * patience)
+        h = part * max(0.2, 0.8 * error ** (-1.0 / ORDER))
+    t_new = stop if to_stop else t + part
+    if watch(system, run, t_new, run.y_new, run.loads) != 0:
+        return give_up(run, 2 * patience)
+    switch_values(system, run.roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
+    first, _ = first_switch(system, run, part)
+    if first >= 0:
+        return give_up(run, FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else 2 * patience)
+    status = accept(system, run, part, t_new, -1)
+    if status != DONE:
+        return status
+    trace(run, part)
+    numbers[TRIED] += 1
+    if to_stop and stop < clock[T_END]:
+        return restart(system, run)
+    go_on(system, run)
+    growth = 0.9 * error ** (-1.0 / ORDER) if error > 1e-12 else 2.0
+    clock[H] = h if growth < 1.25 else h * min(2.0, growth)
+    if numbers[TRIED] == TRIAL and h < PAYS * sizes[H_EXPLICIT]:
+        give_up(run, 4 * patience)
+    return DONE
