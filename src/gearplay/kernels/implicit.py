@@ -1,6 +1,6 @@
 """What an implicit step is solved by: a Jacobian that is kept, its factors, the accelerations of the step before.
 
-Newton's method for the three stages of a Gauss step, all at once, falls apart into a real and a complex system of the size of one
+Newton's method for the three stages of a Radau step, all at once, falls apart into a real and a complex system of the size of one
 stage (J. C. Butcher, BIT 16 (1976) 237; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.8).
 """
 
@@ -27,17 +27,16 @@ FIRST_PATIENCE, MOST_PATIENCE = 12, 200  # explicit steps without an event after
 LARGEST = 60
 """Unknown accelerations at most: with more, factors and what is kept of them cost too much."""
 
-_ROOT = float(np.sqrt(15.0))
-C = np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
+_ROOT = float(np.sqrt(6.0))
+C = np.array([0.4 - 0.1 * _ROOT, 0.4 + 0.1 * _ROOT, 1.0])
 A = np.array(
     [
-        [5.0 / 36.0, 2.0 / 9.0 - _ROOT / 15.0, 5.0 / 36.0 - _ROOT / 30.0],
-        [5.0 / 36.0 + _ROOT / 24.0, 2.0 / 9.0, 5.0 / 36.0 - _ROOT / 24.0],
-        [5.0 / 36.0 + _ROOT / 30.0, 2.0 / 9.0 + _ROOT / 15.0, 5.0 / 36.0],
+        [(88.0 - 7.0 * _ROOT) / 360.0, (296.0 - 169.0 * _ROOT) / 1800.0, (-2.0 + 3.0 * _ROOT) / 225.0],
+        [(296.0 + 169.0 * _ROOT) / 1800.0, (88.0 + 7.0 * _ROOT) / 360.0, (-2.0 - 3.0 * _ROOT) / 225.0],
+        [(16.0 - _ROOT) / 36.0, (16.0 + _ROOT) / 36.0, 1.0 / 9.0],
     ]
 )
-B = np.array([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0])
-AA, BA = A @ A, B @ A  # positions from accelerations
+AA = A @ A  # positions from accelerations
 
 
 def _spectrum() -> tuple[float, complex, Floats, NDArray[np.complex128], Floats, NDArray[np.complex128]]:
@@ -75,6 +74,7 @@ class Implicit(Group):
     complex_swaps: Ints
     k: Floats  # [3, state] accelerations at the stages, in their places
     last: Floats  # [3, state] of the step before
+    last_v: Floats  # [state] velocities at its second stage, in the places of positions
     rest: Floats  # [3, state] what is left of the equations, then the correction
     v: Floats  # [3, state] velocities at the stages, in the places of positions
     right: Floats  # [m]
@@ -98,6 +98,7 @@ def make_implicit(rotors: int, states: int) -> Implicit:
         complex_swaps=np.zeros(m, dtype=np.int64),
         k=np.zeros((3, states)),
         last=np.zeros((3, states)),
+        last_v=np.zeros(states),
         rest=np.zeros((3, states)),
         v=np.zeros((3, states)),
         right=np.zeros(m),

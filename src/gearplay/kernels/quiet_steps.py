@@ -35,7 +35,8 @@ def is_quiet(system: System, run: Run) -> bool:
     numbers, roster = run.implicit.numbers, run.roster
     if numbers[IN_USE] == 1:
         return True
-    if numbers[QUIET] < numbers[PATIENCE] or roster.states[0] != 6 * roster.active[0]:
+    waits = numbers[QUIET] < numbers[PATIENCE] or run.implicit.sizes[H_EXPLICIT] == 0.0
+    if waits or roster.states[0] != 6 * roster.active[0]:
         return False
     rippling = False
     for c in range(1, roster.active[0] + 1):
@@ -61,7 +62,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     """
     clock, counts, numbers, sizes = run.clock, run.counts, run.implicit.numbers, run.implicit.sizes
     if numbers[IN_USE] == 0:
-        clock[H] = 2.0 * sizes[H_EXPLICIT]
+        clock[H] = sizes[H_EXPLICIT]
         numbers[TRIED] = 0
     patience, t = numbers[PATIENCE], clock[T]
     h, error = min(clock[H], longest), 0.0

@@ -100,7 +100,7 @@ def take_step(system: System, run: Run) -> int:
     elif is_quiet(system, run):
         for c in range(1, roster.acting[0] + 1):
             table.start_step(system, roster.acting[c], t, run.y, run.branch)
-        status = take_quiet_step(system, run, stop, longest_step(system, run))
+        status = take_quiet_step(system, run, stop, 2.0 * longest_step(system, run))
         if status != NOT_TAKEN:
             return status
         h = min(clock[H], h)

@@ -1,0 +1,134 @@
+"""Implicit steps of contacts that stay pressed: the method's order, its damping, its work, and that nothing is lost by it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from building import Measured
+from gearplay.kernels import implicit
+from gearplay.kernels import run as kernel
+from gearplay.solver.course import Course
+from gearplay.solver.flow import Flow
+from gearplay.solver.simulate import run_members
+
+LOADED = {"gravity.1": -9.81, "rotors.ring.load.torque": 1.0}
+
+
+def test_coefficients_meet_their_order_conditions() -> None:
+    """Collocation: every stage integrates polynomials of degree 2 exactly, the end those of degree 4 (order 5)."""
+    for k in range(1, 4):
+        assert implicit.A @ implicit.C ** (k - 1) == pytest.approx(implicit.C**k / k, abs=1e-15)
+    for k in range(1, 6):
+        assert implicit.A[2] @ implicit.C ** (k - 1) == pytest.approx(1.0 / k, abs=1e-15)
+    assert abs(implicit.A[2] @ implicit.C**5 - 1.0 / 6.0) > 1e-4
+
+
+def test_what_is_too_fast_for_a_step_dies() -> None:
+    """R(z) = det(I - z A + z 1 b) / det(I - z A): |R| <= 1 on the imaginary axis, and R goes to 0 (L-stability)."""
+
+    def growth(z: complex) -> float:
+        one = np.eye(3)
+        above = one - z * implicit.A + z * np.outer(np.ones(3), implicit.A[2])
+        return float(abs(np.linalg.det(above) / np.linalg.det(one - z * implicit.A)))
+
+    assert max(growth(1j * w) for w in np.geomspace(1e-3, 1e4, 200)) < 1.0 + 1e-12
+    assert growth(-1e8) < 1e-6
+
+
+def started(
+    case: gp.Case, lead: float = 0.3, *, tolerance: float, patience: int = implicit.FIRST_PATIENCE
+) -> Course:
+    """Return a motion that is computed at 1e-11 until ``lead``, and from there at a tolerance, its first steps explicit."""
+    flow = Flow(gp.replace(case, {"run.tolerance": 1e-11}))
+    course = flow.begin(flow.start())
+    course.advance(lead)
+    run = course.run
+    run.implicit.numbers[implicit.IN_USE] = run.implicit.numbers[implicit.QUIET] = 0
+    run.implicit.numbers[implicit.PATIENCE] = patience
+    run.clock[kernel.TOLERANCE] = tolerance
+    run.scale[:] = tolerance * run.natural
+    return course
+
+
+def difference(one: Course, two: Course) -> float:
+    """Return the largest difference of positions [m], rotations over the toothing's radius."""
+    n, natural = one.state.size // 2, one.packed.natural
+    return float(np.max(np.abs((one.state - two.state)[:n] / natural[:n])) * natural[0])
+
+
+NEVER = 2**60  # explicit steps before the first implicit one
+
+
+def test_a_pair_under_gravity_and_torque_takes_few_steps(measured: Measured) -> None:
+    case = gp.replace(gp.load_case("han2021"), LOADED)
+    quiet, explicit = started(case, tolerance=1e-9), started(case, tolerance=1e-13, patience=NEVER)
+    before = quiet.steps
+    for course in (quiet, explicit):
+        course.advance(0.4)
+    rate, error = (quiet.steps - before) / 0.1, difference(quiet, explicit)
+    assert quiet.run.implicit.numbers[implicit.IN_USE] == 1
+    assert rate < 5000.0
+    assert error < 1e-13
+    measured("steps per second of the article's pair under 1 g and 1 N m at 1e-9", rate, "5000")
+    measured("their error after 0.1 s [m]", error, "1e-13")
+
+
+def test_a_pair_at_rest_takes_hardly_any(measured: Measured) -> None:
+    """Under gravity, its drive at no speed, its swing damped: steps grow as long as they may."""
+    changes = {"gravity.1": -9.81, "rotors.pinion.drive.speed": 0.0, "rotors.ring.radial_damping": 100.0}
+    course = started(gp.replace(gp.load_case("han2021"), changes), 1.0, tolerance=1e-9)
+    before = course.steps
+    course.advance(2.0)
+    assert course.steps - before < 500
+    measured("steps per second of a pair at rest at 1e-9", float(course.steps - before), "500")
+
+
+@pytest.mark.parametrize("name", ["external-pair", "two-stage-reducer", "pinion-idler-ring"])
+def test_it_equals_the_explicit_method(name: str, measured: Measured) -> None:
+    """The same state over 2 ms at the default tolerance and, explicit throughout, at 1e-13."""
+    case = gp.load_case(name)
+    quiet, explicit = started(case, tolerance=1e-6), started(case, tolerance=1e-13, patience=NEVER)
+    assert np.array_equal(quiet.state, explicit.state)
+    for course in (quiet, explicit):
+        course.advance(0.302)
+    assert quiet.run.implicit.numbers[implicit.TRIED] > 3
+    assert explicit.run.implicit.numbers[implicit.IN_USE] == 0
+    error = difference(quiet, explicit)
+    assert error < 1e-9
+    measured("implicit steps at 1e-6 against explicit ones at 1e-13 over 2 ms [m]", error, "1e-9")
+
+
+def test_contact_changes_between_them_are_the_explicit_method_s(measured: Measured) -> None:
+    """A chain whose flanks part and meet: quiet steps come and go, every change is there, at its instant."""
+    case = gp.load_case("pinion-idler-ring")
+    logs, used = [], []
+    for course in (started(case, tolerance=1e-9), started(case, tolerance=1e-13, patience=NEVER)):
+        course.log.clear()
+        numbers, passed = course.run.implicit.numbers, 0
+        while course.time < 0.305:
+            before = numbers[implicit.IN_USE]
+            course.take_chunk(0.305, 1)
+            passed += int(before == 1 and numbers[implicit.IN_USE] == 0)
+        logs.append(course.whole_log)
+        used.append(passed)
+    assert used[0] > 0
+    assert used[1] == 0
+    assert len(logs[0]) == len(logs[1]) > 10
+    assert np.array_equal(logs[0][:, 1:3], logs[1][:, 1:3])
+    apart = float(np.max(np.abs(logs[0][:, 0] - logs[1][:, 0])))
+    assert apart < 1e-8
+    measured("instants of contact changes between implicit steps [s]", apart, "1e-8")
+
+
+def test_kept_and_written_samples_are_the_same_bits() -> None:
+    """A state on the way holds all that an implicit step depends on."""
+    case = gp.replace(gp.load_case("two-stage-reducer"), {"run.duration": 0.1, "run.transient": 0.1})
+    kept = gp.simulate(case)
+    written = run_members(case, [0])[0]
+    assert np.array_equal(kept.runs[0].values, written.values)
+    part = kept.signal("output.x", window=(0.15, 0.16))
+    whole = kept.signal("output.x")
+    at = math.floor(0.05 * case.run.sampling + 0.5)
+    assert np.max(np.abs(part - whole[at : at + part.size])) < 1e-15  # the times are rounded otherwise
