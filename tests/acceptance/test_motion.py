@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gearplay as gp
@@ -39,15 +40,25 @@ def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None
 
 
 def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
-    case = gp.replace(
-        gp.load_case("han2021"), {"run.sampling": 2e3, "run.duration": 1.0, "run.transient": 0.5}
-    )
-    found = gp.motion(case, periods=400, settle=100, period="mesh")
-    assert found.kind == "chaotic"
-    value, half = found.exponent
-    assert value - half > 0.0
-    assert len(found.comparisons) > 10
-    assert max(abs(each.t) for each in found.comparisons) < found.limit
+    """Most of five paths are: a record of 400 periods looks like a drift now and then, by chance; no exponent is below 0."""
+    kinds = []
+    for tolerance in np.linspace(1e-9, 0.8e-9, 5):
+        changes = {
+            "run.sampling": 2e3,
+            "run.duration": 1.0,
+            "run.transient": 0.5,
+            "run.tolerance": float(tolerance),
+        }
+        found = gp.motion(
+            gp.replace(gp.load_case("han2021"), changes), periods=400, settle=100, period="mesh"
+        )
+        kinds.append(found.kind)
+        value, half = found.exponent
+        assert value - half > 0.0
+        assert len(found.comparisons) > 10
+        assert max(abs(each.t) for each in found.comparisons) < found.limit
+    assert set(kinds) <= {"chaotic", "transient"}
+    assert kinds.count("chaotic") >= 3
 
 
 @pytest.mark.many
