@@ -318,21 +318,16 @@ def ross():
     ]
 
 
-def loaded_peers():
-    """Return what peers take for the loaded problems."""
-    return loaded.against_peers(loaded.make_problems())
-
-
 SECTIONS = (  # the peers last: their libraries' threads and memory would disturb the others
     ("Throughput", throughput),
-    ("Loaded pairs and trains", lambda: loaded.report(loaded.make_problems())),
+    ("Loaded pairs and trains", loaded.report),
     ("Signals of a kept motion", signals),
     ("Scaling", scaling),
     ("Start-up", starting),
     ("The page", page.part),
     ("Hardware limit, and lanes", hardware),
     ("Work and precision", work_precision.report),
-    ("Work at equal error, loaded", loaded_peers),
+    ("Work at equal error, loaded", loaded.against_peers),
     ("ROSS", ross),
 )
 
@@ -348,7 +343,7 @@ def main():
     ]
     print("\n".join(lines))
     for title, section in SECTIONS:
-        if "--quick" in sys.argv and section in (work_precision.report, loaded_peers, ross):
+        if "--quick" in sys.argv and section in (work_precision.report, loaded.against_peers, ross):
             continue
         part = ["", f"## {title}", "", *section()]
         print("\n".join(part), flush=True)

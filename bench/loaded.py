@@ -2,7 +2,7 @@
 
 import math
 import time
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -162,8 +162,9 @@ class Loaded(Problem):
         return float(np.max(differences / natural[:n]) * natural[0])
 
 
+@lru_cache
 def make_problems():
-    """Return the four problems, their kernels compiled."""
+    """Return the four problems, their kernels compiled; the same ones each time, with the answers they have found."""
     problems = [
         Loaded(name, make(), SHORT.get(name, DURATION), (0,), begin=LEAD) for name, make in PROBLEMS.items()
     ]
@@ -172,7 +173,7 @@ def make_problems():
     return problems
 
 
-def report(problems):
+def report():
     """Return the table of the loaded problems."""
     lines = [
         f"From a state after {LEAD:g} s, over {DURATION:g} s, the chaotic chain over {SHORT['pinion-idler-ring']:g} s;"
@@ -181,7 +182,7 @@ def report(problems):
         "| problem | tolerance | error at its end | steps per second | simulated seconds per second |",
         "|---|---:|---:|---:|---:|",
     ]
-    for problem in problems:
+    for problem in make_problems():
         found = {tolerance: [] for tolerance in TOLERANCES}
         for _ in range(REPEATS):
             for tolerance, runs in found.items():
@@ -206,9 +207,12 @@ def first_within(problem, solve):
     return None
 
 
-def against_peers(problems):
+def against_peers():
     """Return the seconds of ours and of peers at the loosest tolerance that errs by at most `WANTED`, and the ratios."""
-    solvers = {"gearplay": lambda problem, member, tolerance: problem.ours(member, tolerance)}
+    problems, solvers = (
+        make_problems(),
+        {"gearplay": lambda problem, member, tolerance: problem.ours(member, tolerance)},
+    )
     for name, peer in (("SciPy", scipy_peer), ("numbalsoda", numbalsoda_peer)):
         if peer.missing() is None:
             methods = getattr(peer, "offered", lambda known=peer.NAME: known)()
@@ -244,5 +248,4 @@ def _by(peer, method):
 
 
 if __name__ == "__main__":
-    made = make_problems()
-    print("\n".join([*report(made), "", *against_peers(made)]))
+    print("\n".join([*report(), "", *against_peers()]))

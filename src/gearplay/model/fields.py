@@ -310,10 +310,12 @@ class ByKind(Discriminator):
         return id(self)
 
 
+NAME: Final = r"[A-Za-z][A-Za-z0-9_]{0,31}"
+"""Pattern of a name."""
 Name = Annotated[
     str,
     Field(
-        pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$",
+        pattern=f"^{NAME}$",
         description="name: a letter, then at most 31 letters, digits or _",
     ),
 ]

@@ -6,13 +6,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from gearplay.model.fields import Measure, Part
+from gearplay.model.fields import NAME, Measure, Part
 from gearplay.vocabulary import quantities as q
 
 GearName = Annotated[
     str,
     Field(
-        pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}(\.[A-Za-z][A-Za-z0-9_]{0,31})?$",
+        pattern=rf"^{NAME}(\.{NAME})?$",
         description="rotor, or rotor.gear: names of a letter, then at most 31 letters, digits or _",
     ),
 ]

@@ -154,9 +154,9 @@ def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def mesh_frequency(case: "Case", j: int = 0) -> float:
     """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
-    driver, speeds, names = case.meshes[j].driver, nominal_speeds(case), list(case.rotors)
+    mesh, speeds, names = case.meshes[j], nominal_speeds(case), list(case.rotors)
     frame = mesh_frame(case, j)
-    relative = speeds[names.index(rotor_of(driver))] - (
+    relative = speeds[names.index(mesh.rotors[0])] - (
         speeds[names.index(frame)] if frame is not None else 0.0
     )
-    return abs(float(relative)) * teeth_of(case, driver) / (2.0 * math.pi)
+    return abs(float(relative)) * teeth_of(case, mesh.driver) / (2.0 * math.pi)
