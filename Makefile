@@ -57,6 +57,7 @@ bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performan
 
 docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
 	$(BIN)/python docs/figures/draw_conventions.py
+	$(BIN)/python docs/figures/draw_elements.py
 	$(BIN)/python docs/figures/draw_house.py
 	$(BIN)/python docs/write_reference.py
 	$(BIN)/mkdocs build --strict --quiet

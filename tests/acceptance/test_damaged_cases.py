@@ -12,10 +12,11 @@ from pathlib import Path
 import pytest
 
 from acceptance.damage import SOUND, Damaged, damaged_cases
+from acceptance.damage_elements import damaged_elements
 from gearplay.model.reading import load_case
 from gearplay.vocabulary.errors import InputError
 
-CASES = list(damaged_cases())
+CASES = [*damaged_cases(), *damaged_elements()]
 HANG = 60  # s: far beyond what any input takes, on a busy machine too
 FOREIGN = (
     "Traceback",

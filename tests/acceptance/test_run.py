@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import gearplay as gp
+from gearplay.model.reading import bundled_names
 
 GEARPLAY = [sys.executable, "-m", "gearplay.cli.main"]
 
@@ -42,10 +43,7 @@ def test_run_saves_what_it_says(tmp_path: Path) -> None:
     assert "must not exist yet" in again.stderr
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["han2021", "han2021-geometric-inertia", "external-pair", "pinion-idler-ring", "two-stage-reducer"],
-)
+@pytest.mark.parametrize("name", bundled_names())
 def test_every_bundled_case_runs(name: str) -> None:
     done = run(name, "--set", "run.duration=0.02", "--set", "run.transient=0.0")
     assert done.returncode == 0, done.stderr

@@ -1,47 +1,14 @@
 """Random trains of two and three stages: shafts with several gears, laid out at angles, every mesh with a module of its own."""
 
-import math
 from typing import Any
 
 import numpy as np
 
-from cross.random_systems import _load, _sleeve, _stiffness
+from cross.random_systems import LAWS, _load, _sleeve
+from cross.train_parts import body, gear, mesh_of
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case
-
-LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier", "conformal")
-KINDS = ("harmonic", "fourier", "square", "table")
-
-
-def _gear(rng: np.random.Generator, teeth: int, *, internal: bool = False) -> dict[str, Any]:
-    gear: dict[str, Any] = {"teeth": teeth}
-    if internal:
-        gear["internal"] = True
-    if rng.uniform() < 0.6:
-        gear["runout"] = {"amplitude": float(rng.uniform(3e-6, 12e-6)), "phase": float(rng.uniform(0.0, 6.0))}
-    return gear
-
-
-def _body(rng: np.random.Generator, radius: float) -> dict[str, float]:
-    mass = float(rng.uniform(0.3, 1.2))
-    return {"mass": mass, "inertia": mass * (float(rng.uniform(0.6, 0.9)) * radius) ** 2}
-
-
-def _mesh(rng: np.random.Generator, driver: str, driven: str, module: float, seed: int) -> dict[str, Any]:
-    mesh: dict[str, Any] = {
-        "driver": driver,
-        "driven": driven,
-        "module": module,
-        "pressure_angle": math.radians(float(rng.choice([20.0, 22.5]))),
-        "backlash": float(rng.uniform(80e-6, 160e-6)),
-        "stiffness": _stiffness(rng, KINDS[seed % 4], float(10.0 ** rng.uniform(7.0, 8.0))),
-        "damping": {"maximum": float(rng.uniform(20.0, 200.0)), "depth": float(rng.uniform(1e-6, 3e-6))},
-        "angle": float(rng.uniform(-math.pi, math.pi)),
-    }
-    if rng.uniform() < 0.5:
-        mesh["transmission_error"] = [{"order": 2, "amplitude": float(rng.uniform(1e-6, 3e-6)), "phase": 1.0}]
-    return mesh
 
 
 def staged_case(seed: int) -> dict[str, Any]:
@@ -52,8 +19,8 @@ def staged_case(seed: int) -> dict[str, Any]:
     meshes: list[dict[str, Any]] = []
     teeth = int(rng.integers(18, 26))
     rotors["input"] = {
-        **_body(rng, 0.03),
-        **_gear(rng, teeth),
+        **body(rng, 0.03),
+        **gear(rng, teeth),
         "drive": {
             "kind": "speed",
             "speed": float(rng.uniform(20.0, 60.0)) * (-1.0 if seed % 3 == 1 else 1.0),
@@ -62,18 +29,18 @@ def staged_case(seed: int) -> dict[str, Any]:
     driver, speed, before = "input", rotors["input"]["drive"]["speed"], teeth
     for stage in range(1, stages):
         name = f"shaft{stage}"
-        wheel, pinion = _gear(rng, int(rng.integers(30, 50))), _gear(rng, int(rng.integers(18, 24)))
-        rotors[name] = {**_body(rng, 0.06), "gears": {"wheel": wheel, "pinion": pinion}}
-        meshes.append(_mesh(rng, driver, f"{name}.wheel", float(rng.choice([1.5e-3, 2e-3])), seed + stage))
+        wheel, pinion = gear(rng, int(rng.integers(30, 50))), gear(rng, int(rng.integers(18, 24)))
+        rotors[name] = {**body(rng, 0.06), "gears": {"wheel": wheel, "pinion": pinion}}
+        meshes.append(mesh_of(rng, driver, f"{name}.wheel", float(rng.choice([1.5e-3, 2e-3])), seed + stage))
         speed *= -before / wheel["teeth"]
         driver, before = f"{name}.pinion", pinion["teeth"]
     inner = seed % 4 == 2
-    last = _gear(rng, int(rng.integers(60, 80)) if inner else int(rng.integers(30, 50)), internal=inner)
+    last = gear(rng, int(rng.integers(60, 80)) if inner else int(rng.integers(30, 50)), internal=inner)
     # The last gear stands in a table of one, which a mesh need not name.
     rotors["output"] = (
-        {**_body(rng, 0.08), "gears": {"only": last}} if seed % 2 else {**_body(rng, 0.08), **last}
+        {**body(rng, 0.08), "gears": {"only": last}} if seed % 2 else {**body(rng, 0.08), **last}
     )
-    meshes.append(_mesh(rng, driver, "output", 2.5e-3, seed))
+    meshes.append(mesh_of(rng, driver, "output", 2.5e-3, seed))
     speed *= (1.0 if inner else -1.0) * before / last["teeth"]
     _load(rng, {"load": seed % 3 != 2, "drag": seed % 2, "friction": seed % 5 == 0}, rotors["output"], speed)
     borne = [name for name in rotors if name != "input" or seed % 2]

@@ -396,7 +396,10 @@ def test_published_force_pulls() -> None:
     case["meshes"][0]["damping"] = {"maximum": 5e4, "depth": 1e-6}
     for rotor in case["rotors"].values():
         rotor["initial"] = {}
-    case["rotors"]["pinion"]["initial"] = {"theta": 2e-6 / 0.04, "omega": -0.05 / 0.04}
+    case["rotors"]["pinion"]["initial"] = {"theta": 2e-6 / 0.04}
+    case["rotors"]["wheel"]["initial"] = {
+        "omega": 0.05 / 0.12
+    }  # it runs away, and so gives the train its sense
     reference = Reference(case)
     force = reference.forces(0.0, reference.start())["mesh"]["pinion-wheel"]["F_d"]
     assert force == pytest.approx(5e7 * 2e-6 - 5e4 * 0.05, rel=1e-6)
@@ -493,7 +496,10 @@ def test_load_torque_opposes_the_nominal_sense() -> None:
     rotor["drive"] = {"kind": "servo", "speed": -30.0, "proportional_gain": 1e-12, "integral_gain": 0.0}
     motion = Reference({"rotors": {"disc": rotor}, "meshes": [], "sleeves": {}}).trajectory([0.0, 0.01])
     assert motion["alpha"][0, 0] == pytest.approx(200.0)
-    rotor["drive"] = {"kind": "torque", "torque": 1.0}
+    rotor["drive"] = {"kind": "torque", "torque": -1.0}  # nothing else says which way it turns
+    motion = Reference({"rotors": {"disc": rotor}, "meshes": [], "sleeves": {}}).trajectory([0.0])
+    assert motion["alpha"][0, 0] == pytest.approx(-300.0)
+    del rotor["drive"]
     with pytest.raises(ValueError, match="sense"):
         Reference({"rotors": {"disc": rotor}, "meshes": [], "sleeves": {}})
 

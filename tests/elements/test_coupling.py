@@ -18,14 +18,19 @@ K, J_1, J_2 = 2e3, 2e-3, 5e-3  # N m/rad, kg m^2
 
 
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
-    """Return two discs and a coupling, with or without play, of any ratio."""
+    """Return two discs and a coupling, with or without play, of any ratio, with or without a lateral part."""
     damping = float(rng.choice([0.0, 0.05])) if damped else 0.0
+    ratio = float(rng.choice([1.0, -2.0, 0.4]))
+    lateral = {"lateral_stiffness": float(rng.uniform(1e4, 1e6)), "lateral_damping": 400.0 * damping}
     document = shafts(
         torsional_stiffness=float(rng.uniform(50.0, 500.0)),
         torsional_damping=damping,
         play=float(rng.choice([0.0, 4e-4, 2e-3])),
-        ratio=float(rng.choice([1.0, -2.0, 0.4])),
+        ratio=ratio,
+        **(lateral if ratio == 1.0 and rng.random() < 0.5 else {}),
     )
+    for rotor in document["rotors"].values():
+        rotor["floating"] = True
     if not plain:
         for rotor in document["rotors"].values():
             rotor["drive"] = {"kind": "torque", "torque": float(rng.uniform(-1.0, 1.0))}
@@ -38,6 +43,8 @@ def potential(packed: Packed, y: Floats) -> float:
     for n, each in enumerate(packed.system.records[COUPLING]):
         phi, _ = coupling.twist(packed.system, n, 0.0, y)
         total += 0.5 * each.stiffness * max(abs(phi) - each.half_play, 0.0) ** 2
+        apart = [y[3 * each.a + axis] - y[3 * each.b + axis] for axis in range(2)]
+        total += 0.5 * each.lateral_stiffness * (apart[0] ** 2 + apart[1] ** 2)
     return total
 
 
@@ -144,6 +151,8 @@ def test_a_rotor_behind_a_coupling_starts_unstrained() -> None:
         ({"ratio": 0.0}, "must not be 0"),
         ({"torsional_stiffness": -1.0}, "greater than 0"),
         ({"lateral": 1.0}, "unknown field"),
+        ({"lateral_stiffness": -1.0}, "0 N/m or more"),
+        ({"lateral_stiffness": 1e6, "ratio": 2.0}, "must be 0 with a ratio other than 1"),
     ],
 )
 def test_bad_couplings_are_refused_in_words(changes: dict[str, Any], words: str) -> None:

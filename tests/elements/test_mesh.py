@@ -56,6 +56,8 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
             {
                 "driver": "planet",
                 "driven": "other",
+                "friction_coefficient": float(rng.choice([0.0, 0.3])) if damped else 0.0,
+                "friction_speed": float(rng.choice([1e-3, 0.5])),
                 "module": 4e-3,
                 "pressure_angle": math.radians(float(rng.uniform(18.0, 26.0))),
                 "backlash": float(rng.uniform(2e-5, 1e-4)),

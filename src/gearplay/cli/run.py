@@ -91,6 +91,7 @@ def _summary(result: Any, out: Path | None) -> dict[str, Any]:
         **asdict(result.work),
         "contacts": {
             label: {name: _finite(table.values[name][at]) for name in SHOWN}
+            | ({"angular": True} if table.angular[at] else {})
             for at, label in enumerate(table.labels)
         },
         "contacts_of": table.words or "one run",
@@ -111,9 +112,11 @@ def _words(d: dict[str, Any]) -> str:
         f"{'contact':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
     ]
     for label, c in d["contacts"].items():
+        speed, force = ("mrad/s", "N m") if "angular" in c else ("mm/s", "N")
         lines.append(
             f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
-            f"{1e3 * c['mean_impact_speed']:>9.2f} mm/s{c['peak_force']:>11.1f} N"
+            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(14)
+            + f"{c['peak_force']:.1f} {force}".rjust(13)
         )
     if d["members"] > 1:
         lines.append(f"Contacts: {d['contacts_of']}.")

@@ -28,7 +28,10 @@ def register(app: typer.Typer) -> None:
 
 def sweep(
     plan: Annotated[
-        str, typer.Argument(help="A plan file, or a bundled plan: han2021-map, han2021-tolerances.")
+        str,
+        typer.Argument(
+            help="A plan file, or a bundled plan: han2021-map, han2021-tolerances, space-temperature."
+        ),
     ],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/sweep-PLAN].")] = None,
     changes: Annotated[

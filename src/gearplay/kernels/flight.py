@@ -11,6 +11,7 @@ Saturated dry friction is a constant torque; rotations are relative to the const
 import math
 
 from gearplay.kernels.arrays import Floats
+from gearplay.kernels.base_motion import shakes
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
 
@@ -76,9 +77,11 @@ def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
 
 
 @compiled_inline
-def must_be_integrated(system: System, i: int, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i has no closed form now: a ramp, or dry friction within its band."""
+def must_be_integrated(system: System, i: int, t: float, y: Floats, ramping: int) -> bool:
+    """Return whether rotor i has no closed form now: a ramp, dry friction within its band, unbalance, a housing that shakes."""
     r = system.rotors[i]
+    if r.unbalance > 0.0 or (r.inv_mass > 0.0 and shakes(system, t)):
+        return True
     if r.drive == DRIVE_SPEED and ramping == 1:
         return True
     if r.friction > 0.0 and r.inv_inertia > 0.0:

@@ -46,7 +46,12 @@ ROTOR = np.dtype(
         ("ripple_rate", "f8"),  # rad/s, its highest angular frequency, 0 without
         ("ripple_start", "i8"),  # rows in System.terms
         ("ripple_count", "i8"),
+        ("drive_torque", "f8"),  # N m, the constant part of ``torque`` that a torque drive gives
+        ("unbalance", "f8"),  # kg m, mass times eccentricity
+        ("unbalance_phase", "f8"),  # rad, where it points at rotation 0
         ("drive", "i8"),
+        ("controller", "i8"),  # element that controls it, -1 for none
+        ("excitation", "i8"),  # element of its terms of torque, -1 for none
     ],
     align=True,
 )
@@ -120,6 +125,8 @@ class System(Group):
     involutes: Floats  # involute series of each mesh, shape [mesh, coefficient]
     spline: Floats  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
     gravity: Floats  # m/s^2, shape [2]
+    base: Floats  # acceleration of the housing, slots in `base_motion`
+    record: Floats  # [piece, 4], its record [m/s^2], then those of torques [N m]: c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1
 
 
 class Signal(NamedTuple):
@@ -161,9 +168,8 @@ OUT_SIZE = 28  # of the longest scratch: `mesh_geometry`
 MEMORY = 12  # of the longest memory: `elements.mesh`
 
 # Columns of a sampled row, per rotor.
-ROTOR_SIGNALS = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay")
-(X, Y, THETA, VX, VY, OMEGA, AX, AY) = range(8)
-PER_ROTOR = 8
+(X, Y, THETA, VX, VY, OMEGA, AX, AY, DRIVE_TORQUE, LOAD_TORQUE, ROTOR_LOSS) = range(11)
+PER_ROTOR = 11
 
 
 @compiled_inline

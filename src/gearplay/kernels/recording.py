@@ -10,13 +10,16 @@ from gearplay.kernels.layout import (
     ACTIVE,
     AX,
     AY,
+    DRIVE_TORQUE,
     FLYING,
     FORCE,
+    LOAD_TORQUE,
     LOADED,
     OMEGA,
     OPEN,
     PENETRATION,
     PER_ROTOR,
+    ROTOR_LOSS,
     THETA,
     VX,
     VY,
@@ -34,7 +37,7 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.ripple import follow_ripple, ripple
-from gearplay.kernels.roster import fly_listed
+from gearplay.kernels.roster import copy_rotor, fly_listed, fly_on
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
@@ -60,6 +63,7 @@ from gearplay.kernels.run import (
     T,
 )
 from gearplay.kernels.runge_kutta import interpolate
+from gearplay.kernels.shaft_power import applied_torque, shaft_power
 from gearplay.kernels.switches import is_overruled
 
 
@@ -84,7 +88,11 @@ def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
         fly_listed(system, roster, run.wanted_rotors, t, run.y_try)
         x = min(max((t - clock[T]) / h, 0.0), 1.0)
         interpolate(roster, x, h, run.y, run.y_new, run.stages, run.y_try)
-        if counts[FORCES] == 1:
+        if counts[FORCES] == 2:
+            for i in range(system.rotors.size):
+                if roster.roles[i] != ACTIVE:  # elements add to them all the same
+                    run.loads_try.rotors[i, 2] = applied_torque(system, i, run.y_try)
+        if counts[FORCES] >= 1:
             rates_of(system, roster, t, run.y_try, run.branch, run.dy_try, run.loads_try)
         for c in range(1, run.wanted_rotors[0] + 1):
             observe_rotor(system, run, run.wanted_rotors[c], t)
@@ -113,12 +121,19 @@ def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
     vx, vy, omega = vx_of(system, i), vy_of(system, i), omega_of(system, i)
     row[at + X], row[at + Y], row[at + THETA] = y[x_of(i)], y[y_of(i)], turn_of(system, i, t, y)
     row[at + VX], row[at + VY], row[at + OMEGA] = y[vx], y[vy], spin_of(system, i, y)
-    a_x, a_y = 0.0, 0.0
+    a_x, a_y, alpha = 0.0, 0.0, 0.0
     if run.roster.roles[i] == ACTIVE:
-        a_x, a_y = run.dy_try[vx], run.dy_try[vy]
+        a_x, a_y, alpha = run.dy_try[vx], run.dy_try[vy], run.dy_try[omega]
     elif run.roster.roles[i] == FLYING:
-        a_x, a_y, _ = flight_rates(system, i, y[vx], y[vy], y[omega])
+        a_x, a_y, alpha = flight_rates(system, i, y[vx], y[vy], y[omega])
+        if system.rotors[i].ripple_count > 0:
+            _, _, alpha = ripple(system, i, t)
     row[at + AX], row[at + AY] = a_x, a_y
+    if run.counts[FORCES] == 2:
+        torque = run.loads_try.rotors[i, 2]
+        row[at + DRIVE_TORQUE], row[at + LOAD_TORQUE], row[at + ROTOR_LOSS] = shaft_power(
+            system, i, t, y, run.branch, torque, a_x, a_y, alpha
+        )
 
 
 @compiled_inline
@@ -152,6 +167,9 @@ def fill_rotor_column(system: System, run: Run, column: int, samples: Floats) ->
     """Fill one rotor signal of a block of samples in flight (formulas and order of signals: `flight`, `layout`)."""
     i, signal = column // PER_ROTOR, column % PER_ROTOR
     r, roster, times = system.rotors[i], run.roster, run.times
+    if signal > AY:
+        fill_power_column(system, run, i, signal - DRIVE_TORQUE, samples)
+        return
     axis = signal - AX if signal >= AX else signal % VX
     if axis == THETA and r.ripple_count > 0:
         for s in range(samples.size):
@@ -184,6 +202,24 @@ def fill_rotor_column(system: System, run: Run, column: int, samples: Floats) ->
             samples[s] = turning + (v_0 + a * tau * phi_1)
         else:
             samples[s] = a * (1.0 - z * phi_1)
+
+
+@compiled_once
+def fill_power_column(system: System, run: Run, i: int, which: int, samples: Floats) -> None:
+    """Fill the drive torque, load torque or lost power of rotor i in a block of samples in flight."""
+    y = run.y_try
+    for s in range(samples.size):
+        t = run.times[s]
+        copy_rotor(system, i, run.y, y)
+        alpha = 0.0
+        if run.roster.roles[i] == FLYING:
+            fly_on(system, run.roster, i, t, y)
+            _, _, alpha = flight_rates(system, i, 0.0, 0.0, y[omega_of(system, i)])
+        if system.rotors[i].ripple_count > 0:
+            alpha = follow_ripple(system, i, t, y)
+        torque = applied_torque(system, i, y)
+        found = shaft_power(system, i, t, y, run.branch, torque, 0.0, 0.0, alpha)
+        samples[s] = found[0] if which == 0 else found[1] if which == 1 else found[2]
 
 
 @compiled_inline

@@ -131,7 +131,7 @@ def restart(system: System, run: Run) -> int:
     if counts[BURST] >= BURST_EVENTS:
         # The restart step is 0.1 / omega of the fastest contact; each contact has a few events in a period.
         periods = (t - clock[BURST_START]) / (20.0 * math.pi * clock[H_RESTART])
-        if periods * PERIOD_EVENTS * system.contacts.size < BURST_EVENTS:
+        if periods * PERIOD_EVENTS * max(system.contacts.size, 1) < BURST_EVENTS:
             return CHATTER
         counts[BURST], clock[BURST_START] = 0, t
     return DONE

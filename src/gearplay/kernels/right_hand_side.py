@@ -3,6 +3,7 @@
 import numpy as np
 
 from gearplay.kernels.arrays import Floats
+from gearplay.kernels.base_motion import pull
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
@@ -23,6 +24,7 @@ from gearplay.kernels.layout import (
 from gearplay.kernels.ripple import follow_ripple
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign
+from gearplay.kernels.unbalance import accelerate
 
 
 def make_loads(system: System) -> Loads:
@@ -45,14 +47,15 @@ def right_hand_side(
     order: docs/conventions.
     """
     force = loads.rotors
+    pull_x, pull_y = pull(system, t)
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]
         if r.ripple_count > 0:
             dy[omega_of(system, i)] = follow_ripple(system, i, t, y)
         omega = spin_of(system, i, y)
-        force[i, 0] = r.mass * system.gravity[0] - r.radial_damping * y[vx_of(system, i)]
-        force[i, 1] = r.mass * system.gravity[1] - r.radial_damping * y[vy_of(system, i)]
+        force[i, 0] = r.mass * pull_x - r.radial_damping * y[vx_of(system, i)]
+        force[i, 1] = r.mass * pull_y - r.radial_damping * y[vy_of(system, i)]
         force[i, 2] = r.torque - r.drag * omega
         if r.friction > 0.0:
             force[i, 2] -= r.friction * smooth_sign(omega / r.friction_speed)
@@ -69,6 +72,8 @@ def right_hand_side(
             dy[omega_of(system, i)] = r.inv_inertia * force[i, 2]
         if r.drive == DRIVE_SPEED and branch.modes[ramp_of(system, branch.modes, i)] == 1:
             dy[omega_of(system, i)] = r.ramp_acceleration
+        if r.unbalance > 0.0:
+            accelerate(system, i, t, y, force, dy)
     return 0
 
 

@@ -155,7 +155,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
         ramping = modes[ramp_of(system, modes, i)]
         if is_known(system, i, y, ramping):
             roster.roles[i] = KNOWN
-        elif touched[i + 1] == 1 or roster.grounded[0] == 1 or must_be_integrated(system, i, y, ramping):
+        elif touched[i + 1] == 1 or roster.grounded[0] == 1 or must_be_integrated(system, i, t, y, ramping):
             roster.roles[i] = ACTIVE
         else:
             take_off(system, roster, i, t, y)

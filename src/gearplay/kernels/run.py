@@ -8,7 +8,7 @@ from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.implicit import Implicit, make_implicit
-from gearplay.kernels.layout import AX, PER_ROTOR, Branch, Loads, System
+from gearplay.kernels.layout import AX, AY, PER_ROTOR, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
@@ -73,8 +73,8 @@ def _listed(items: set[int]) -> Ints:
     return np.array([len(items), *sorted(items)], dtype=np.int64)
 
 
-def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, bool]:
-    """Return what the kept columns are computed from: rotors, elements, and whether forces are needed."""
+def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
+    """Return what the kept columns are computed from: rotors, elements, and what of forces: 0 nothing, 1 these, 2 torques too."""
     first, wanted = PER_ROTOR * system.rotors.size, columns.tolist()
     of_rotors = [c for c in wanted if c < first]
     rotors, elements = {c // PER_ROTOR for c in of_rotors}, set()
@@ -85,7 +85,9 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, bool]:
         if any(0 <= c - signal < len(KINDS[kind].file.SIGNALS) for c in wanted):
             elements.add(e)
             rotors.update(members)
-    forces = bool(elements) or any(c % PER_ROTOR >= AX for c in of_rotors)  # accelerations need the forces
+    # Accelerations need the forces, torques of drives and loads their sums too.
+    highest = max((c % PER_ROTOR for c in of_rotors), default=0)
+    forces = 2 if highest > AY else 1 if elements or highest >= AX else 0
     return _listed(rotors - {-1}), _listed(elements), forces
 
 
@@ -115,7 +117,7 @@ def make_run(
     clock[TOLERANCE] = tolerance
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
-    counts[FORCES] = 1 if forces else 0
+    counts[FORCES] = forces
     roster = make_roster(system, n)
     if fixed_step is not None:
         clock[FIXED] = fixed_step

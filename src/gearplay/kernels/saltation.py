@@ -7,7 +7,7 @@ long (docs/theory, T19).
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements import table
+from gearplay.kernels.elements import derivative
 from gearplay.kernels.flight import flight_rates
 from gearplay.kernels.layout import (
     ACTIVE,
@@ -41,11 +41,20 @@ def carry_over(system: System, run: Run, tangent: Tangent) -> int:
         latches = system.switches[s].role == TOUCH and system.contacts[k].latch >= 0
         if latches and before[k] == OPEN and modes[k] != OPEN:
             latch_change(system, run, tangent, s, t)
+    carry_samples(system, run, tangent)
     for e in range(system.elements.size):
-        s = table.jump(system, e, before, modes)
+        s = derivative.jump(system, e, before, modes)
         if s >= 0 and carry_over_jump(system, run, tangent, e, s, t) != 0:
             return 1
     return 0
+
+
+@compiled_once
+def carry_samples(system: System, run: Run, tangent: Tangent) -> None:
+    """Carry the changes over samples that controls have just taken: these come at fixed times."""
+    for e in range(system.elements.size):
+        for c in range(tangent.changes.shape[0]):
+            derivative.carry_sample(system, e, tangent.branch.memory, run.branch, tangent.changes[c])
 
 
 @compiled_once
@@ -57,12 +66,12 @@ def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, 
     if (
         rates_at_event(system, tangent, roster, tangent.branch, t, before) != 0
         or rates_at_event(system, tangent, roster, run.branch, t, after) != 0
-        or table.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row) != 0
+        or derivative.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row) != 0
     ):
         return 1
     for c in range(tangent.changes.shape[0]):
         change = tangent.changes[c]
-        crossing, _, rate = table.crossing(system, e, s, row, change)
+        crossing, _, rate = derivative.crossing(system, e, s, row, change)
         sooner = -crossing / rate
         for place in range(1, roster.states[0] + 1):
             i = roster.states[place]
@@ -89,7 +98,7 @@ def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -
     e, local = system.switches[s].element, system.switches[s].local
     contact, row = system.contacts[system.switches[s].contact], tangent.slopes.elements[e]
     slot = latch_of(tangent.stage, run.branch.latch, contact.latch)
-    table.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row)
+    derivative.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row)
     along = tangent.stage  # the motion itself as a change, at its absolute speeds
     rates_at_event(system, tangent, tangent.before, tangent.branch, t, tangent.jump[0])
     for c in range(along.size):
@@ -97,9 +106,9 @@ def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -
     for i in members(system, e):
         if i >= 0:
             move_along(system, tangent, i, along)
-    _, bend, rate = table.crossing(system, e, local, row, along)
+    _, bend, rate = derivative.crossing(system, e, local, row, along)
     for c in range(tangent.changes.shape[0]):
-        deeper, faster, _ = table.crossing(system, e, local, row, tangent.changes[c])
+        deeper, faster, _ = derivative.crossing(system, e, local, row, tangent.changes[c])
         # where the floor was latched nothing changes
         tangent.changes[c, slot] = faster - bend * deeper / rate if rate > contact.floor else 0.0
 

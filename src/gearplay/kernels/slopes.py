@@ -14,7 +14,7 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements import table
+from gearplay.kernels.elements import derivative, table
 from gearplay.kernels.flight import decay
 from gearplay.kernels.layout import (
     Branch,
@@ -29,6 +29,7 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign_slope
+from gearplay.kernels.unbalance import COLUMNS, change_accelerations, linearise_unbalance
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,7 @@ class Slopes(Group):
 
     elements: Floats  # [element, columns of the widest kind]
     rotors: Floats  # [rotor], slope of dry friction by the speed [N m s]
+    unbalances: Floats  # [rotor, COLUMNS]
     force: Floats  # [rotor, 3]
 
 
@@ -46,6 +48,7 @@ def make_slopes(system: System) -> Slopes:
     return Slopes(
         elements=np.zeros((system.elements.size, max(kind.file.SLOPES for kind in table.KINDS))),
         rotors=np.zeros(n),
+        unbalances=np.zeros((n, COLUMNS)),
         force=np.zeros((n, 3)),
     )
 
@@ -54,7 +57,10 @@ def make_slopes(system: System) -> Slopes:
 def linearise(
     system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes, loads: Loads
 ) -> int:
-    """Fill ``slopes``, and ``loads`` on the way, at (t, y) for what is active and acting; 1 where a pair cannot mesh."""
+    """Fill ``slopes``, and contacts of ``loads`` on the way, at (t, y) for what is active and acting; 1 where a pair cannot mesh.
+
+    The sums of forces on the rotors in ``loads`` are those of (t, y) already.
+    """
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]
@@ -62,9 +68,11 @@ def linearise(
         if r.friction > 0.0:
             u = spin_of(system, i, y) / r.friction_speed
             slopes.rotors[i] = r.friction / r.friction_speed * smooth_sign_slope(u)
+        if r.unbalance > 0.0:
+            linearise_unbalance(system, i, t, y, loads.rotors, slopes.unbalances[i])
     for c in range(1, roster.acting[0] + 1):
         e = roster.acting[c]
-        if table.linearise(system, e, t, y, branch, loads, slopes.elements[e]) != 0:
+        if derivative.linearise(system, e, t, y, branch, loads, slopes.elements[e]) != 0:
             return 1
     return 0
 
@@ -83,7 +91,7 @@ def rate_of_change(
         force[i, 2] = -(r.drag + slopes.rotors[i]) * z[omega_of(system, i)]
     for c in range(1, roster.acting[0] + 1):
         e = roster.acting[c]
-        table.add_change(system, e, slopes.elements[e], z, branch, force, dz)
+        derivative.add_change(system, e, slopes.elements[e], z, branch, force, dz)
     for a in range(1, roster.active[0] + 1):
         i = roster.active[a]
         r = system.rotors[i]
@@ -92,6 +100,8 @@ def rate_of_change(
         dz[vx_of(system, i)] = r.inv_mass * force[i, 0]
         dz[vy_of(system, i)] = r.inv_mass * force[i, 1]
         dz[omega_of(system, i)] = r.inv_inertia * force[i, 2]
+        if r.unbalance > 0.0:
+            change_accelerations(system, i, slopes.unbalances[i], z, force, dz)
 
 
 @compiled_inline

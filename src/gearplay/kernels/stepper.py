@@ -8,6 +8,7 @@ are not integrated; their next touch is found by conservative advancement (`adva
 
 import math
 
+from gearplay.kernels.base_motion import RATE, shakes
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
@@ -45,7 +46,7 @@ from gearplay.kernels.touch import next_touch, something_is_due, touch_down
 def longest_step(system: System, run: Run) -> float:
     """Return the longest step [s] that still resolves every forcing term of what is integrated or watched."""
     roster, t, y = run.roster, run.clock[T], run.y
-    fastest = 1e-9
+    fastest = max(system.base[RATE], 1e-9) if shakes(system, t) else 1e-9
     for c in range(1, roster.acting[0] + 1):
         fastest = max(fastest, table.forcing_rate(system, roster.acting[c], t, y))
     for c in range(1, roster.watched[0] + 1):

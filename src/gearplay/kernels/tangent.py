@@ -10,9 +10,9 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import FLYING, System, vx_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import CANNOT_MESH, DONE, PAUSED, Run, T
+from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, PAUSED, Run, T
 from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS, error_norm, stage_state
-from gearplay.kernels.saltation import carry_over
+from gearplay.kernels.saltation import carry_over, carry_samples
 from gearplay.kernels.slopes import fly_change, linearise, rate_of_change
 from gearplay.kernels.stepper import advance, log_is_full, synchronise
 from gearplay.kernels.tangent_state import Tangent, remember
@@ -136,7 +136,12 @@ def advance_stage(tangent: Tangent, c: int, stage: int, h: float) -> None:
 @compiled
 def advance_tangent(system: System, run: Run, tangent: Tangent, steps: int) -> int:
     """Do what `stepper.advance` does, step by step, and move the tangent on with it; return a status."""
+    begun = run.counts[BEGUN]
+    if begun == 0:
+        remember(system, run, tangent)
     status = advance(system, run, 0)  # begins
+    if begun == 0:
+        carry_samples(system, run, tangent)
     for _ in range(steps):
         if status != PAUSED or log_is_full(run):
             break

@@ -30,12 +30,20 @@ def _of_records(dtype: np.dtype[Any]) -> tuple[np.dtype[Any], tuple[str, ...], f
     return np.dtype((np.record, dtype)), names, frozenset(names)
 
 
+@cache
+def _none(dtype: np.dtype[Any]) -> Any:
+    """Return an array of no records."""
+    return np.zeros(0, _of_records(dtype)[0]).view(np.recarray)
+
+
 def stacked(dtype: np.dtype[Any], rows: Sequence[Any]) -> Any:
     """Return filled records as an array whose fields are attributes.
 
     Raises `TypeError` where a record has a field that its kind lacks.
     """
     of_records, names, known = _of_records(dtype)
+    if not rows:
+        return _none(dtype)
     fields = [vars(row) for row in rows]
     for each in fields:
         if each.keys() != known:
@@ -142,7 +150,15 @@ class Assembly:
         return k
 
     def system(
-        self, rotors: Any, *, terms: Floats, involutes: Floats, spline: Floats, gravity: Floats
+        self,
+        rotors: Any,
+        *,
+        terms: Floats,
+        involutes: Floats,
+        spline: Floats,
+        gravity: Floats,
+        base: Floats,
+        record: Floats,
     ) -> System:
         """Return the packed system: modes of contacts come first, and the records of a kind know their elements' places."""
         rows = [
@@ -164,4 +180,6 @@ class Assembly:
             involutes=involutes,
             spline=spline,
             gravity=gravity,
+            base=base,
+            record=record,
         )

@@ -11,9 +11,12 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from gearplay.model.base import Base
 from gearplay.model.consistency import cross_faults
 from gearplay.model.coupling import Coupling
-from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part
+from gearplay.model.environment import Environment
+from gearplay.model.expansion import at_temperature
+from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part, is_absent
 from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.policy import (
@@ -27,11 +30,14 @@ from gearplay.model.policy import (
 )
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
+from gearplay.model.support import Support
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import Fault, InputError, join_path
 
 JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
 """Lists of parts that connect rotors, by their name in a case; their elements follow in the order of the kernels' table."""
+
+_NOT_PRINTED = "must be 0 as published, where teeth have no friction"
 
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
 
@@ -68,8 +74,10 @@ class Case(Part):
         "coupled" to the centre distance, or "uncoupled".
     gravity
         Along x and y [m/s^2].
-    rotors, sleeves
-        By name; a sleeve by the name of the rotor that it supports.
+    rotors, sleeves, supports
+        By name; a sleeve or a support by the name of the rotor that it holds.
+    base, environment
+        Motion of the housing; temperatures.
     meshes, couplings
         What connects rotors.
     run
@@ -115,12 +123,39 @@ class Case(Part):
     ] = Field(default_factory=FrozenTable)
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
     couplings: Annotated[tuple[Coupling, ...], Listed(0, 400, "shafts and couplings between rotors")] = ()
+    supports: Annotated[
+        dict[Name, Support],
+        Field(description="elastic supports by the name of the rotor they hold"),
+        Counted(0, 200),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    base: Annotated[Base | None, Field(description="motion of the housing", exclude_if=is_absent)] = None
+    environment: Annotated[
+        Environment | None,
+        Field(description="temperatures and the housing", exclude_if=is_absent),
+    ] = None
     run: Run
 
     @model_validator(mode="after")
     def _check(self) -> Case:
         joints = {name: getattr(self, name) for name in JOINTS}
-        faults = cross_faults(self.rotors, self.sleeves, self.meshes, joints)
+        faults = cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints)
+        if self.formulation == "as_published":
+            faults += [
+                Fault(
+                    f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, _NOT_PRINTED, "Remove it"
+                )
+                for j, mesh in enumerate(self.meshes)
+                if mesh.friction_coefficient > 0.0
+            ]
+        if self.environment is None:
+            rule = "must not be given without an environment, which says at which temperature lengths hold"
+            cure = "Add [environment] with a temperature, or remove it"
+            faults += [
+                Fault(join_path(["rotors", name, "temperature"]), f"{rotor.temperature:g} K", rule, cure)
+                for name, rotor in self.rotors.items()
+                if rotor.temperature is not None
+            ]
         if faults:
             raise InputError(faults)
         return self
@@ -149,6 +184,11 @@ class Case(Part):
         document = self.resolved()
         document["run"] |= dict.fromkeys(LIMITS)
         return document
+
+    @cached_property
+    def operating(self) -> Case:
+        """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
+        return at_temperature(self)
 
     @cached_property
     def sha256(self) -> str:

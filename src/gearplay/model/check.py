@@ -4,48 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Final, Literal
+from typing import Final
 
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
+from gearplay.model.check_elements import element_findings
+from gearplay.model.expansion import told_lengths
+from gearplay.model.finding import Finding
 from gearplay.model.gear import rotor_of
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
-from gearplay.model.rotor import Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 
 GYRATION: Final = (0.3, 1.5)
 """Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
 
 MISFIT: Final = 1e-6
 """Relative difference of a centre distance from its nominal value that is more than rounding."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One finding.
-
-    Parameters
-    ----------
-    severity
-        ``warning`` for numbers that probably are not meant, ``note`` for what is good to know.
-    path
-        Field or part of the case it is about.
-    message
-        Sentences for people.
-
-    """
-
-    severity: Literal["warning", "note"]
-    path: str
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.severity}: {self.path}: {self.message}"
-
-    def as_document(self) -> dict[str, str]:
-        """Return the finding as a JSON-able table."""
-        return asdict(self)
 
 
 def check_case(case: Case) -> list[Finding]:
@@ -78,6 +53,7 @@ def check_case(case: Case) -> list[Finding]:
     initial_state(case, packed)  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
     found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
+    found += element_findings(case)
     for index in range(len(case.meshes)):
         found += [
             *_contact_ratio(case, index),
@@ -85,7 +61,8 @@ def check_case(case: Case) -> list[Finding]:
             *_wedging(case, index),
             *_errors(case, index),
         ]
-    found += _amplitude_bounds(case, speeds)
+    found += _amplitude_bounds(case.operating, speeds)
+    found += [Finding("note", path, f"{words}.") for path, words in told_lengths(case).items()]
     return sorted(found, key=lambda finding: finding.severity != "warning")
 
 
@@ -111,7 +88,7 @@ def _inertias(case: Case) -> Iterator[Finding]:
 
 
 def _excitation(case: Case) -> Iterator[Finding]:
-    if not case.meshes or any(case.gravity):
+    if not case.meshes or any(case.gravity) or case.base is not None:
         return
     errors = any(term.amplitude != 0.0 for mesh in case.meshes for term in mesh.transmission_error)
     if not errors and not any(_excites(rotor) for rotor in case.rotors.values()):
@@ -140,13 +117,15 @@ def _excites(rotor: Rotor) -> bool:
     ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
     rippling = isinstance(drive, SpeedDrive) and any(term.amplitude for term in drive.ripple)
     return (
-        any((load.torque, load.drag, load.friction))
+        any((load.torque, load.drag, load.friction, load.terms, load.table))
+        or rotor.unbalance is not None
         or rotor.runout.amplitude != 0.0
         or any(gear.runout.amplitude for gear in rotor.gears.values())
         or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
         or ramped
         or rippling
-        or (isinstance(drive, TorqueDrive) and drive.torque != 0.0)
+        or (isinstance(drive, TorqueDrive) and (drive.torque != 0.0 or bool(drive.terms or drive.table)))
+        or isinstance(drive, PositionDrive)
     )
 
 
@@ -177,11 +156,13 @@ def _center_distance(case: Case, index: int) -> Iterator[Finding]:
 
 
 def _wedging(case: Case, index: int) -> Iterator[Finding]:
-    ratio = geometry.jam_ratio(case, index)
+    ratio = geometry.jam_ratio(case.operating, index)
     if ratio <= 1.0:
         return
-    mesh = case.meshes[index]
-    if mesh.backlash == 0.0:
+    left = geometry.installed_backlash(case.operating, index)
+    if left < 0.0:
+        text = f"the backlash is {1e6 * left:.4g} um at the distance of the centres, so both flanks are pressed at once"
+    elif math.isinf(ratio):
         text = "there is clearance in the sleeves but no backlash"
     else:
         text = f"the jam ratio, 2 sin(alpha) x (sum of radial clearances) / backlash, is {ratio:.2f}"

@@ -15,6 +15,7 @@ from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
+from gearplay.model.support import Support
 from gearplay.model.wording import did_you_mean
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
@@ -27,6 +28,7 @@ _SAME: Final = 1e-9
 def cross_faults(
     rotors: Mapping[str, Rotor | Raw],
     sleeves: Mapping[str, Sleeve | Raw],
+    supports: Mapping[str, Support | Raw],
     meshes: Sequence[Mesh | Raw],
     joints: Mapping[str, Sequence[Joint | Raw]],
 ) -> list[Fault]:
@@ -34,18 +36,21 @@ def cross_faults(
 
     Parameters
     ----------
-    rotors, sleeves, meshes, joints
+    rotors, sleeves, supports, meshes, joints
         Valid parts, or raw tables where a part is at fault on its own; joints by the name of their list.
 
     """
     names = set(rotors)
     return [
-        *_sleeve_faults(rotors, sleeves, names),
-        *_carrier_faults(sleeves),
+        *_floating_faults(rotors, sleeves),
+        *_holder_faults("sleeves", "bush", sleeves, names),
+        *_holder_faults("supports", "support", supports, names),
+        *_carrier_faults(sleeves, supports),
         *_mesh_faults(rotors, meshes, names),
         *_label_faults(rotors, meshes),
         *_gear_faults(rotors, meshes),
         *_joint_faults(joints, names),
+        *_sensor_faults(rotors, names),
     ]
 
 
@@ -62,31 +67,51 @@ def _unknown(path: str, name: str, names: Iterable[str]) -> Fault:
     return Fault(path, name, "must be the name of a rotor", did_you_mean(name, names, "Rotors"))
 
 
-def _sleeve_faults(
-    rotors: Mapping[str, Rotor | Raw], sleeves: Mapping[str, Sleeve | Raw], names: set[str]
+def _floating_faults(
+    rotors: Mapping[str, Rotor | Raw], sleeves: Mapping[str, Sleeve | Raw]
 ) -> Iterator[Fault]:
-    for name, sleeve in sleeves.items():
-        if name not in names:
-            path = join_path(["sleeves", name])
-            yield Fault(path, NO_VALUE, "names no rotor", did_you_mean(name, names, "Rotors"))
-        elif _read(rotors[name], "floating") is True:
+    for name in sleeves:
+        if name in rotors and _read(rotors[name], "floating") is True:
             rule = "must be false for a rotor in a sleeve"
             yield Fault(
                 join_path(["rotors", name, "floating"]), True, rule, f"Remove it, or remove sleeves.{name}"
             )
-        carrier = _text(sleeve, "on")
+
+
+def _holder_faults(
+    table: str, word: str, holders: Mapping[str, Sleeve | Support | Raw], names: set[str]
+) -> Iterator[Fault]:
+    """Refuse sleeves or supports of rotors, or on rotors, that there are not."""
+    for name, holder in holders.items():
+        if name not in names:
+            path = join_path([table, name])
+            yield Fault(path, NO_VALUE, "names no rotor", did_you_mean(name, names, "Rotors"))
+        carrier = _text(holder, "on")
         if carrier is None:
             continue
-        path = join_path(["sleeves", name, "on"]) if carrier == name or carrier not in names else ""
+        path = join_path([table, name, "on"]) if carrier == name or carrier not in names else ""
         if carrier == name:
-            yield Fault(path, carrier, "must be another rotor", "Name the rotor that carries the bush")
+            yield Fault(path, carrier, "must be another rotor", f"Name the rotor that carries the {word}")
         elif carrier not in names:
             yield _unknown(path, carrier, names)
 
 
-def _carrier_faults(sleeves: Mapping[str, Sleeve | Raw]) -> Iterator[Fault]:
-    """Refuse bushes that carry each other in a circle."""
-    carriers = {name: _text(sleeve, "on") for name, sleeve in sleeves.items()}
+def _carrier_faults(
+    sleeves: Mapping[str, Sleeve | Raw], supports: Mapping[str, Support | Raw]
+) -> Iterator[Fault]:
+    """Refuse rotors on two carriers, and carriers that carry each other in a circle."""
+    carriers: dict[str, str | None] = {}
+    tables: dict[str, str] = {}
+    for table, holders in (("sleeves", sleeves), ("supports", supports)):
+        for held, holder in holders.items():
+            on = _text(holder, "on")
+            if held in carriers and on != carriers[held]:
+                other = carriers[held] or "the ground, as sleeves has it"
+                rule = f"must be {other}, since a rotor rides on one carrier"
+                path = join_path([table, held, "on"])
+                yield Fault(path, NO_VALUE if on is None else on, rule, "Put both on the same one")
+                continue
+            carriers[held], tables[held] = on, table
     settled: set[str] = set()
     for start in carriers:
         chain: list[str] = []
@@ -95,7 +120,7 @@ def _carrier_faults(sleeves: Mapping[str, Sleeve | Raw]) -> Iterator[Fault]:
             chain.append(name)
             name = carriers[name]
         if name is not None and name in chain and carriers[name] != name:
-            path = join_path(["sleeves", name, "on"])
+            path = join_path([tables[name], name, "on"])
             circle = " on ".join([*chain[chain.index(name) :], name])
             yield Fault(path, carriers[name], f"closes a circle: {circle}", "Put one of them on the ground")
         settled.update(chain)
@@ -197,6 +222,13 @@ def _gear_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]
                 if not math.isclose(mine, theirs, rel_tol=_SAME):
                     rule = f"must be that of meshes.{first[name]}, {theirs:.6g}, since {name} is in both"
                     yield Fault(f"meshes.{index}.{field}", mine, rule, "Give both meshes the same value")
+
+
+def _sensor_faults(rotors: Mapping[str, Rotor | Raw], names: set[str]) -> Iterator[Fault]:
+    for name, rotor in rotors.items():
+        sensor = _text(_read(rotor, "drive"), "sensor")
+        if sensor is not None and sensor not in names:
+            yield _unknown(join_path(["rotors", name, "drive", "sensor"]), sensor, names)
 
 
 def _joint_faults(joints: Mapping[str, Sequence[Joint | Raw]], names: set[str]) -> Iterator[Fault]:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from gearplay.kernels.elements import coupling
 from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, blank
-from gearplay.model.fields import Listed, Measure, Name, Problem, refuse
+from gearplay.model.fields import Listed, Measure, Name, Problem, is_absent, refuse
 from gearplay.model.joint import Joint
 from gearplay.vocabulary import quantities as q
 
@@ -19,7 +19,8 @@ class Coupling(Joint):
     """A torsional spring and damper on the twist phi = theta_1 - ratio theta_2, in full angles, unstressed at phi = 0.
 
     The torque on the first rotor is -T, on the second ratio T: T = k phi + c dphi/dt, or with play, for
-    p = abs(phi) - play / 2 > 0, T = max(0, k p + c dp/dt) in the sense of phi, and nothing within the play.
+    p = abs(phi) - play / 2 > 0, T = max(0, k p + c dp/dt) in the sense of phi, and nothing within the play. The lateral part acts
+    between the displacements of both centres from their nominal ones; it frees no centre.
     """
 
     between: Annotated[tuple[Name, Name], Listed(2, 2, "the two rotors")]
@@ -27,6 +28,20 @@ class Coupling(Joint):
     torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "torsional damping", ge=0.0)] = 0.0
     play: Annotated[float, Measure(q.ANGLE, "total torsional play", ge=0.0, le=math.pi)] = 0.0
     ratio: Annotated[float, Measure(q.RATIO, "turns of the first per turn of the second rotor")] = 1.0
+    lateral_stiffness: Annotated[
+        float,
+        Measure(
+            q.STIFFNESS,
+            "stiffness between the displacements of the two centres, of a shaft's bending",
+            ge=0.0,
+        ),
+        Field(exclude_if=is_absent),
+    ] = 0.0
+    lateral_damping: Annotated[
+        float,
+        Measure(q.DAMPING, "damping between the displacements of the two centres, in fixed axes", ge=0.0),
+        Field(exclude_if=is_absent),
+    ] = 0.0
 
     @model_validator(mode="after")
     def _check(self) -> Coupling:
@@ -38,6 +53,11 @@ class Coupling(Joint):
             yield Problem(("between",), "must name two rotors", "Name the other one")
         if self.ratio == 0.0:
             yield Problem(("ratio",), "must not be 0", "Give the turns of the first per turn of the second")
+        if self.ratio != 1.0:
+            for name in ("lateral_stiffness", "lateral_damping"):
+                if getattr(self, name) > 0.0:
+                    rule = "must be 0 with a ratio other than 1, whose two axes need not be one"
+                    yield Problem((name,), rule, "Remove it, or use supports")
 
     @property
     def label(self) -> str:
@@ -63,6 +83,7 @@ class Coupling(Joint):
         record.a, record.b, record.ratio = places[first], places[second], self.ratio
         record.stiffness, record.damping = self.torsional_stiffness, self.torsional_damping
         record.half_play = 0.5 * self.play
+        record.lateral_stiffness, record.lateral_damping = self.lateral_stiffness, self.lateral_damping
         ends = [Contact(name, size=ANGLE_SCALE, angular=True) for name in ("forward", "backward")]
         mobility = 1.0 / inertias[first] + self.ratio**2 / inertias[second]
         assembly.add(
@@ -71,7 +92,7 @@ class Coupling(Joint):
             record,
             [record.a, record.b],
             ends if self.play > 0.0 else [],
-            always=self.play == 0.0,
+            always=self.play == 0.0 or self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0,
             rate=math.sqrt(self.torsional_stiffness * mobility),
             hides=self.torsional_damping > 0.0,
         )

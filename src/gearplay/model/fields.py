@@ -31,6 +31,8 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
     q.ACCELERATION.name: 1e6, q.FORCE.name: 1e12, q.TORQUE.name: 1e12, q.STIFFNESS.name: 1e16,
     q.DAMPING.name: 1e12, q.ROTATIONAL_DRAG.name: 1e12, q.ROTATIONAL_STIFFNESS.name: 1e15,
     q.PRESSURE.name: 1e14, q.RATIO.name: 1e6, q.HERTZ_STIFFNESS.name: 1e24,
+    q.TEMPERATURE.name: 1e4, q.EXPANSION.name: 1.0, q.MASS_DENSITY.name: 1e6,
+    q.INTEGRAL_GAIN.name: 1e15, q.UNBALANCE.name: 1e9, q.SPECTRAL_DENSITY.name: 1e12,
     q.VOLTAGE.name: 1e4, q.SENSITIVITY.name: 1e3, q.ACCELERATION_DENSITY.name: 1e3,
 })  # fmt: skip
 """Largest magnitude of each dimension [SI]: far above any machine, far below where arithmetic breaks."""
@@ -308,6 +310,11 @@ class ByKind(Discriminator):
 
     def __hash__(self) -> int:
         return id(self)
+
+
+def is_absent(value: object) -> bool:
+    """Return whether a field is not given, empty or 0: one that came later is then left out, so that digests stay."""
+    return not value
 
 
 NAME: Final = r"[A-Za-z][A-Za-z0-9_]{0,31}"

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
+from gearplay.kernels.involute import involute, involute_from_distance
 from gearplay.model.gear import rotor_of
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -99,15 +100,34 @@ def mesh_contact_ratio(case: "Case", j: int) -> float:
 
 
 def jam_ratio(case: "Case", j: int) -> float:
-    """Return 2 sin(alpha0) (sum of both radial clearances) / b0 of mesh j: wedging is possible above 1.
+    """Return 2 sin(alpha0) (sum of both radial clearances) / b of mesh j: wedging is possible above 1.
 
-    Infinite where b0 = 0 and a clearance is left; 0 without clearances.
+    b is the backlash at the distance of the nominal centres. Infinite where it is 0 or less and a clearance is left; 0 without
+    clearances.
     """
     mesh = case.meshes[j]
     play = sum(case.sleeves[n].radial_clearance for n in mesh.rotors if n in case.sleeves)
-    if play == 0.0:
-        return 0.0
-    return 2.0 * math.sin(mesh.pressure_angle) * play / mesh.backlash if mesh.backlash > 0.0 else math.inf
+    backlash = installed_backlash(case, j)
+    if backlash > 0.0:
+        return 2.0 * math.sin(mesh.pressure_angle) * play / backlash
+    return math.inf if play > 0.0 or backlash < 0.0 else 0.0
+
+
+def installed_backlash(case: "Case", j: int) -> float:
+    """Return the backlash b_t [m] of mesh j at the distance of its nominal centres: b0 where that is the nominal one.
+
+    b_t = b0 - 2 s c0 (inv alpha_w - inv alpha0), (4); of positions that cannot mesh NaN.
+    """
+    mesh = case.meshes[j]
+    at, nominal = centres(case), nominal_center_distance(case, j)
+    distance = math.dist(*(at[name] for name in mesh.rotors))
+    if abs(distance - nominal) < 1e-12 * nominal:
+        return mesh.backlash
+    c0 = nominal * math.cos(mesh.pressure_angle)
+    if distance <= c0:
+        return math.nan
+    opening = involute_from_distance(distance, c0) - involute(mesh.pressure_angle)
+    return mesh.backlash + (2.0 if ring_of(case, mesh) is None else -2.0) * c0 * opening
 
 
 def amplitude_bound(radial_clearance: float, frequency: float) -> float:
@@ -130,9 +150,18 @@ def amplitude_bound(radial_clearance: float, frequency: float) -> float:
 
 
 def carrier_of(case: "Case", name: str) -> str | None:
-    """Return the rotor that carries this rotor's bush, or None for the ground."""
-    sleeve = case.sleeves.get(name)
-    return sleeve.on if sleeve is not None else None
+    """Return the rotor that carries this rotor's bush or support, or None for the ground."""
+    for part in (case.sleeves.get(name), case.supports.get(name)):
+        if part is not None and part.on is not None:
+            return part.on
+    return None
+
+
+def is_held(case: "Case", name: str) -> bool:
+    """Return whether a rotor's centre is held: neither sleeve nor elastic support nor ``floating`` frees it."""
+    support = case.supports.get(name)
+    freed = name in case.sleeves or (support is not None and support.stiffness is not None)
+    return not freed and not case.rotors[name].floating
 
 
 def mesh_frame(case: "Case", j: int) -> str | None:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-SPREAD_OF_SPEED = 1e-3  # m/s, standard deviation of a member's initial velocity in its sleeve
+SPREAD_OF_SPEED = (
+    1e-3  # m/s, standard deviation of a member's initial velocity in its sleeve or on its support
+)
 SHARE_OF_CLEARANCE = 0.9  # members start anywhere within this share of the clearance circle
 
 
@@ -27,6 +29,11 @@ def _is_turned_by_file(case: "Case", name: str) -> bool:
     """Return whether the case itself says where a rotor is turned to at the start."""
     drive = case.rotors[name].drive
     return (drive is not None and drive.kind == "speed") or case.rotors[name].initial.theta is not None
+
+
+def _is_sprung(case: "Case", name: str) -> bool:
+    """Return whether a support turns a rotor back to its rotation 0: it is turned into touch where no other rotor can be."""
+    return name in case.supports and case.supports[name].torsional_stiffness > 0.0
 
 
 def _turn_together(case: "Case") -> dict[str, dict[str, float]]:
@@ -112,6 +119,7 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
             for name in mesh.rotors[::-1]
             if not any(_is_turned_by_file(case, other) for other in together[name])
         ]
+        free.sort(key=lambda name: any(_is_sprung(case, other) for other in together[name]))
         turned = free[0] if free else None
         m = packed.system.records[MESH][j]
         for _ in range(3):  # an eccentric toothing moves a little as it turns
@@ -132,11 +140,12 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].
 
     Member 0 starts as the case says, drive flanks just touching where no angle is given. Every other member draws,
-    from (run.seed, member), shaft positions within 0.9 of each clearance circle, velocities of 1 mm/s standard deviation
-    and a place between the flanks, all without wedging. A rotor whose ``initial`` gives an angle keeps it.
+    from (run.seed, member), shaft positions within 0.9 of each clearance circle, velocities of 1 mm/s standard deviation there
+    and on supports, and a place between the flanks, all without wedging. A rotor whose ``initial`` gives an angle keeps it.
 
     Raises `InputError` where the given centres cannot mesh.
     """
+    case = case.operating
     base = _given_state(case, packed)
     meshes = len(case.meshes)
     y, memory = base.copy(), make_memory(packed.system)
@@ -162,6 +171,12 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     angles = 2.0 * math.pi * generator.random(len(sleeves))
     kicks = SPREAD_OF_SPEED * generator.standard_normal((len(sleeves), 2))
     shares = generator.random(meshes)
+    supported = [
+        i
+        for i, name in enumerate(names)
+        if name in case.supports and name not in case.sleeves and not geometry.is_held(case, name)
+    ]
+    pushes = SPREAD_OF_SPEED * generator.standard_normal((len(supported), 2))
     for shrink in np.append(0.5 ** np.arange(12), 0.0):
         y = base.copy()
         for (i, clearance), radius, angle, kick in zip(sleeves, radii, angles, kicks, strict=True):
@@ -169,6 +184,9 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
             y[y_of(i)] += shrink * radius * clearance * math.sin(angle)
             y[vx_of(packed.system, i)] += kick[0]
             y[vy_of(packed.system, i)] += kick[1]
+        for i, push in zip(supported, pushes, strict=True):
+            y[vx_of(packed.system, i)] += push[0]
+            y[vy_of(packed.system, i)] += push[1]
         if _turn_into_touch(case, packed, y, shares, memory):
             break
     return y

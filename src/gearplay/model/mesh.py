@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Listed, Measure, Order, Part, Problem, refuse
+from gearplay.model.fields import ByKind, Listed, Measure, Order, Part, Problem, is_absent, refuse
 from gearplay.model.gear import GearName, rotor_of
 from gearplay.vocabulary import quantities as q
 
@@ -147,6 +147,10 @@ class ErrorTerm(Part):
     phase: Phase = 0.0
 
 
+FRICTION_SPEED = 1e-3
+"""Sliding speed [m/s] within which friction is smoothed where nothing else is said."""
+
+
 class Mesh(Part):
     """Two gears in mesh."""
 
@@ -169,6 +173,21 @@ class Mesh(Part):
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")
     ] = ()
+    friction_coefficient: Annotated[
+        float,
+        Measure(None, "coefficient of friction of the teeth", ge=0.0, le=1.0),
+        Field(exclude_if=is_absent),
+    ] = 0.0
+    friction_phase: Annotated[
+        float,
+        Measure(q.ANGLE, "a pair of teeth passes the pitch point where psi and it make a whole turn"),
+        Field(exclude_if=is_absent),
+    ] = 0.0
+    friction_speed: Annotated[
+        float,
+        Measure(q.SPEED, "sliding speed within which friction is smoothed", gt=0.0),
+        Field(exclude_if=lambda speed: speed == FRICTION_SPEED),
+    ] = FRICTION_SPEED
     angle: (
         Annotated[
             float,

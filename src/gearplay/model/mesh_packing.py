@@ -100,6 +100,11 @@ def _pack_mesh(
         m.sigma = -m.sigma
     m.backlash = mesh.backlash
     m.z_driver = float(geometry.teeth_of(case, mesh.driver))
+    m.friction, m.friction_speed = mesh.friction_coefficient, mesh.friction_speed
+    m.pitch_phase = mesh.friction_phase
+    # The contact goes along the drive flanks' line of action by a base pitch a tooth, forwards on a, backwards on b.
+    forwards = math.copysign(1.0, m.rho_a) if m.driver == m.a else -math.copysign(1.0, m.rho_b)
+    m.way = 0.5 * m.sigma * forwards * mesh.module * cosine
 
 
 def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
@@ -147,7 +152,7 @@ def pack_meshes(
             Contact("drive"),
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
-        edges = 1 if k.kind == tooth_stiffness.STIFFNESS_SQUARE else 0
+        edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE) + int(mesh.friction_coefficient > 0.0)
         mobility = sum(
             r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import bed, layout
-from gearplay.kernels.elements import servo, sleeve
+from gearplay.kernels import base_motion, bed, layout
+from gearplay.kernels.elements import housing, positioner, servo, sleeve
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry, rolling
 from gearplay.model.assembly import Assembly, Contact, blank, stacked
+from gearplay.model.base import still
+from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
 from gearplay.vocabulary.errors import Fault, InputError
@@ -51,31 +53,25 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
     for i, (name, given) in enumerate(case.rotors.items()):
         r, drive = rotors[i], given.drive
         prescribed = drive is not None and drive.kind == "speed"
-        held = name not in case.sleeves and not given.floating
+        held = geometry.is_held(case, name)
         r.mass, r.inertia = given.mass, given.inertia
         r.inv_mass = 0.0 if held else 1.0 / given.mass
         r.inv_inertia = 0.0 if prescribed else 1.0 / given.inertia
         r.nominal_speed = speeds[i]
         if given.load.torque > 0.0 and senses[i] == 0.0:
-            raise InputError(
-                [
-                    Fault(
-                        f"rotors.{name}.load.torque",
-                        f"{given.load.torque:g} N m",
-                        "it opposes the nominal sense of rotation, but nothing says which way this rotor turns",
-                        "Drive the train, give an initial.omega, or use a torque drive of the wanted sign.",
-                    )
-                ]
-            )
+            refuse_senseless(name, "torque", f"{given.load.torque:g} N m")
         r.torque = -senses[i] * given.load.torque
+        if given.unbalance is not None:
+            r.unbalance, r.unbalance_phase = given.unbalance.amount, given.unbalance.phase
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
         # Of a rotor that is carried it acts beside the pin: `_pack_sleeves`.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
-        r.drive = layout.DRIVE_NONE
-        if drive is None:
+        r.drive, r.controller, r.excitation = layout.DRIVE_NONE, -1, -1
+        if drive is None or drive.kind == "position":
             continue
         if drive.kind == "torque":
             r.torque += drive.torque
+            r.drive_torque = drive.torque
             continue
         r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
         r.ramp_time, r.ramp_start = drive.ramp, drive.start_speed
@@ -83,7 +79,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
     return rotors
 
 
-def _pack_servos(case: "Case", assembly: Assembly) -> None:
+def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
     for i, (name, given) in enumerate(case.rotors.items()):
         drive = given.drive
         if drive is None or drive.kind != "servo":
@@ -91,6 +87,7 @@ def _pack_servos(case: "Case", assembly: Assembly) -> None:
         s = blank(servo.RECORD)
         s.rotor, s.speed = i, drive.speed
         s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
+        rotors[i].controller = len(assembly.entries)
         assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
 
 
@@ -172,17 +169,40 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
     return np.array(rows).reshape(-1, 3)
 
 
+def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
+    places = {name: i for i, name in enumerate(case.rotors)}
+    for name, given in case.rotors.items():
+        drive = given.drive
+        if drive is None or drive.kind != "position":
+            continue
+        record, sensor = blank(positioner.RECORD), drive.sensor or name
+        record.sense = rolling.sense_between(case, name, sensor) if sensor != name else 1.0
+        if record.sense == 0.0:
+            rule = f"must be a rotor that turns with {name}"
+            raise InputError(Fault(f"rotors.{name}.drive.sensor", sensor, rule, "Name one of the same train"))
+        record.rotor, record.sensor, record.angle = places[name], places[sensor], drive.angle
+        record.proportional_gain, record.integral_gain = drive.proportional_gain, drive.integral_gain
+        record.derivative_gain, record.limit = drive.derivative_gain, drive.torque_limit
+        record.sample_time = drive.sample_time
+        joined = [places[name]] if sensor == name else [places[name], places[sensor]]
+        rate = 2.0 * math.pi / drive.sample_time if drive.sample_time > 0.0 else 0.0
+        states = 2 if drive.sample_time > 0.0 else 1
+        rotors[places[name]].controller = len(assembly.entries)
+        assembly.add(positioner.KIND, name, record, joined, always=True, switches=1, states=states, rate=rate)
+
+
 def pack(case: "Case") -> Packed:
     """Translate a case for the kernels.
 
     Raises `InputError` where drives contradict each other or given centres cannot mesh.
     """
+    case = case.operating
     centres = geometry.centres(case)
     speeds = rolling.nominal_speeds(case)
     senses = rolling.senses(case, speeds)
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
-    _pack_servos(case, assembly)
+    _pack_servos(case, assembly, rotors)
     _pack_sleeves(case, assembly, rotors, centres)
     terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, speeds, senses)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
@@ -190,11 +210,29 @@ def pack(case: "Case") -> Packed:
     inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
     for joint in case.joints:
         joint.pack(assembly, places, inertias)
+    for name, support in case.supports.items():
+        rotor = case.rotors[name]
+        support.pack(name, assembly, places, centres, rotor.mass, rotor.inertia)
+    base, record = still(), np.zeros((0, 4))
+    if case.base is not None:
+        base, record = case.base.pack(case.run.transient + case.run.duration)
+    rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(terms), record)
+    terms = np.concatenate([terms, rows])
+    if case.base is not None:  # an element that shows it
+        assembly.add(housing.KIND, "base", blank(housing.RECORD), [0])
+    _pack_positioners(case, assembly, rotors)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(
-        stacked(ROTOR, rotors), terms=terms, involutes=involutes, spline=spline, gravity=gravity
+        stacked(ROTOR, rotors),
+        terms=terms,
+        involutes=involutes,
+        spline=spline,
+        gravity=gravity,
+        base=base,
+        record=record,
     )
-    ramps = sorted({float(r.ramp_time) for r in rotors if r.ramp_time > 0.0})
+    shakes = base[[base_motion.START, base_motion.END]] if case.base is not None else ()
+    stops |= {float(r.ramp_time) for r in rotors} | {float(t) for t in shakes if math.isfinite(t)}
     return Packed(
         system=system,
         labels={"rotor": tuple(case.rotors)}
@@ -202,6 +240,7 @@ def pack(case: "Case") -> Packed:
         contact_labels=tuple(assembly.contact_labels),
         angular=np.array(assembly.angular, dtype=bool),
         natural=natural_sizes(system, assembly.states),
-        restart_step=0.1 / max(1.0, *(r.ripple_rate for r in rotors), assembly.fastest),
-        stops=np.array(ramps, dtype=np.float64),
+        restart_step=0.1
+        / max(1.0, *(r.ripple_rate for r in rotors), base[base_motion.RATE], assembly.fastest),
+        stops=np.array(sorted(stops - {0.0}), dtype=np.float64),
     )

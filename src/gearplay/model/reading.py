@@ -18,6 +18,8 @@ from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
+from gearplay.model.support import Support
+from gearplay.model.tables import with_tables
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
 from gearplay.model.wording import did_you_mean, translate
 from gearplay.vocabulary.errors import Fault, InputError, shorten
@@ -155,7 +157,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
     """Return the raw case behind a source: plain dictionaries, lists and values."""
     if isinstance(source, Mapping):
         copied: dict[str, Any] = plain_copy(source)
-        return copied
+        return with_tables(copied, Path())
     if not isinstance(source, (str, os.PathLike)):
         rule = "must be a bundled name, a path or a table"
         raise InputError(Fault("case", source, rule, "Pass one of these"))
@@ -164,7 +166,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
         raise InputError(Fault("case", name, "must be a path as text", "Decode it first"))
     known = bundled_names()
     if name in known:
-        text = bundled_text("gearplay.model", "cases", name)
+        text, folder = bundled_text("gearplay.model", "cases", name), Path()
         where = name
     else:
         path = Path(name)
@@ -173,14 +175,14 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
             close = did_you_mean(name, known, "Bundled cases")
             every = f"{close} Bundled cases: {', '.join(known)}" if close.endswith("?") else close
             raise InputError(Fault("case", name, rule, every))
-        text, where = read_text(path), shorten(path.name)
+        text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
     if "case" in document and "rotors" not in document:
         rule = "must be a case, but this is a plan, which names its case"
         raise InputError(
             Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
         )
-    return document
+    return with_tables(document, folder)
 
 
 def _looks_like_a_name(name: str) -> bool:
@@ -202,18 +204,22 @@ def _validated(document: dict[str, Any]) -> Case:
 
 def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[Fault]:
     """Check names across parts although some part is at fault, so that one reading reports everything."""
-    rotors, sleeves, meshes = (document.get(name) for name in ("rotors", "sleeves", "meshes"))
-    rotors = rotors if isinstance(rotors, Mapping) else {}
-    sleeves = sleeves if isinstance(sleeves, Mapping) else {}
+    rotors, sleeves, supports = (_table(document, name) for name in ("rotors", "sleeves", "supports"))
     if not rotors:
         return []
     faults = cross_faults(
         {name: _part(Rotor, raw) for name, raw in rotors.items()},
         {name: _part(Sleeve, raw) for name, raw in sleeves.items()},
-        [_part(Mesh, raw) for raw in meshes] if isinstance(meshes, list) else [],
+        {name: _part(Support, raw) for name, raw in supports.items()},
+        [_part(Mesh, raw) for raw in _listed(document, "meshes")],
         {name: [_part(kind, raw) for raw in _listed(document, name)] for name, kind in JOINTS.items()},
     )
     return [fault for fault in faults if fault.path not in known]
+
+
+def _table(document: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = document.get(name)
+    return found if isinstance(found, Mapping) else {}
 
 
 def _listed(document: Mapping[str, Any], name: str) -> list[Any]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.gear import rotor_of
-from gearplay.model.geometry import mesh_frame, signed_radii, teeth_of
+from gearplay.model.geometry import carrier_of, mesh_frame, signed_radii, teeth_of
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
@@ -18,18 +18,24 @@ Row = tuple[tuple[int, float], ...]
 """Places of rotors and the factors of their speeds in a sum."""
 
 
-def _conditions(case: "Case", places: dict[str, int]) -> tuple[Row, ...]:
-    """Return the sums of speeds that vanish where every mesh and joint rolls, their largest factor near 1."""
+def _conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
+    """Return the sums of speeds that vanish where every mesh and joint rolls, their largest factor near 1; with ``held`` also
+    those of rotors that torsional springs hold.
+    """
     rows: list[Row] = []
     for j in range(len(case.meshes)):
         a, b, r_a, r_b = signed_radii(case, j)
         frame, size = mesh_frame(case, j), max(abs(r_a), abs(r_b))
-        row = ((places[rotor_of(a)], r_a / size), (places[rotor_of(b)], r_b / size))
+        row: Row = ((places[rotor_of(a)], r_a / size), (places[rotor_of(b)], r_b / size))
         rows.append(row if frame is None else (*row, (places[frame], -(r_a + r_b) / size)))
     for joint in case.joints:
         if factors := joint.rolling():
             size = max(map(abs, factors.values()))
             rows.append(tuple([(places[name], factor / size) for name, factor in factors.items()]))
+    for name, support in case.supports.items():
+        if held and support.torsional_stiffness > 0.0:  # on a carrier beside it
+            row = ((places[name], 1.0),)
+            rows.append(row if support.on is None else (*row, (places[support.on], -1.0)))
     return tuple(rows)
 
 
@@ -59,34 +65,41 @@ def _least(
     return None
 
 
-def _roll(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArray[np.float64]:
     """Return the least speeds [rad/s] that roll at every mesh and take the given values.
 
-    A carrier that neither meshes nor drives force to turn (a differential's free arm) stands still.
+    With ``held`` torsional springs hold the speeds of their rotors at 0, or at their carrier's. A carrier that neither meshes nor
+    drives force to turn (a differential's free arm) stands still.
     """
     places = {name: i for i, name in enumerate(case.rotors)}
-    carriers = {sleeve.on for sleeve in case.sleeves.values() if sleeve.on is not None} - given.keys()
+    carriers = {carrier_of(case, name) for name in case.rotors} - {None, *given}
     speeds = _least(
         len(places),
-        _conditions(case, places),
+        _conditions(case, places, held=held),
         tuple([(places[name], speed) for name, speed in given.items()]),
-        tuple(sorted(places[name] for name in carriers)),
+        tuple(sorted(places[name] for name in carriers if name is not None)),
     )
     if speeds is not None:
         return np.array(speeds)
     named = ", ".join(f"rotors.{n}.drive" for n in given)
-    if _is_locked(case, places, next(iter(given))):
+    if _is_locked(case, places, next(iter(given)), held=held):
+        if not _is_locked(case, places, next(iter(given)), held=False):
+            rule = "must let the train turn, but a torsional_stiffness holds it fast"
+            raise InputError(
+                Fault("supports", NO_VALUE, rule, "Remove that stiffness, or the prescribed speed")
+            )
         rule = (
             "must let the train turn, but a loop of meshes or couplings holds it fast by its numbers of teeth"
         )
         raise InputError(Fault("meshes", NO_VALUE, rule, "Correct a number of teeth or a ratio"))
-    rule = "they must roll together at every mesh"
-    raise InputError(Fault(named, "prescribed speeds", rule, "Drive fewer rotors, or change a speed"))
+    rule = "their nominal speeds must roll together through every mesh and coupling"
+    speeds_given = ", ".join(f"{speed:.6g} rad/s" for speed in given.values())
+    raise InputError(Fault(named, speeds_given, rule, "Drive fewer rotors, or change a speed"))
 
 
-def _is_locked(case: "Case", places: dict[str, int], name: str) -> bool:
+def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
     """Return whether a rotor cannot turn whatever the speeds of the others."""
-    return _least(len(places), _conditions(case, places), ((places[name], 1.0),), ()) is None
+    return _least(len(places), _conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
 
 
 def nominal_speeds(case: "Case") -> NDArray[np.float64]:
@@ -95,11 +108,11 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: r.drive.speed
+        n: 0.0 if r.drive.kind == "position" else r.drive.speed
         for n, r in case.rotors.items()
-        if r.drive is not None and r.drive.kind in ("speed", "servo")
+        if r.drive is not None and r.drive.kind != "torque"
     }
-    return _roll(case, given)
+    return _roll(case, given, held=True)
 
 
 def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -110,14 +123,18 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
 
     Raises `InputError` where prescribed speeds contradict each other at the start.
     """
-    drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None and r.drive.kind != "torque"}
+    drives = {
+        n: r.drive
+        for n, r in case.rotors.items()
+        if r.drive is not None and (r.drive.kind == "speed" or r.drive.kind == "servo")
+    }
     if not any(d.ramp > 0.0 for d in drives.values()):
         return nominal
     given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
     try:
-        return _roll(case, given)
+        return _roll(case, given, held=True)
     except InputError:
-        return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"})
+        return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"}, held=True)
 
 
 def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
@@ -137,19 +154,34 @@ def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
 def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
 
-    From the ``nominal`` speeds; in a train that only torques or initial speeds move, from these.
+    From the ``nominal`` speeds; in a train that only torques, position servos or initial speeds move, from these.
     """
     speeds = nominal
     if not np.any(speeds):
         given: dict[str, float] = {}
         for name, r in case.rotors.items():
-            if r.drive is not None and r.drive.kind == "torque" and not given:
+            if given or r.drive is None:
+                continue
+            if r.drive.kind == "torque":
                 given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
+            elif r.drive.kind == "position":  # towards the angle wanted, which the sensor's rotor has
+                given[r.drive.sensor or name] = math.copysign(1.0, r.drive.angle) if r.drive.angle else 0.0
         if not any(given.values()):
             given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
             given = dict(list(given.items())[:1])
         speeds = _roll(case, given)
     return np.sign(speeds)
+
+
+def sense_between(case: "Case", one: str, other: str) -> float:
+    """Return +1 where two rotors turn alike as the train rolls, -1 where they turn against each other, 0 where neither moves the
+    other.
+    """
+    try:
+        speeds = _roll(case, {one: 1.0}, held=True)
+    except InputError:  # a spring holds it: as far as that gives way
+        speeds = _roll(case, {one: 1.0})
+    return float(np.sign(speeds[list(case.rotors).index(other)]))
 
 
 def mesh_frequency(case: "Case", j: int = 0) -> float:

@@ -6,8 +6,22 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Counted, FrozenTable, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.environment import Material, Temperature
+from gearplay.model.fields import (
+    ByKind,
+    Counted,
+    FrozenTable,
+    Listed,
+    Measure,
+    Name,
+    Part,
+    Problem,
+    is_absent,
+    refuse,
+)
 from gearplay.model.gear import Gear, Internal, Runout, Teeth
+from gearplay.model.terms import Table, Terms
+from gearplay.model.unbalance import Unbalance
 from gearplay.vocabulary import quantities as q
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
@@ -54,10 +68,12 @@ class SpeedDrive(Part):
 
 
 class TorqueDrive(Part):
-    """Constant torque."""
+    """Constant torque, terms that vary and a table over time, which add up."""
 
     kind: Literal["torque"] = "torque"
     torque: Annotated[float, Measure(q.TORQUE, "driving torque, counter-clockwise positive")]
+    terms: Terms = ()
+    table: Table = None
 
 
 class ServoDrive(Part):
@@ -77,6 +93,31 @@ class ServoDrive(Part):
         return self
 
 
+class PositionDrive(Part):
+    """Position loop with a torque limit: ``T = kp (angle - theta) + ki integral - kd omega``, of the rotor itself or of a sensor.
+
+    Where the sensor's rotor turns against this one the torque has the other sign. With a ``sample_time`` the torque is computed
+    at t = 0 and then once in that time, and held.
+    """
+
+    kind: Literal["position"] = "position"
+    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    proportional_gain: Annotated[
+        float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the error of the angle", gt=0.0)
+    ]
+    derivative_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the sensor's speed", ge=0.0)] = 0.0
+    integral_gain: Annotated[float, Measure(q.INTEGRAL_GAIN, "gain on the integral of the error", ge=0.0)] = (
+        0.0
+    )
+    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
+    sensor: (
+        Annotated[Name, Field(description="rotor whose angle is measured; this one if not given")] | None
+    ) = None
+    sample_time: Annotated[
+        float, Measure(q.TIME, "time between samples of the control; 0 for a continuous one", ge=0.0)
+    ] = 0.0
+
+
 def _start_problems(start_speed: float, ramp: float) -> list[Problem]:
     if start_speed == 0.0 or ramp > 0.0:
         return []
@@ -87,15 +128,18 @@ def _start_problems(start_speed: float, ramp: float) -> list[Problem]:
 Drive = Annotated[
     Annotated[SpeedDrive, Tag("kind:speed")]
     | Annotated[TorqueDrive, Tag("kind:torque")]
-    | Annotated[ServoDrive, Tag("kind:servo")],
-    ByKind("speed", "torque", "servo"),
+    | Annotated[ServoDrive, Tag("kind:servo")]
+    | Annotated[PositionDrive, Tag("kind:position")],
+    ByKind("speed", "torque", "servo", "position"),
 ]
 
 
 class Load(Part):
-    """What holds a rotor back: torque and friction oppose its nominal sense, drag its velocity."""
+    """What holds a rotor back: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
 
     torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
+    terms: Terms = ()
+    table: Table = None
     drag: Annotated[float, Measure(q.ROTATIONAL_DRAG, "viscous drag", ge=0.0)] = 0.0
     friction: Annotated[float, Measure(q.TORQUE, "dry friction torque", ge=0.0)] = 0.0
     friction_speed: Annotated[
@@ -136,12 +180,15 @@ class Rotor(Part):
         False
     )
     runout: Runout = Runout()
+    unbalance: Annotated[Unbalance | None, Field(exclude_if=is_absent)] = None
+    material: Annotated[Material | None, Field(description="what it is made of", exclude_if=is_absent)] = None
+    temperature: Annotated[Temperature | None, Field(exclude_if=is_absent)] = None
     gears: Annotated[
         dict[Name, Gear],
         Field(description="gears of a shaft by name, instead of teeth, internal and runout"),
         Counted(0, 20),
         AfterValidator(FrozenTable),
-    ] = Field(default_factory=FrozenTable, exclude_if=lambda gears: not gears)
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
 
     @model_validator(mode="after")
     def _check(self) -> Rotor:
@@ -162,6 +209,9 @@ class Rotor(Part):
             problems.append(
                 Problem(("teeth",), "is required for an internal gear", "Give the number of teeth")
             )
+        if self.unbalance is not None and self.unbalance.amount**2 >= self.mass * self.inertia:
+            rule = "must be less than sqrt(mass inertia), since the inertia about the axis includes it"
+            problems.append(Problem(("unbalance", "amount"), rule, "Check unbalance, mass and inertia"))
         refuse(problems)
         return self
 

@@ -53,7 +53,7 @@ FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
           "min": Fraction(60), "h": Fraction(3600)},
     "Hz": {"Hz": Fraction(1), "kHz": Fraction(1000), "MHz": Fraction(10**6), "1/s": Fraction(1)},
     "m/s": {"m/s": Fraction(1), "mm/s": Fraction(1, 1000), "um/s": Fraction(1, 10**6)},
-    "m/s^2": {"m/s^2": Fraction(1), "mm/s^2": Fraction(1, 1000)},
+    "m/s^2": {"m/s^2": Fraction(1), "mm/s^2": Fraction(1, 1000), "g": Fraction(980665, 10**5)},
     "N": {"N": Fraction(1), "mN": Fraction(1, 1000), "kN": Fraction(1000)},
     "N m": {"N m": Fraction(1), "N*m": Fraction(1), "N mm": Fraction(1, 1000), "kN m": Fraction(1000)},
     "N/m": {"N/m": Fraction(1), "N/mm": Fraction(1000), "N/um": Fraction(10**6), "N/µm": Fraction(10**6),
@@ -62,11 +62,22 @@ FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
     "N m s/rad": {"N m s/rad": Fraction(1), "N m s": Fraction(1)},
     "N m/rad": {"N m/rad": Fraction(1), "N m": Fraction(1)},
     "Pa": {"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "GPa": Fraction(10**9)},
+    "K": {"K": Fraction(1)},
+    "1/K": {"1/K": Fraction(1), "um/(m K)": Fraction(1, 10**6)},
+    "kg/m^3": {"kg/m^3": Fraction(1), "g/cm^3": Fraction(1000)},
+    "N m/(rad s)": {"N m/(rad s)": Fraction(1), "N m/rad/s": Fraction(1)},
+    "kg m": {"kg m": Fraction(1), "kg*m": Fraction(1), "kg mm": Fraction(1, 1000), "g m": Fraction(1, 1000),
+             "g mm": Fraction(1, 10**6)},
+    "(m/s^2)^2/Hz": {"(m/s^2)^2/Hz": Fraction(1), "m^2/s^3": Fraction(1), "g^2/Hz": Fraction(980665, 10**5) ** 2},
     "1": {"%": Fraction(1, 100)},
     "V": {"V": Fraction(1), "mV": Fraction(1, 1000), "uV": Fraction(1, 10**6), "µV": Fraction(1, 10**6)},
     "V/(m/s^2)": {"V/(m/s^2)": Fraction(1), "mV/(m/s^2)": Fraction(1, 1000)},
 })  # fmt: skip
 """Exact factors of common units, so that an everyday case never waits for pint."""
+
+CELSIUS: Final = ("degC", "°C", "C")
+"""Units of a temperature that count from the melting point of ice."""
+ICE: Final = 273.15
 
 _registry_lock: Final = threading.Lock()
 
@@ -126,6 +137,8 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
         raise UnitError("must start with a plain number, followed by a unit", example)
     if unit == "1":
         raise UnitError("has no unit", example)
+    if quantity.unit == "K" and unit in CELSIUS:
+        return _finite(float(number) + ICE, example)
     factor = _table_factor(unit, quantity.unit)
     if factor is None:
         factor = _pint_factor(_check_unit(unit, quantity), quantity.unit, quantity.long_name)

@@ -140,7 +140,7 @@ def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
 
 def _plain_path(location: Sequence[str | int]) -> Path:
     """Drop the marks of unions and of keys from an error's location."""
-    unions = ("drive", "stiffness", "material")
+    unions = ("drive", "stiffness", "material", "acceleration")
     return tuple(
         part
         for before, part in zip(("", *location), location, strict=False)

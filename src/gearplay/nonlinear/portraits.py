@@ -83,7 +83,7 @@ def portrait_drawing(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), ti
 
 def _clearance(case: Case, rotor: str) -> float:
     """Return the radial clearance [m] of a rotor's sleeve on the ground, 0 without one."""
-    sleeve = case.sleeves.get(rotor)
+    sleeve = case.operating.sleeves.get(rotor)
     return sleeve.radial_clearance if sleeve is not None and sleeve.on is None else 0.0
 
 

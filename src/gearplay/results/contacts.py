@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 RATES = ("share_of_time", "impacts_per_second")
 SHOWN = (*RATES, "mean_impact_speed", "peak_force")
 """Statistics in short tables."""
+ANGULAR = {"m/s": ("mrad/s", 1e3), "N": ("N m", 1.0), "m": ("mrad", 1e3)}
+"""Display units and factors of contacts between rotations, by the unit that others have."""
 LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
 """Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
 
@@ -24,7 +26,8 @@ class ContactTable:
     """Statistics of every contact over all members of an ensemble, SI, each of shape [contact].
 
     Shares and rates are means over the time of all members, impact speeds over all their impacts, the largest of all is the
-    largest. ``spread`` holds the standard deviation of each statistic over the members, NaN for one member.
+    largest; of couplings, where ``angular`` is true, in rad/s, N m and rad. ``spread`` holds the standard deviation of each
+    statistic over the members, NaN for one member.
     """
 
     labels: tuple[str, ...]
@@ -32,6 +35,7 @@ class ContactTable:
     values: Mapping[str, Floats]
     spread: Mapping[str, Floats]
     impacts: Floats
+    angular: NDArray[np.bool_]
 
     @property
     def words(self) -> str:
@@ -40,18 +44,28 @@ class ContactTable:
             return ""
         return f"{self.members} members together: means over their time and impacts, the largest of all"
 
+    def shown(self, name: str, at: int) -> str:
+        """Return one number of one contact in display units, ``-`` where there is none."""
+        value, quantity = float(self.values[name][at]), CONTACT_STATISTICS[name]
+        if not np.isfinite(value):
+            return "-"
+        turned = ANGULAR.get(quantity.unit) if self.angular[at] else None
+        unit, factor = turned or (quantity.display_unit, quantity.display_factor)
+        return f"{factor * value:.3g} {unit}"
+
     def html(self) -> str:
         """Return the table that a notebook shows."""
-        shown = [CONTACT_STATISTICS[name] for name in SHOWN]
-        lines = [
-            (label, *(f"{q.display_factor * self.values[q.name][i]:.3g} {q.display_unit}" for q in shown))
-            for i, label in enumerate(self.labels)
-        ]
+        lines = [(label, *(self.shown(name, i) for name in SHOWN)) for i, label in enumerate(self.labels)]
         note = f"<p>{self.words}</p>" if self.words else ""
-        return html_table(lines, ["contact", *(q.long_name for q in shown)]) + note
+        return html_table(lines, ["contact", *(CONTACT_STATISTICS[name].long_name for name in SHOWN)]) + note
 
 
-def contact_table(labels: Sequence[str], each: Mapping[str, Floats], spans: Floats) -> ContactTable:
+def contact_table(
+    labels: Sequence[str],
+    each: Mapping[str, Floats],
+    spans: Floats,
+    angular: NDArray[np.bool_] | None = None,
+) -> ContactTable:
     """Return the table of members' statistics, each of shape [member, contact], recorded over ``spans`` [s], shape [member].
 
     A member that recorded nothing counts for nothing.
@@ -77,11 +91,15 @@ def contact_table(labels: Sequence[str], each: Mapping[str, Floats], spans: Floa
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of fewer than two members there is no spread
         spread = {name: np.std(table[lasting], axis=0, ddof=1) for name, table in each.items()}
-    return ContactTable(tuple(labels), len(spans), {n: values[n] for n in CONTACT_STATISTICS}, spread, total)
+    turns = np.zeros(len(labels), dtype=bool) if angular is None else angular
+    return ContactTable(
+        tuple(labels), len(spans), {n: values[n] for n in CONTACT_STATISTICS}, spread, total, turns
+    )
 
 
 def contacts_of(runs: Sequence[Trajectory]) -> ContactTable:
     """Return the table of all members' contacts."""
     each = {name: np.array([getattr(run.statistics, name) for run in runs]) for name in CONTACT_STATISTICS}
     spans = np.array([run.reached - run.first_sample for run in runs])
-    return contact_table(runs[0].statistics.labels, each, spans)
+    first = runs[0].statistics
+    return contact_table(first.labels, each, spans, first.angular)

@@ -64,8 +64,10 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
         if signal == "contact_state":
             attributes["flag_values"] = "0 1 2 3"
             attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
-        dims = ("member", "time", dimension) if ensemble else ("time", dimension)
-        shape = (len(runs), length, len(names)) if ensemble else (length, len(names))
+        own = () if dimension == "base" else (dimension,)  # there is one housing
+        dims = ("member", "time", *own) if ensemble else ("time", *own)
+        sizes = (len(names),) if own else ()
+        shape = (len(runs), length, *sizes) if ensemble else (length, *sizes)
         block = lazy_array(shape, partial(_block, runs, columns, names, shape))
         variables[signal] = (dims, block, attributes)
     for name, quantity in CONTACT_STATISTICS.items():
@@ -85,7 +87,7 @@ def _block(
     runs: Sequence[Trajectory], columns: list[int], names: Sequence[str], shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
     """Return one signal, shape [member, time, element] or without members; NaN where one stopped or an element lacks it."""
-    block = np.full((len(runs), *shape[-2:]), np.nan)
+    block = np.full((len(runs), max(run.samples.count for run in runs), len(names)), np.nan)
     elements = [names.index(runs[0].columns[at].label) for at in columns]
     for m, run in enumerate(runs):
         block[m, : run.samples.count, elements] = run.samples.some(columns).T
@@ -110,7 +112,7 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     labels = {
         "sleeve": (),
         "mesh": (),
-        **packed.labels,
+        **{name: labels for name, labels in packed.labels.items() if name != "base"},
         "contact": packed.contact_labels,
     }  # two of them even if empty
     for dimension, names in labels.items():

@@ -50,7 +50,7 @@ class Plotter:
     def orbit(self, rotor: str, *, member: int = 0, ax: Axes | None = None) -> Axes:
         """Draw the path of a rotor's centre in its clearance circle."""
         x, y = (self._result.signal(name, rotor, member) for name in ("x", "y"))
-        sleeve = self._result.case.sleeves.get(rotor)
+        sleeve = self._result.case.operating.sleeves.get(rotor)
         clearance = sleeve.radial_clearance if sleeve is not None else 0.0
         return plot_orbit(ax if ax is not None else new_axes(5.0, 5.0), x, y, clearance)
 

@@ -163,7 +163,7 @@ class Result(Answer, WasDataset):
                 for dimension, quantities in VARIABLES.items()
                 for q in quantities
                 if q.name in self.ds
-                for label in self.ds[dimension].values
+                for label in ([dimension] if dimension == "base" else self.ds[dimension].values)
             ]
         return [each for each in found if signal in (None, each[0])]
 
@@ -221,8 +221,8 @@ class Result(Answer, WasDataset):
         if self._runs:
             return self._runs[member].signal(signal, label)
         variable = self.ds[signal]
-        dimension = next(str(d) for d in variable.dims if d not in ("member", "time"))
-        values = variable.sel({dimension: label})
+        dimensions = [str(d) for d in variable.dims if d not in ("member", "time")]
+        values = variable.sel({dimensions[0]: label}) if dimensions else variable  # there is one housing
         values = values.isel(member=member) if "member" in values.dims else values
         found = np.asarray(values.values, dtype=np.float64)
         if self._statuses[member] == Status.DONE:

@@ -30,7 +30,9 @@ MOST_HELPERS = 3
 FEW = 6
 """So few kernels are not worth a word: the first call of each compiles it."""
 LABEL = "Compiling the kernels, once after an installation"
-_OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes")
+_OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance")
+_SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_power_column", "mesh_powers", "friction_loss")
+"""Kernels that few runs need, or that only look at one: the first call of each compiles it."""
 _ELEMENTS = "gearplay.kernels.elements."
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 
@@ -77,6 +79,7 @@ def _kinds(packed: Packed) -> frozenset[str]:
 
 def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     """Return the names of the kernels that are needed, longest first."""
+    all_of_them = len(kinds) == len(KINDS)
     wanted = []
     for name, kernel in KERNELS.items():
         module, _, question = name.rpartition(".")
@@ -84,6 +87,7 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
         of_derivative = question in DERIVATIVE or module.rpartition(".")[2] in _OF_DERIVATIVE
         if (
             (kind in kinds or kind == "table")
+            and (all_of_them or question not in _SELDOM)
             and (derivative or not of_derivative)
             and (fixed or "fixed_steps" not in module)
         ):

@@ -86,7 +86,7 @@ class ContactStatistics:
     """Statistics of every contact after the transient: sleeves by name, flanks as ``mesh:drive``, ``mesh:back``.
 
     Arrays have shape [contact]: share of time in contact [1], onsets per second [1/s], mean, rms and largest onset speed
-    [m/s], largest force [N], largest penetration [m].
+    [m/s], largest force [N], largest penetration [m]; where ``angular`` is true, of a coupling, in rad/s, N m and rad.
     """
 
     labels: tuple[str, ...]
@@ -97,6 +97,7 @@ class ContactStatistics:
     max_impact_speed: Floats
     peak_force: Floats
     max_penetration: Floats
+    angular: NDArray[np.bool_]
 
 
 def statistics_of(packed: Packed, tallies: Floats, span: float) -> ContactStatistics:
@@ -112,6 +113,7 @@ def statistics_of(packed: Packed, tallies: Floats, span: float) -> ContactStatis
         max_impact_speed=tallies[:, SPEED_MAX].copy(),
         peak_force=tallies[:, FORCE_MAX].copy(),
         max_penetration=tallies[:, DEPTH_MAX].copy(),
+        angular=packed.angular,
     )
 
 

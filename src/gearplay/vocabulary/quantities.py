@@ -95,6 +95,16 @@ SENSITIVITY: Final = Quantity(
 ACCELERATION_DENSITY: Final = Quantity(
     "acceleration_density", "n", "m/s^2/Hz^0.5", "m/s^2/Hz^0.5", 1.0, "amplitude density of acceleration"
 )
+INTEGRAL_GAIN: Final = Quantity(
+    "integral_gain", "k_i", "N m/(rad s)", "N m/(rad s)", 1.0, "gain on the integral of an angle"
+)
+TEMPERATURE: Final = Quantity("temperature", "T", "K", "K", 1.0, "temperature")
+EXPANSION: Final = Quantity("expansion", "alpha", "1/K", "1/K", 1.0, "coefficient of linear expansion")
+MASS_DENSITY: Final = Quantity("mass_density", "rho", "kg/m^3", "kg/m^3", 1.0, "mass density")
+UNBALANCE: Final = Quantity("unbalance", "U", "kg m", "g mm", 1e6, "unbalance")
+SPECTRAL_DENSITY: Final = Quantity(
+    "spectral_density", "S", "(m/s^2)^2/Hz", "(m/s^2)^2/Hz", 1.0, "spectral density of acceleration"
+)
 HERTZ_STIFFNESS: Final = hertz_stiffness(1.5)
 
 DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
@@ -102,7 +112,8 @@ DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
     for quantity in (
         LENGTH, MASS, INERTIA, ANGLE, ANGULAR_SPEED, TIME, FREQUENCY, SPEED, ACCELERATION, FORCE, TORQUE,
         STIFFNESS, DAMPING, ROTATIONAL_DRAG, ROTATIONAL_STIFFNESS, PRESSURE, RATIO, HERTZ_STIFFNESS,
-        VOLTAGE, SENSITIVITY, ACCELERATION_DENSITY,
+        VOLTAGE, SENSITIVITY, ACCELERATION_DENSITY, UNBALANCE, SPECTRAL_DENSITY,
+        INTEGRAL_GAIN, TEMPERATURE, EXPANSION, MASS_DENSITY,
     )
 })  # fmt: skip
 """Dimensions of inputs, by name."""
@@ -121,6 +132,9 @@ ROTOR_VARIABLES: Final = _table(
     Quantity("omega", "omega", "rad/s", "rpm", _RPM, "angular speed of the rotor"),
     Quantity("ax", "ax", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along x"),
     Quantity("ay", "ay", "m/s^2", "m/s^2", 1.0, "acceleration of the rotor's centre along y"),
+    Quantity("drive_torque", "T_d", "N m", "N m", 1.0, "torque of the drive on the rotor"),
+    Quantity("load_torque", "T_l", "N m", "N m", 1.0, "torque of the load on the rotor"),
+    Quantity("rotor_power_loss", "P", "W", "W", 1.0, "power lost to drag, dry friction and damping"),
 )
 """Result variables with one value per rotor; those of elements are in the file of each kind (`kernels.elements`)."""
 

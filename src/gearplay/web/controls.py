@@ -2,23 +2,34 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 
-from gearplay.model.case import JOINTS, Case
+from gearplay.model.case import Case
+from gearplay.model.environment import Material
 from gearplay.model.field_units import measure_in
 from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
 
-GROUPS = ("Sleeves", "Mesh", "Drive and load", "Gears", "Model", "Run")
+GROUPS = (
+    "Sleeves",
+    "Supports",
+    "Mesh",
+    "Couplings",
+    "Drive and load",
+    "Gears",
+    "Housing",
+    "Temperature",
+    "Model",
+    "Run",
+)
 SKIPPED = frozenset(
     [
         "title",
         "position",
-        "angle",
         "on",
         "gravity",
         "driver",
@@ -27,6 +38,7 @@ SKIPPED = frozenset(
         "internal",
         "max_wall_time",
         "max_steps",
+        "reference_temperature",
     ]
 )
 """Fields that a slider cannot change without changing the mechanism, and limits that the server sets."""
@@ -41,8 +53,13 @@ SPANS: Mapping[str, tuple[float, float]] = {
     q.SPEED.name: (-1e-2, 1e-2),
     q.ANGULAR_SPEED.name: (-10.0, 10.0),
     q.RATIO.name: (0.0, 1.0),
+    q.STIFFNESS.name: (0.0, 1e8),
+    q.ROTATIONAL_STIFFNESS.name: (0.0, 1e4),
 }
 """Sliders of fields that are 0 now, by quantity [SI]."""
+WARMER = 150.0
+"""How far a slider of a temperature goes either way [K]."""
+OF_MATERIAL = ("modulus", "poisson", "density")
 
 
 @dataclass(frozen=True)
@@ -82,12 +99,16 @@ def controls(case: Case) -> list[dict[str, Any]]:
 def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
     if isinstance(part, BaseModel):
         for name, info in type(part).model_fields.items():
-            if name in SKIPPED:
+            if name in SKIPPED or (name == "angle" and path.startswith("meshes")):
+                continue
+            if isinstance(part, Material) and name in OF_MATERIAL:  # they do not act
                 continue
             here, value = f"{path}.{name}".lstrip("."), getattr(part, name)
             about = info.description or ""
             annotations = (*info.metadata, info.annotation)
-            if isinstance(value, (BaseModel, Mapping, tuple)):
+            if _is_vector(value):
+                yield from _components(part, name, here, owner, value, info.annotation)
+            elif isinstance(value, (BaseModel, Mapping, tuple)):
                 yield from _walk(value, here, owner)
             else:
                 control = _control(part, name, here, owner, value, annotations, about)
@@ -100,6 +121,28 @@ def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
         for at, value in enumerate(part):
             if isinstance(value, BaseModel):
                 yield from _walk(value, f"{path}.{at}", getattr(value, "label", owner))
+
+
+def _is_vector(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, float) for each in value)
+
+
+def _components(
+    part: BaseModel, name: str, path: str, owner: str, value: tuple[float, ...], annotation: Any
+) -> Iterator[Control]:
+    """Yield a control for each of two components along x and y."""
+    items = _items_of(annotation)
+    for at, (each, axis) in enumerate(zip(value, "xy", strict=True)):
+        control = _control(part, name, f"{path}.{at}", owner, each, get_args(items[at])[1:], "")
+        if control is not None:
+            yield replace(control, label=f"{_label(path, name)} along {axis}")
+
+
+def _items_of(annotation: Any) -> tuple[Any, ...]:
+    """Return what the items of a tuple are annotated with, which may be optional or annotated itself."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)
+    return next((items for inner in get_args(annotation) if (items := _items_of(inner))), ())
 
 
 def _control(
@@ -153,6 +196,10 @@ def slider(value: float, measure: Measure) -> tuple[float, float, bool]:
             high if measure.le is not None else high - edge,
             False,
         )
+    if measure.quantity is q.TEMPERATURE:
+        return max(low, value - WARMER), min(high, value + WARMER), False
+    if measure.quantity is q.ANGLE and low == 0.0:  # of a play
+        return 0.0, min(high, max(4.0 * value, 0.01)), False
     if measure.quantity is q.ANGLE:
         return max(low, -math.pi), min(high, math.pi), False
     if value == 0.0:
@@ -196,13 +243,24 @@ def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
     return least, most  # type: ignore[return-value]
 
 
+_HEADS: Mapping[str, str] = {
+    "sleeves": "Sleeves",
+    "supports": "Supports",
+    "meshes": "Mesh",
+    "couplings": "Couplings",
+    "base": "Housing",
+    "environment": "Temperature",
+    "run": "Run",
+}
+
+
 def _group(path: str) -> str:
     head, parts = path.split(".")[0], path.split(".")
     if head == "rotors":
+        if len(parts) > 2 and parts[2] in ("material", "temperature"):
+            return "Temperature"
         return "Drive and load" if len(parts) > 3 and parts[2] in ("drive", "load") else "Gears"
-    if head in JOINTS:
-        return head.capitalize()
-    return {"sleeves": "Sleeves", "meshes": "Mesh", "run": "Run"}.get(head, "Model")
+    return _HEADS.get(head, "Model")
 
 
 def _label(path: str, name: str) -> str:

@@ -10,7 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import ADDENDUM, DEDENDUM, centres, full_name, jam_ratio, toothings
+from gearplay.model.geometry import (
+    ADDENDUM,
+    DEDENDUM,
+    carrier_of,
+    centres,
+    full_name,
+    installed_backlash,
+    is_held,
+    jam_ratio,
+    toothings,
+)
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
@@ -51,6 +61,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 def mechanism_of(case: Case) -> dict[str, Any]:
     """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, lines of the spectrum."""
+    case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
     angle: dict[str, float] = {}
@@ -82,12 +93,17 @@ def mechanism_of(case: Case) -> dict[str, Any]:
             {"name": name, "clearance": sleeve.radial_clearance, "on": sleeve.on}
             for name, sleeve in case.sleeves.items()
         ],
+        "supports": [
+            {"name": name, "stiffness": list(support.stiffness or (0.0, 0.0))}
+            for name, support in case.supports.items()
+        ],
+        "couplings": [{"name": each.label, "between": list(each.between)} for each in case.couplings],
         "meshes": [
             {
                 "name": mesh.label,
                 "driver": full_name(case, mesh.driver),
                 "driven": full_name(case, mesh.driven),
-                "backlash": mesh.backlash,
+                "backlash": installed_backlash(case, j),
                 "pressure_angle": mesh.pressure_angle,
                 "frequency": mesh_frequency(case, j),
                 "jam_ratio": jam_ratio(case, j),
@@ -98,16 +114,18 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 
 
 def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
+    """Return the paths of centres that are free against the ground, with the clearance of those in sleeves."""
     step = max(1, -(-len(run.values) // ORBIT_POINTS))
+    sleeves = case.operating.sleeves
     return [
         {
             "name": name,
-            "clearance": sleeve.radial_clearance,
+            "clearance": sleeves[name].radial_clearance if name in sleeves else 0.0,
             "x": run.signal("x", name)[::step],
             "y": run.signal("y", name)[::step],
         }
-        for name, sleeve in case.sleeves.items()
-        if sleeve.on is None
+        for name in case.rotors
+        if not is_held(case, name) and carrier_of(case, name) is None
     ]
 
 
@@ -160,11 +178,11 @@ def merged(spans: Floats, most: int = MOST_CONTACTS) -> Floats:
 
 
 def _spectra(case: Case, runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
-    """Return the acceleration spectra of the rotors in sleeves, or of all that are free: rms averages over the members.
+    """Return the acceleration spectra of rotors whose centres are free: rms averages over the members.
 
     ``s`` is the spread over the members in decades, None for one.
     """
-    names = [name for name in case.rotors if name in case.sleeves] or list(case.rotors)[:2]
+    names = [name for name in case.rotors if not is_held(case, name)] or list(case.rotors)[:2]
     found = []
     for name in names[:6]:
         for signal in ("ax", "ay"):
@@ -202,7 +220,7 @@ def _statistics(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
     table = contacts_of(runs)
     names = ("share_of_time", "impacts_per_second", "rms_impact_speed", "peak_force")
     return [
-        {"contact": label, "impacts": round(float(table.impacts[at]))}
+        {"contact": label, "impacts": round(float(table.impacts[at])), "angular": bool(table.angular[at])}
         | {name: float(table.values[name][at]) for name in names}
         for at, label in enumerate(table.labels)
     ]

@@ -5,14 +5,18 @@ import pytest
 
 from gearplay.model.check import check_case
 from gearplay.model.geometry import amplitude_bound
-from gearplay.model.reading import load_case, replace
+from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.model.rolling import mesh_frequency
 
 
 def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:
     findings = check_case(replace(load_case(name), changes or {}))
     assert [f.severity for f in findings] == sorted((f.severity for f in findings), reverse=True)
-    return {finding.path: finding.message for finding in findings if finding.severity == "warning"}
+    warnings: dict[str, str] = {}
+    for finding in findings:
+        if finding.severity == "warning":
+            warnings[finding.path] = f"{warnings.get(finding.path, '')} {finding.message}".strip()
+    return warnings
 
 
 def test_the_printed_inertias_are_found_out() -> None:
@@ -22,9 +26,7 @@ def test_the_printed_inertias_are_found_out() -> None:
     assert "0.04 m" in warnings["rotors.pinion.inertia"]
 
 
-@pytest.mark.parametrize(
-    "name", ["han2021-geometric-inertia", "external-pair", "pinion-idler-ring", "two-stage-reducer"]
-)
+@pytest.mark.parametrize("name", sorted({*bundled_names()} - {"han2021"}))
 def test_the_other_bundled_cases_have_no_warnings(name: str) -> None:
     assert found(name) == {}
 
@@ -92,3 +94,47 @@ def test_the_bound_of_a_line_is_that_of_a_square_wave() -> None:
 def test_the_mesh_frequency_counts_teeth() -> None:
     case = load_case("han2021")
     assert mesh_frequency(case, 0) == pytest.approx(40.0)
+
+
+ELEMENTS: dict[str, Any] = {
+    "rotors": {
+        "motor": {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": 10.0}},
+        "disc": {"mass": 1.0, "inertia": 1e-3},
+    },
+    "couplings": [{"between": ["motor", "disc"], "torsional_stiffness": 100.0}],
+    "run": {"duration": 0.1, "sampling": 1e4},
+}
+STEP = {"kind": "record", "values": [0.0, 1.0, 2.0, 3.0], "sampling": 1e3}
+POSITION = {
+    "kind": "position",
+    "angle": 1.0,
+    "proportional_gain": 1.0,
+    "torque_limit": 1.0,
+    "sample_time": 0.05,
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "words"),
+    [
+        ({"couplings.0.lateral_stiffness": 1e6}, "couplings.0.lateral_stiffness", "both centres are held"),
+        ({"supports": {"disc": {"damping": [1.0, 1.0]}}}, "supports.disc.damping", "the centre is held"),
+        ({"supports": {"disc": {"stiffness": [1e6, 0.0]}}}, "supports.disc.stiffness", "free along y"),
+        ({"rotors.motor.unbalance": {"amount": 1e-4}}, "rotors.motor.unbalance", "does nothing"),
+        ({"rotors.motor.drive": POSITION}, "rotors.motor.drive.sample_time", "2 samples"),
+    ],
+)
+def test_elements_that_can_do_nothing_are_found(changes: dict[str, Any], path: str, words: str) -> None:
+    def warnings(case: Any) -> dict[str, str]:
+        return {each.path: each.message for each in check_case(case) if each.severity == "warning"}
+
+    sound = load_case(ELEMENTS)
+    assert warnings(sound) == {}
+    assert words in warnings(replace(sound, changes))[path]
+
+
+def test_a_record_that_ends_before_the_run_is_told() -> None:
+    case = replace(load_case(ELEMENTS), {"base": {"acceleration": STEP}})
+    notes = {each.path: each.message for each in check_case(case)}
+    assert "ends at 0.003 s, the run at 0.1 s" in notes["base.acceleration.values"]
+    assert "3 m/s^2" in notes["base.acceleration.values"]

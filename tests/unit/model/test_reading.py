@@ -13,7 +13,17 @@ from gearplay.model.reading import bundled_names, load_case, replace, to_toml
 from gearplay.model.toml_files import text_depth, write_toml
 from gearplay.vocabulary.errors import InputError
 
-BUNDLED = ["external-pair", "han2021", "han2021-geometric-inertia", "pinion-idler-ring", "two-stage-reducer"]
+BUNDLED = [
+    "external-pair",
+    "han2021",
+    "han2021-geometric-inertia",
+    "pinion-idler-ring",
+    "pulsating-pair",
+    "space-drive",
+    "space-launch",
+    "torsional-train",
+    "two-stage-reducer",
+]
 
 
 def refusal(call: Any, *arguments: Any) -> str:

@@ -36,6 +36,8 @@ TABLE = [(si, unit, factor) for si, row in units.FACTORS.items() for unit, facto
 def test_the_table_of_factors_agrees_with_pint(si: str, unit: str, factor: float) -> None:
     quantity = next(quantity for quantity in QUANTITIES if quantity.unit == si)
     spelled = units._check_unit(unit, quantity)
+    if quantity.name in ("acceleration", "spectral_density"):  # where g is not the gram
+        spelled = {"g": "standard_gravity", "g^2/Hz": "standard_gravity^2/Hz"}.get(unit, spelled)
     assert math.isclose(units._pint_factor(spelled, si, quantity.long_name), factor, rel_tol=4e-16)
 
 

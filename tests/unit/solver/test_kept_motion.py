@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.kernels.layout import AX, PER_ROTOR
 from gearplay.solver import kept_motion
 from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.simulate import run_members
@@ -136,7 +137,7 @@ def test_only_what_is_looked_at_is_computed(monkeypatch: pytest.MonkeyPatch) -> 
     assert dict(ds.sizes)["time"] == len(ds.time) == 30_000
     peak = float(abs(ds.ax).max())
     assert asked == [2, 2]  # both rotors at once, of each member
-    assert peak == max(float(np.abs(run.values[:, [6, 14]]).max()) for run in result.runs)
+    assert peak == max(float(np.abs(run.values[:, [AX, PER_ROTOR + AX]]).max()) for run in result.runs)
 
 
 def test_too_many_samples_are_refused_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

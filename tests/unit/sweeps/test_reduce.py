@@ -70,7 +70,7 @@ def fake(signal: FLOATS, name: str = "x", dimension: str = "rotor", label: str =
         sampling=RATE,
         samples=WrittenSamples(signal[:, None]),
         columns=(Column(name, dimension, label),),
-        statistics=ContactStatistics((), *[nothing] * 7),
+        statistics=ContactStatistics((), *[nothing] * 7, np.zeros(0, dtype=bool)),
         log=np.zeros((0, 4)),
         status=Status.DONE,
         counters=Counters(),

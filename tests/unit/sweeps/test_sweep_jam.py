@@ -91,6 +91,27 @@ def test_there_is_no_line_where_nothing_or_something_random_decides() -> None:
     assert jam_lines(angle, ("x", 0.2, 0.5), ("y", 5.0, 30.0), {}) == []
 
 
+def test_over_temperature_the_line_is_crossed() -> None:
+    """Steel in aluminium: heat closes the backlash of an internal pair; on the line found the jam ratio is 1, hotter above it."""
+    axes = [
+        {"name": "x", "path": "environment.temperature", "low": "-100 degC", "high": "120 degC", "count": 5},
+        axis("y", RING),
+    ]
+    sweep = Sweep(load_sweep({"case": "space-drive", "axes": axes, "reduce": [RMS]}))
+    span, clearances = ("x", 173.15, 393.15), ("y", 2e-5, 4e-4)
+    (line,) = jam_lines(sweep, span, clearances, {})
+    assert line.sides == (1, 1)
+    assert line.across.size > 20
+    assert np.all(np.diff(line.up) < 0.0), "the hotter, the less clearance jams"
+    for at in (0, line.across.size // 2, line.across.size - 1):
+        place = {"x": float(line.across[at]), "y": float(line.up[at])}
+        case = replace(sweep.template.base, sweep.template.changes(place))
+        assert geometry.jam_ratio(case.operating, 0) == pytest.approx(1.0, abs=1e-6)
+    (upright,) = jam_lines(sweep, span, ("", 0.0, 1.0), {"y": 1e-4})
+    assert np.ptp(upright.across) < 1e-9
+    assert 293.15 < upright.across[0] < 393.15
+
+
 def test_the_map_shows_the_line_in_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
     figures: list[Any] = []
     plain = sweep_maps.to_png

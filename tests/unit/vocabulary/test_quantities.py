@@ -6,10 +6,13 @@ from gearplay.vocabulary import quantities as q
 
 EVERY = [*q.DIMENSIONS.values(), *RESULT_VARIABLES.values()]
 CONTRACT = (
-    "x y theta vx vy omega ax ay sleeve_penetration sleeve_force_x sleeve_force_y "
+    "x y theta vx vy omega ax ay drive_torque load_torque rotor_power_loss "
+    "sleeve_penetration sleeve_force_x sleeve_force_y sleeve_power_loss "
     "drive_penetration back_penetration drive_force back_force backlash "
-    "working_pressure_angle center_distance transmission_error_dynamic contact_state "
-    "coupling_twist coupling_torque"
+    "working_pressure_angle center_distance transmission_error_dynamic contact_state mesh_power_loss mesh_power_input "
+    "coupling_twist coupling_torque coupling_power_loss coupling_force_x coupling_force_y "
+    "support_force_x support_force_y support_torque support_power_loss "
+    "excitation_torque base_ax base_ay position_torque position_error"
 )
 
 

@@ -18,7 +18,7 @@ from gearplay.signals.lines import find_line
 from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.app import make_app
-from gearplay.web.controls import controls
+from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
 from gearplay.web.guard import Guard
@@ -84,7 +84,7 @@ def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
                 now = next(c["value"] for c in same if c["path"] == each["path"])
                 assert now == pytest.approx(value, rel=1e-12)
         assert each["label"]
-        assert each["group"] in ("Model", "Gears", "Drive and load", "Sleeves", "Mesh", "Run")
+        assert each["group"] in GROUPS
 
 
 def test_the_store_keeps_the_newest(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A coupling: a torsional spring and damper between two rotors, rigid in its play (docs/theory, section 4).
 
-With play two contacts, one for each sense of the twist; without play none, and it always acts.
+With play two contacts, one for each sense of the twist; without play none, and it always acts. So does its lateral part, a
+spring and damper between the displacements of the two centres.
 """
 
 import math
@@ -29,6 +30,10 @@ from gearplay.kernels.layout import (
     spin_of,
     theta_of,
     turn_of,
+    vx_of,
+    vy_of,
+    x_of,
+    y_of,
 )
 
 KIND = 3
@@ -39,6 +44,8 @@ RECORD = np.dtype(
         ("damping", "f8"),  # N m s/rad
         ("half_play", "f8"),  # rad
         ("ratio", "f8"),  # of phi = theta_a - ratio theta_b
+        ("lateral_stiffness", "f8"),  # N/m
+        ("lateral_damping", "f8"),  # N s/m
         ("a", "i8"),
         ("b", "i8"),
     ],
@@ -47,6 +54,13 @@ RECORD = np.dtype(
 SIGNALS = (
     Signal("coupling_twist", "phi", "rad", "deg", 180.0 / math.pi, "twist of the coupling", True),
     Signal("coupling_torque", "T", "N m", "N m", 1.0, "torque of the coupling"),
+    Signal("coupling_power_loss", "P", "W", "W", 1.0, "power lost in the coupling"),
+    Signal(
+        "coupling_force_x", "Fx", "N", "N", 1.0, "lateral force on the coupling's first rotor along x", True
+    ),
+    Signal(
+        "coupling_force_y", "Fy", "N", "N", 1.0, "lateral force on the coupling's first rotor along y", True
+    ),
 )
 MEMORY: tuple[float, ...] = ()
 MODES = 0
@@ -69,6 +83,17 @@ def _torque(system: System, n: int, phi: float, rate: float, loads: Loads) -> fl
     if coupling.contacts == 0:
         return coupling.stiffness * phi + coupling.damping * rate
     return loads.contacts[coupling.contact, FORCE] - loads.contacts[coupling.contact + 1, FORCE]
+
+
+@compiled_inline
+def lateral_force(system: System, n: int, y: Floats) -> tuple[float, float]:
+    """Return the lateral force [N] on coupling n's first rotor along x and y, of a state or of a change of it."""
+    coupling = system.records[KIND][n]
+    a, b, k, c = coupling.a, coupling.b, coupling.lateral_stiffness, coupling.lateral_damping
+    return (
+        k * (y[x_of(b)] - y[x_of(a)]) + c * (y[vx_of(system, b)] - y[vx_of(system, a)]),
+        k * (y[y_of(b)] - y[y_of(a)]) + c * (y[vy_of(system, b)] - y[vy_of(system, a)]),
+    )
 
 
 @compiled_once
@@ -97,6 +122,11 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     torque = _torque(system, n, phi, rate, loads)
     loads.rotors[coupling.a, 2] -= torque
     loads.rotors[coupling.b, 2] += coupling.ratio * torque
+    f_x, f_y = lateral_force(system, n, y)
+    loads.rotors[coupling.a, 0] += f_x
+    loads.rotors[coupling.a, 1] += f_y
+    loads.rotors[coupling.b, 0] -= f_x
+    loads.rotors[coupling.b, 1] -= f_y
     return 0
 
 
@@ -207,6 +237,27 @@ def add_change(
     torque = row[BY_TWIST] * phi + row[BY_RATE] * rate
     force[coupling.a, 2] -= torque
     force[coupling.b, 2] += coupling.ratio * torque
+    f_x, f_y = lateral_force(system, n, z)
+    force[coupling.a, 0] += f_x
+    force[coupling.a, 1] += f_y
+    force[coupling.b, 0] -= f_x
+    force[coupling.b, 1] -= f_y
+
+
+@compiled_inline
+def _power_loss(
+    system: System, n: int, phi: float, rate: float, torque: float, y: Floats, branch: Branch
+) -> float:
+    """Return the power [W] that coupling n loses: what its torque and force take beyond what its springs store."""
+    coupling = system.records[KIND][n]
+    a, b = coupling.a, coupling.b
+    elastic = coupling.stiffness * phi if coupling.contacts == 0 else 0.0
+    for end in range(coupling.contacts):
+        if branch.modes[coupling.contact + end] != OPEN:
+            elastic += coupling.stiffness * (phi - (1.0 - 2.0 * end) * coupling.half_play)
+    v_x = y[vx_of(system, b)] - y[vx_of(system, a)]
+    v_y = y[vy_of(system, b)] - y[vy_of(system, a)]
+    return (torque - elastic) * rate + coupling.lateral_damping * (v_x * v_x + v_y * v_y)
 
 
 @compiled_once
@@ -217,4 +268,8 @@ def observe(
     at = system.records[KIND][n].signal
     phi, rate = twist(system, n, t, y)
     row[at] = phi
-    row[at + 1] = _torque(system, n, phi, rate, loads) if acting else 0.0
+    torque = _torque(system, n, phi, rate, loads) if acting else 0.0
+    row[at + 1], row[at + 2] = torque, 0.0
+    row[at + 3], row[at + 4] = lateral_force(system, n, y)
+    if acting:
+        row[at + 2] = _power_loss(system, n, phi, rate, torque, y, branch)

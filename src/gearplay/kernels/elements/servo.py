@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from gearplay.kernels.advancement import STAYS_OPEN
 from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.elements.contactless import crossing, press, stay_open
 from gearplay.kernels.layout import (
     PLACES,
     Branch,
@@ -21,7 +21,9 @@ from gearplay.kernels.layout import (
     ramp_of,
     spin_of,
 )
+from gearplay.kernels.torque_limit import limit_of, limited, may_pass, past_limit
 
+__all__ = ["crossing", "press", "stay_open"]
 KIND = 0
 RECORD = np.dtype(
     [
@@ -60,9 +62,10 @@ def wanted_torque(system: System, n: int, t: float, y: Floats, branch: Branch) -
 
 
 @compiled_once
-def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Return 0: a servo has no contact."""
-    return 0
+def torque_of(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
+    """Return servo n's torque [N m] at (t, y)."""
+    servo = system.records[KIND][n]
+    return limited(wanted_torque(system, n, t, y, branch), servo.limit, branch.modes[servo.mode])
 
 
 @compiled_once
@@ -70,8 +73,7 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     """Add servo n's torque to the sum on its rotor, and the rate of its integral to ``dy``; return 0."""
     servo = system.records[KIND][n]
     wanted = wanted_torque(system, n, t, y, branch)
-    mode = branch.modes[servo.mode]
-    torque = wanted if mode == 0 else mode * servo.limit
+    torque = limited(wanted, servo.limit, branch.modes[servo.mode])
     loads.rotors[servo.rotor, 2] += torque
     # Back-calculation: the integral follows what the limit lets through.
     error = _target(system, n, t, branch) - spin_of(system, servo.rotor, y)
@@ -80,20 +82,10 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
 
 
 @compiled_once
-def stay_open(
-    system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
-) -> tuple[int, float]:
-    """Return that nothing can touch."""
-    return STAYS_OPEN, longest
-
-
-@compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return how far [N m] servo n is beyond its limit, or from it where it is limited."""
     servo = system.records[KIND][n]
-    limit, mode = servo.limit, branch.modes[servo.mode]
-    wanted = wanted_torque(system, n, t, y, branch)
-    return abs(wanted) - limit if mode == 0 else limit - mode * wanted
+    return past_limit(wanted_torque(system, n, t, y, branch), servo.limit, branch.modes[servo.mode])
 
 
 @compiled_once
@@ -101,7 +93,7 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     """Reach the limit or leave it."""
     slot = system.records[KIND][n].mode
     if branch.modes[slot] == 0:
-        branch.modes[slot] = int(math.copysign(1.0, wanted_torque(system, n, t, y, branch)))
+        branch.modes[slot] = limit_of(wanted_torque(system, n, t, y, branch))
     else:
         branch.modes[slot] = 0
 
@@ -111,19 +103,13 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
     """Set servo n's mode from the state alone."""
     servo = system.records[KIND][n]
     torque, limit = wanted_torque(system, n, t, y, branch), servo.limit
-    branch.modes[servo.mode] = int(math.copysign(1.0, torque)) if abs(torque) > limit else 0
+    branch.modes[servo.mode] = limit_of(torque) if abs(torque) > limit else 0
 
 
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Return 0: a servo is linear on each of its modes."""
     return 0
-
-
-@compiled_once
-def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return zeros: nothing jumps where a servo reaches its limit."""
-    return 0.0, 0.0, 0.0
 
 
 @compiled_once
@@ -146,7 +132,7 @@ def may_return(
 ) -> bool:  # fmt: skip
     """Return whether switch s of servo n, not positive at both ends of a step of h [s], may be so in between.
 
-    Where the torque wanted rises and falls among the stages it may do so by half of its fastest change.
+    The stages show the rates of the torque wanted.
     """
     servo = system.records[KIND][n]
     ramp = 0.0
@@ -157,9 +143,7 @@ def may_return(
         error_rate = ramp - stages[stage, omega_of(system, servo.rotor)]
         rate = servo.gain * error_rate + servo.integral_gain * stages[stage, servo.state]
         least, most = min(least, rate), max(most, rate)
-    if least >= 0.0 or most <= 0.0:
-        return False
-    return max(g_0[servo.switch], g_1[servo.switch]) + 0.5 * h * max(most, -least) > 0.0
+    return may_pass(least, most, h, g_0[servo.switch], g_1[servo.switch])
 
 
 @compiled_once

@@ -15,6 +15,7 @@ from gearplay.kernels.advancement import (
     rotor_bounds,
 )
 from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.carried import carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.sleeve_law import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
@@ -66,11 +67,7 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
         i = sleeve.bush
         turn = turn_of(system, i, t, y)
         bush_spin = spin_of(system, i, y)
-        # cos(turn) - 1 by the half angle: the journal's orbit must not cancel against 1
-        cosine, sine = math.cos(0.5 * turn), math.sin(0.5 * turn)
-        c_1, sn = -2.0 * sine * sine, 2.0 * sine * cosine
-        shift_x = c_1 * sleeve.offset_x - sn * sleeve.offset_y
-        shift_y = sn * sleeve.offset_x + c_1 * sleeve.offset_y
+        shift_x, shift_y, _, _ = carried(turn, sleeve.offset_x, sleeve.offset_y)
         arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
         e_x -= y[x_of(i)] + shift_x
         e_y -= y[y_of(i)] + shift_y
@@ -310,6 +307,18 @@ def may_return(
     return max(g_0[at], g_1[at]) + 2.0 * bow * sleeve.dissipation / branch.latch[sleeve.latch] > 0.0
 
 
+@compiled_inline
+def _power_loss(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return the power [W] lost in sleeve n: what its forces take from the rotors beyond what its springs store."""
+    sleeve = system.records[KIND][n]
+    tangential, out, k = _press(system, n, t, y, branch, loads), loads.out, sleeve.contact
+    lost = sleeve.damping * (out[V_X] * out[V_X] + out[V_Y] * out[V_Y])
+    if branch.modes[k] != OPEN:
+        elastic, _ = sleeve_force(sleeve, out[DELTA], 0.0, 1.0)
+        lost += (loads.contacts[k, FORCE] - elastic) * out[DELTA_RATE] - tangential * out[SLIDING]
+    return lost
+
+
 @compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
@@ -320,6 +329,7 @@ def observe(
     if acting:
         row[at] = loads.contacts[k, PENETRATION]
         row[at + 1], row[at + 2] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+        row[at + 3] = _power_loss(system, n, t, y, branch, loads)
         return
     sleeve_geometry(system, n, t, y, loads.out)
-    row[at], row[at + 1], row[at + 2] = loads.out[DELTA], 0.0, 0.0
+    row[at], row[at + 1], row[at + 2], row[at + 3] = loads.out[DELTA], 0.0, 0.0, 0.0

@@ -35,6 +35,7 @@ SIGNALS = (
     Signal("sleeve_penetration", "delta", "m", "um", 1e6, "penetration of journal into bush", True),
     Signal("sleeve_force_x", "Fx", "N", "N", 1.0, "force of the bush on the journal along x"),
     Signal("sleeve_force_y", "Fy", "N", "N", 1.0, "force of the bush on the journal along y"),
+    Signal("sleeve_power_loss", "P", "W", "W", 1.0, "power lost in the sleeve: impacts, friction, damping"),
 )
 
 

@@ -11,11 +11,12 @@ from types import ModuleType
 from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements import coupling, mesh, servo, sleeve
+from gearplay.kernels.elements import coupling, excitation, housing, mesh, positioner, servo, sleeve, support
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
+SUPPORT, EXCITATION, HOUSING, POSITIONER = support.KIND, excitation.KIND, housing.KIND, positioner.KIND
 
 # What the file of every kind must say: its record and the sizes of its entries, and the questions that it must answer.
 FACTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
@@ -29,8 +30,8 @@ QUESTIONS = (
     "crossing",  # and in a switch function
     "observe",  # signals
 )
-DERIVATIVE = ("linearise", "add_change", "crossing", "jump")
-"""Questions that only the exact derivative asks."""
+DERIVATIVE = ("linearise", "add_change", "crossing", "jump", "carry_sample")
+"""Questions that only the exact derivative asks: passed on in `derivative`."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,16 @@ class Kind:
             raise TypeError(f"{self.file.__name__} says nothing of {', '.join(lacking)}")
 
 
-KINDS = (Kind("servo", servo), Kind("sleeve", sleeve), Kind("mesh", mesh), Kind("coupling", coupling))
+KINDS = (
+    Kind("servo", servo),
+    Kind("sleeve", sleeve),
+    Kind("mesh", mesh),
+    Kind("coupling", coupling),
+    Kind("support", support),
+    Kind("excitation", excitation),
+    Kind("base", housing),
+    Kind("positioner", positioner),
+)
 
 
 @compiled_once
@@ -59,6 +69,14 @@ def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Lo
         return mesh.press(system, n, t, y, branch, loads)
     if kind == COUPLING:
         return coupling.press(system, n, t, y, branch, loads)
+    if kind == SUPPORT:
+        return support.press(system, n, t, y, branch, loads)
+    if kind == EXCITATION:
+        return excitation.press(system, n, t, y, branch, loads)
+    if kind == HOUSING:
+        return housing.press(system, n, t, y, branch, loads)
+    if kind == POSITIONER:
+        return positioner.press(system, n, t, y, branch, loads)
     return servo.press(system, n, t, y, branch, loads)
 
 
@@ -81,8 +99,24 @@ def act(system: System, acting: Ints, t: float, y: Floats, branch: Branch, loads
         if mesh.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
-    while c <= last:
+    while c <= last and elements[acting[c]].kind == COUPLING:
         if coupling.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last and elements[acting[c]].kind == SUPPORT:
+        if support.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last and elements[acting[c]].kind == EXCITATION:
+        if excitation.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last and elements[acting[c]].kind == HOUSING:
+        if housing.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+            return 1
+        c += 1
+    while c <= last:
+        if positioner.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     return 0
@@ -101,6 +135,14 @@ def stay_open(
         return mesh.stay_open(system, n, t, y, branch, longest, out)
     if kind == COUPLING:
         return coupling.stay_open(system, n, t, y, branch, longest, out)
+    if kind == SUPPORT:
+        return support.stay_open(system, n, t, y, branch, longest, out)
+    if kind == EXCITATION:
+        return excitation.stay_open(system, n, t, y, branch, longest, out)
+    if kind == HOUSING:
+        return housing.stay_open(system, n, t, y, branch, longest, out)
+    if kind == POSITIONER:
+        return positioner.stay_open(system, n, t, y, branch, longest, out)
     return servo.stay_open(system, n, t, y, branch, longest, out)
 
 
@@ -110,6 +152,8 @@ def forcing_rate(system: System, e: int, t: float, y: Floats) -> float:
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
         return mesh.forcing_rate(system, n, t, y)
+    if kind == EXCITATION:
+        return excitation.forcing_rate(system, n, t, y)
     return 0.0
 
 
@@ -135,6 +179,8 @@ def own_switch(system: System, e: int, s: int, t: float, y: Floats, branch: Bran
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
         return mesh.own_switch(system, n, s, t, y, branch, loads)
+    if kind == POSITIONER:
+        return positioner.own_switch(system, n, s, t, y, branch, loads)
     return servo.own_switch(system, n, s, t, y, branch, loads)
 
 
@@ -144,6 +190,8 @@ def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Bran
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
         mesh.switch_own(system, n, s, t, y, branch)
+    elif kind == POSITIONER:
+        positioner.switch_own(system, n, s, t, y, branch)
     else:
         servo.switch_own(system, n, s, t, y, branch)
 
@@ -164,6 +212,14 @@ def may_return(
         return mesh.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
     if kind == COUPLING:
         return coupling.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
+    if kind == SUPPORT:
+        return support.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
+    if kind == EXCITATION:
+        return excitation.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
+    if kind == HOUSING:
+        return housing.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
+    if kind == POSITIONER:
+        return positioner.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
     return servo.may_return(system, n, s, h, branch, loads_0, loads, g_0, g_1, stages)
 
 
@@ -175,6 +231,8 @@ def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: L
         mesh.settle(system, n, t, y, branch, loads)
     elif kind == SERVO:
         servo.settle(system, n, t, y, branch, loads)
+    elif kind == POSITIONER:
+        positioner.settle(system, n, t, y, branch, loads)
 
 
 @compiled_inline
@@ -183,61 +241,6 @@ def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Br
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
         mesh.settle_touch(system, n, k, t, y, branch)
-
-
-@compiled_inline
-def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill element e's row of slopes at (t, y); return 1 where its geometry fails."""
-    kind, n = system.elements[e].kind, system.elements[e].index
-    if kind == SLEEVE:
-        return sleeve.linearise(system, n, t, y, branch, loads, row)
-    if kind == MESH:
-        return mesh.linearise(system, n, t, y, branch, loads, row)
-    if kind == COUPLING:
-        return coupling.linearise(system, n, t, y, branch, loads, row)
-    return servo.linearise(system, n, t, y, branch, loads, row)
-
-
-@compiled_inline
-def add_change(
-    system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
-) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)], and fill in ``dz``, what a change z changes when element e acts."""
-    kind, n = system.elements[e].kind, system.elements[e].index
-    if kind == SLEEVE:
-        sleeve.add_change(system, n, row, z, branch, force, dz)
-    elif kind == MESH:
-        mesh.add_change(system, n, row, z, branch, force, dz)
-    elif kind == COUPLING:
-        coupling.add_change(system, n, row, z, branch, force, dz)
-    else:
-        servo.add_change(system, n, row, z, branch, force, dz)
-
-
-@compiled_inline
-def crossing(system: System, e: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in switch function s of element e (its touches: the penetrations) and in its rate, and
-    that rate.
-    """
-    kind, n = system.elements[e].kind, system.elements[e].index
-    if kind == SLEEVE:
-        return sleeve.crossing(system, n, s, row, z)
-    if kind == MESH:
-        return mesh.crossing(system, n, s, row, z)
-    if kind == COUPLING:
-        return coupling.crossing(system, n, s, row, z)
-    return servo.crossing(system, n, s, row, z)
-
-
-@compiled_inline
-def jump(system: System, e: int, before: Ints, modes: Ints) -> int:
-    """Return the switch at which element e's force has just jumped, by its modes before and now; -1 for none."""
-    kind, n = system.elements[e].kind, system.elements[e].index
-    if kind == MESH:
-        return mesh.jump(system, n, before, modes)
-    if kind == COUPLING:
-        return coupling.jump(system, n, before, modes)
-    return -1
 
 
 @compiled_inline
@@ -252,5 +255,13 @@ def observe(
         mesh.observe(system, n, t, y, branch, loads, acting, row)
     elif kind == COUPLING:
         coupling.observe(system, n, t, y, branch, loads, acting, row)
+    elif kind == SUPPORT:
+        support.observe(system, n, t, y, branch, loads, acting, row)
+    elif kind == EXCITATION:
+        excitation.observe(system, n, t, y, branch, loads, acting, row)
+    elif kind == HOUSING:
+        housing.observe(system, n, t, y, branch, loads, acting, row)
+    elif kind == POSITIONER:
+        positioner.observe(system, n, t, y, branch, loads, acting, row)
     else:
         servo.observe(system, n, t, y, branch, loads, acting, row)

@@ -38,8 +38,11 @@ LONGEST = 40.0  # s over which the exponent is measured
 FEWEST = 20  # periods of it at least
 SWINGS, PARTS = 8, 32  # periods, and instants in each, over which the motion within a period is looked at
 DOUBT = 1e-3  # chance of calling any statistic changed that is not
-ROUNDING, PLAIN = 1e-6, 0.02
-"""Relative differences that mean nothing: of what does not scatter at all, and of plain steps, which see contacts late."""
+ROUNDING, SAMPLED, PLAIN = 1e-6, 1e-3, 0.02
+"""Relative differences that mean nothing: of what does not scatter at all, of samples farther apart, of plain steps, which see
+contacts late.
+"""
+DEVIATION = "standard deviation of "
 PLAIN_STEP = 0.5  # of a plain method [steps after a located contact, which are 0.1 rad of the fastest one]
 SPREADS = ("impacts_per_second", "share_of_time", "rms_impact_speed")
 
@@ -251,7 +254,7 @@ def _changes(flow: Flow) -> dict[str, tuple[Mapping[str, Any], float]]:
     """Return how the method of a case is changed, and which relative difference of a statistic means nothing then."""
     run = flow.case.run
     output: dict[str, tuple[Mapping[str, Any], float]] = {
-        "a third of the output step": ({"run.sampling": 3.0 * run.sampling}, ROUNDING)
+        "a third of the output step": ({"run.sampling": 3.0 * run.sampling}, SAMPLED)
     }
     if run.fixed_step is not None:
         return output | {
@@ -272,12 +275,14 @@ def _compare(
     from scipy.special import stdtrit
 
     names = _moving(flow)
+    free = dict(zip(flow.free_names, flow.natural[flow.free], strict=False))
+    floors = {f"{DEVIATION}{name}": flow.case.run.tolerance * float(free[name]) for name in names}
     usual = _statistics(flow.case, names, members, "ensemble", tell, stop)
     found = []
     for change, (values, least) in _changes(flow).items():
         changed = _statistics(replace(flow.case, values), names, members, change, tell, stop)
         found += [
-            Comparison(change, name, *_welch(usual[name], changed[name], least))
+            Comparison(change, name, *_welch(usual[name], changed[name], least, floors.get(name, 0.0)))
             for name in usual
             if name in changed
         ]
@@ -310,7 +315,7 @@ def _statistics(
         for at, contact in enumerate(labels)
     }
     for at, column in enumerate(runs[0].columns):
-        name = f"standard deviation of {column.label}.{column.signal}"
+        name = f"{DEVIATION}{column.label}.{column.signal}"
         found[name] = np.array(
             [float(np.std(run.values[:, at])) if run.success else math.nan for run in runs]
         )
@@ -323,10 +328,10 @@ def _contact(run: Trajectory, name: str, at: int) -> float:
     return (value if math.isfinite(value) else 0.0) if run.success else math.nan
 
 
-def _welch(usual: Floats, changed: Floats, relative: float) -> tuple[float, float, float]:
+def _welch(usual: Floats, changed: Floats, relative: float, floor: float) -> tuple[float, float, float]:
     """Return both means and their difference over its standard error (Welch), 0 where neither varies nor differs.
 
-    The error is at least ``relative`` times the larger mean.
+    The error is at least ``relative`` times the larger mean; what differs by ``floor`` at most, the method's own error, does not.
     """
     a, b = usual[np.isfinite(usual)], changed[np.isfinite(changed)]
     if min(a.size, b.size) < 2:
@@ -334,6 +339,6 @@ def _welch(usual: Floats, changed: Floats, relative: float) -> tuple[float, floa
     error = math.sqrt(float(np.var(a, ddof=1)) / a.size + float(np.var(b, ddof=1)) / b.size)
     one, other = float(np.mean(a)), float(np.mean(b))
     least = relative * max(abs(one), abs(other))
-    if abs(other - one) <= ROUNDING * max(abs(one), abs(other)):
+    if abs(other - one) <= max(floor, ROUNDING * max(abs(one), abs(other))):
         return one, other, 0.0
     return one, other, (other - one) / max(error, least)

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.kernels import base_motion
+from gearplay.kernels.elements.table import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.kernels.layout import DRIVE_SPEED
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.reading import replace
 from gearplay.solver.flow import Flow, Passage
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
 Family = Callable[[float], Case]
@@ -144,6 +145,10 @@ def section_period(packed: Packed, which: str | float = "common") -> float:
     if which not in ("mesh", "shaft"):
         raise InputError(Fault("period", which, "must be common, mesh, shaft or a time in s", "Choose one"))
     _check_prescribed(packed)
+    if not packed.system.records[MESH].size:
+        raise InputError(
+            Fault("period", which, "must be common or a time in s in a case without a mesh", "Say common")
+        )
     mesh, speeds = packed.system.records[MESH][0], packed.system.rotors["nominal_speed"]
     rate = abs(float(speeds[mesh["driver"]]))
     if which == "mesh":
@@ -155,63 +160,87 @@ def section_period(packed: Packed, which: str | float = "common") -> float:
 
 
 def _check_prescribed(packed: Packed) -> None:
-    """Raise `InputError` where no speed is prescribed without a ramp, or there is no mesh."""
+    """Raise `InputError` where gears mesh and no speed is prescribed, or one with a ramp."""
     rotors: Any = packed.system.rotors
     prescribed = [i for i in range(rotors.size) if rotors[i].drive == DRIVE_SPEED]
-    if (
-        prescribed
-        and all(rotors[i].ramp_time == 0.0 for i in prescribed)
-        and packed.system.records[MESH].size
-    ):
-        return
-    rule = (
-        "must be a prescribed speed without a ramp, in a case with a mesh, for a motion that can be periodic"
-    )
-    if not prescribed:
-        raise InputError(Fault("rotors", "none with a drive of kind speed", rule, "Prescribe a speed"))
-    name = packed.rotor_names[prescribed[0]]
-    ramp = float(rotors[prescribed[0]].ramp_time)
-    cure = f"Say --set rotors.{name}.drive.ramp=0s" if ramp > 0.0 else "Add a mesh"
-    raise InputError(Fault(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure))
+    meshes = packed.system.records[MESH].size
+    rule = "must be a prescribed speed without a ramp where gears mesh, for a motion that can be periodic"
+    if not prescribed and meshes:
+        cure = "Prescribe a speed, or give the period in s"
+        raise InputError(Fault("rotors", "none with a drive of kind speed", rule, cure))
+    for i in prescribed:
+        ramp, name = float(rotors[i].ramp_time), packed.rotor_names[i]
+        if ramp > 0.0:
+            cure = f"Say --set rotors.{name}.drive.ramp=0s"
+            raise InputError(Fault(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure))
 
 
 def common_period(packed: Packed) -> float:
     """Return the shortest time [s] after which everything that excites a system begins anew.
 
-    That is a number of periods of the first mesh: stiffness and errors repeat with their mesh, runouts with their rotor, ripples
-    with their order.
+    That is a number of periods of the first mesh: stiffness and errors repeat with their mesh, runouts and unbalances with their
+    rotor, ripples and terms of torques with their order or frequency, the housing with its own.
 
     Raises `InputError` where there is none.
     """
+    _check_prescribed(packed)
+    rates = [rate for rate in _rates(packed) if rate > 0.0]
+    if not rates:
+        rule = "must not be 0 for a periodic motion where nothing else excites it"
+        raise InputError(Fault("drive.speed", 0.0, rule, "Choose a speed"))
+    base = rates[0]
+    for count in range(1, MOST_PERIODS + 1):
+        turns = np.array(rates) * count / base
+        if np.all(np.abs(turns - np.round(turns)) < 1e-9 * np.maximum(turns, 1.0)):
+            return float(2.0 * math.pi * count / base)
+    rule = f"must have a common period of at most {MOST_PERIODS} periods of the first mesh, or of what excites it"
+    cure = "Leave out what does not repeat with the mesh (runout, unbalance, ripple, terms, base), or change numbers of teeth"
+    raise InputError(Fault("excitation", None, rule, cure))
+
+
+def _rates(packed: Packed) -> list[float]:
+    """Return the angular frequencies [rad/s] with which all that excites a system begins anew, the first mesh's first."""
     rotors: Any = packed.system.rotors
     meshes: Any = packed.system.records[MESH]
     sleeves: Any = packed.system.records[SLEEVE]
-    _check_prescribed(packed)
+    supports: Any = packed.system.records[SUPPORT]
     speeds = rotors.nominal_speed
-    rates = []  # [rad/s], of all that repeats
+    rates = []
     for mesh in meshes:
         frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
         rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
         rates += [
             abs(speeds[i]) for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
         ]
-    rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
+    rates += [
+        abs(speeds[i])
+        for i in range(rotors.size)
+        if rotors[i].ripple_count > 0 or (rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0)
+    ]
+    for each in packed.system.records[EXCITATION]:
+        if each["pieces"] > 0 or each["load_pieces"] > 0:
+            rule = "must not be given for a motion that can be periodic"
+            raise InputError(Fault("table", "of a torque", rule, "Give terms, or remove it"))
+        at, speed = int(each["start"]), abs(speeds[each["rotor"]])
+        for in_time, in_rotation in (("in_time", "in_rotation"), ("load_in_time", "load_in_rotation")):
+            rates += packed.system.terms[at : at + each[in_time], 0].tolist()
+            at += int(each[in_time])
+            rates += (speed * packed.system.terms[at : at + each[in_rotation], 0]).tolist()
+            at += int(each[in_rotation])
+    kind, rate = packed.system.base[base_motion.KIND], float(packed.system.base[base_motion.RATE])
+    if kind not in (base_motion.NONE, base_motion.HARMONIC):
+        rule = "must be harmonic for a motion that can be periodic"
+        raise InputError(
+            Fault("base.acceleration.kind", NO_VALUE, rule, "Choose harmonic, or remove the base")
+        )
+    rates += [rate] if kind == base_motion.HARMONIC else []
     for sleeve in sleeves:
         if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
             rates.append(abs(speeds[sleeve.bush]))
-    base = rates[0]
-    if base == 0.0:
-        raise InputError(Fault("drive.speed", 0.0, "must not be 0 for a periodic motion", "Choose a speed"))
-    for count in range(1, MOST_PERIODS + 1):
-        turns = np.array(rates) * count / base
-        if np.all(np.abs(turns - np.round(turns)) < 1e-9 * np.maximum(turns, 1.0)):
-            return float(2.0 * math.pi * count / base)
-    rule = f"must have a common period of at most {MOST_PERIODS} mesh periods"
-    raise InputError(
-        Fault(
-            "runout",
-            None,
-            rule,
-            "Leave out what does not repeat with the mesh, or choose other tooth numbers",
-        )
-    )
+    for support in supports:
+        uneven = support.stiffness_x != support.stiffness_y or support.damping_x != support.damping_y
+        if support.carrier >= 0 and (uneven or math.hypot(support.offset_x, support.offset_y) > 0.0):
+            rates.append(abs(speeds[support.carrier]))
+    sampled = packed.system.records[POSITIONER]["sample_time"]
+    rates += (2.0 * math.pi / sampled[sampled > 0.0]).tolist()
+    return [float(rate) for rate in rates]

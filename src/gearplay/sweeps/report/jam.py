@@ -1,6 +1,6 @@
 """Where in a map a mesh can jam: the line 2 sin(alpha0) (sum of both radial clearances) = b0."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.sweeps.report.thermal_jam import excess_at, fields_at, line_of
 from gearplay.sweeps.running.evaluate import Sweep
 
 Floats = NDArray[np.float64]
@@ -41,11 +42,7 @@ def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
     """
     base = sweep.template.base
     mesh = base.meshes[j]
-    fields = {
-        path: values[name] if scaled is None else scaled * values[name]
-        for path, name, scaled in sweep.template.fields
-        if name in values
-    }
+    fields = fields_at(sweep, values)
     play: Any = 0.0
     for name in mesh.rotors:
         if name in base.sleeves:
@@ -67,7 +64,9 @@ def jam_lines(
     factors]. There is no line where a drawn parameter has a part in it: it would be another for every point.
     """
     base, found = sweep.template.base, []
-    for j, mesh in enumerate(base.meshes):
+    if base.environment is not None:
+        return _thermal_lines(sweep, across, up, fixed)
+    for j in range(len(base.meshes)):
         linear, angle = _paths(base, j)
         by_name: dict[str, set[str]] = {}
         for path, name, _ in sweep.template.fields:
@@ -85,16 +84,40 @@ def jam_lines(
             continue
         solved = -at_zero / slope
         x, y = (grid, solved) if wanted == up[0] else (solved, grid)
-        middle = {across[0]: float(x[POINTS // 2]), up[0]: float(y[POINTS // 2])}
-        sides = [
-            _side(sweep, j, dict(fixed) | middle, name, 1e-3 * (top - bottom))
-            for name, bottom, top in (across, up)
-        ]
-        found.append(JamLine(mesh.label, x, y, (sides[0], sides[1])))
+        found.append(_line(sweep, j, jam_excess, (x, y), across, up, fixed))
     return found
 
 
-def _side(sweep: Sweep, j: int, values: Mapping[str, float], name: str, step: float) -> int:
-    """Return in which direction along one axis the excess grows."""
-    ahead, behind = (jam_excess(sweep, j, {**values, name: values[name] + s}) for s in (step, -step))
-    return int(np.sign(ahead - behind)) if abs(ahead - behind) > 1e-18 else 0
+def _thermal_lines(
+    sweep: Sweep,
+    across: tuple[str, float, float],
+    up: tuple[str, float, float],
+    fixed: Mapping[str, float],
+) -> list[JamLine]:
+    """Do what `jam_lines` does for a case with temperatures."""
+    drawn = sweep.template.plan.design
+    if drawn is not None and drawn.parameters:
+        return []
+    lines = [(j, line_of(sweep, j, across, up, fixed)) for j in range(len(sweep.template.base.meshes))]
+    return [_line(sweep, j, excess_at, line, across, up, fixed) for j, line in lines if line is not None]
+
+
+def _line(
+    sweep: Sweep,
+    j: int,
+    excess: Callable[[Sweep, int, Mapping[str, Any]], Any],
+    line: tuple[Floats, Floats],
+    across: tuple[str, float, float],
+    up: tuple[str, float, float],
+    fixed: Mapping[str, float],
+) -> JamLine:
+    """Return the line through points at which the excess of mesh j vanishes, with the sides on which it is above 0."""
+    x, y = line
+    values = {**fixed, across[0]: float(x[x.size // 2]), up[0]: float(y[y.size // 2])}
+
+    def side(name: str, bottom: float, top: float) -> int:
+        step = 1e-3 * (top - bottom)
+        ahead, behind = (excess(sweep, j, {**values, name: values[name] + s}) for s in (step, -step))
+        return int(np.sign(ahead - behind)) if abs(ahead - behind) > 1e-18 else 0
+
+    return JamLine(sweep.template.base.meshes[j].label, x, y, (side(*across), side(*up)))

@@ -233,6 +233,12 @@ export class Stage {
         c.stroke();
         c.setLineDash([]);
       }
+      const support = (this.result.mechanism.supports ?? []).find((each) => each.name === gear.rotor);
+      if (support) {
+        c.strokeStyle = view.soft;
+        c.lineWidth = thin;
+        for (const [axis, k] of support.stiffness.entries()) if (k > 0) spring(c, gear.x, gear.y, M * dx, M * dy, axis, shaft);
+      }
       c.fillStyle = view.color;
       circle(c, gear.x + M * dx, gear.y + M * dy, shaft);
       c.fill();
@@ -240,6 +246,25 @@ export class Stage {
       const force = [pressed[2 * sleeve * n + i], pressed[(2 * sleeve + 1) * n + i]];
       arrow(c, gear.x + M * dx, gear.y + M * dy, ...force, this.peak, reach, 2 * thin, view.alert);
     });
+    for (const { between } of this.result.mechanism.couplings ?? []) {
+      const [one, other] = between.map((name) => gears.find((gear) => gear.rotor === name));
+      if (Math.hypot(one.x - other.x, one.y - other.y) > 1e-6) continue; // two axes joined by a drive
+      const radius = 1.7 * Math.max(shaftOf(one), shaftOf(other));
+      c.strokeStyle = view.ink;
+      c.lineWidth = 1.6 * thin;
+      for (const [side, gear] of [[1, one], [-1, other]]) { // each end's mark on a ring: apart by the twist
+        const [dx, dy, theta] = at(gear.index);
+        const angle = turns[gear.index * n + i] + M * theta;
+        c.setLineDash(side > 0 ? [] : [2 * thin, 2 * thin]);
+        circle(c, gear.x + M * dx, gear.y + M * dy, radius);
+        c.stroke();
+        c.setLineDash([]);
+        c.beginPath();
+        c.moveTo(gear.x + M * dx + radius * Math.cos(angle), gear.y + M * dy + radius * Math.sin(angle));
+        c.lineTo(gear.x + M * dx + (1 - 0.3 * side) * radius * Math.cos(angle), gear.y + M * dy + (1 - 0.3 * side) * radius * Math.sin(angle));
+        c.stroke();
+      }
+    }
     for (const [j, mesh] of meshes.entries()) {
       const [a, b] = [mesh.driver, mesh.driven].map((name) => gears.find((gear) => gear.name === name));
       const turn = (a.sense || 1);
@@ -276,6 +301,20 @@ function pitchPoint(a, b) {
 }
 
 function circle(c, x, y, r) { c.beginPath(); c.arc(x, y, r, 0, 2 * Math.PI); }
+
+/** A spring from the ground, left of a shaft or below it, to the shaft where it is. */
+function spring(c, x, y, dx, dy, axis, shaft) {
+  const [from, coils, width] = [-3.2 * shaft, 5, 0.35 * shaft];
+  const to = (axis ? dy : dx) - shaft;
+  const point = (along, across) => (axis ? [x + dx + across, y + along] : [x + along, y + dy + across]);
+  c.beginPath();
+  c.moveTo(...point(from, -0.8 * shaft));
+  c.lineTo(...point(from, 0.8 * shaft));
+  c.moveTo(...point(from, 0));
+  for (let k = 1; k < 2 * coils; k++) c.lineTo(...point(from + ((to - from) * k) / (2 * coils), k % 2 ? width : -width));
+  c.lineTo(...point(to, 0));
+  c.stroke();
+}
 
 /** An arrow whose length grows with the root of the force, so that small ones are seen; the largest has the length `reach`. */
 function arrow(c, x, y, fx, fy, peak, reach, width, color) {

@@ -150,7 +150,8 @@ export function fillStatistics(table, result) {
   for (const model of names(result)) {
     for (const each of result.models[model].statistics) {
       rows.push(row([model, each.contact, `${(100 * each.share_of_time).toPrecision(3)} %`, String(each.impacts), each.impacts_per_second.toPrecision(3),
-        (1e3 * each.rms_impact_speed).toPrecision(3), each.peak_force.toPrecision(3)], "td"));
+        `${(1e3 * each.rms_impact_speed).toPrecision(3)}${each.angular ? " mrad/s" : ""}`,
+        `${each.peak_force.toPrecision(3)}${each.angular ? " N m" : ""}`], "td"));
     }
   }
   table.replaceChildren(...rows);

@@ -56,14 +56,16 @@ function offer(select, choices) {
   return chosen;
 }
 
-/** Return what of a result is looked at: a sleeve, a mesh, a spectrum; lists with one choice are not shown. */
+/** Return what of a result is looked at: a shaft, a mesh, a spectrum; lists with one choice are not shown. */
 function lookAt(result) {
   const { sleeves, meshes } = result.mechanism;
+  const free = Object.values(result.models).flatMap((view) => view.orbits.map((each) => each.name));
+  const shafts = [...new Set([...sleeves.map((each) => each.name), ...free])];
   const spectra = Object.values(result.models).flatMap((view) => view.spectra.map((each) => `${each.label}.${each.signal}`));
-  $("look-sleeve").hidden = sleeves.length < 2;
+  $("look-sleeve").hidden = shafts.length < 2;
   $("look-mesh").hidden = meshes.length < 2;
   return {
-    sleeve: offer($("sleeve-of"), sleeves.map((each) => each.name)), mesh: offer($("mesh-of"), meshes.map((each) => each.name)),
+    sleeve: offer($("sleeve-of"), shafts), mesh: offer($("mesh-of"), meshes.map((each) => each.name)),
     spectrum: offer($("spectrum-of"), [...new Set(spectra)]), scale: $("spectrum-scale").value,
   };
 }

@@ -7,6 +7,7 @@ from gearplay.kernels.advancement import FAILS, RESOLUTION, STAYS_OPEN, TOUCHES,
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.elements.mesh.friction import add_friction, friction_loss
 from gearplay.kernels.elements.mesh.record import BACK, DRIVE, KIND, SEGMENT, SHOWN
 from gearplay.kernels.flank import flank_force
 from gearplay.kernels.layout import (
@@ -30,6 +31,7 @@ from gearplay.kernels.mesh_geometry import (
     COS_PSI,
     DISTANCE,
     DISTANCE_RATE,
+    ERROR_RATE,
     G_RATE,
     MESH_PRINTED_COUPLED,
     N_B_X,
@@ -52,9 +54,7 @@ from gearplay.kernels.mesh_geometry import (
     mesh_geometry,
     mesh_phase,
 )
-from gearplay.kernels.tooth_stiffness import (
-    mesh_stiffness,
-)
+from gearplay.kernels.tooth_stiffness import mesh_stiffness, stiffness_slope
 
 
 @compiled_inline
@@ -107,6 +107,8 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     force[a, 0] -= f_x
     force[a, 1] -= f_y
     force[a, 2] += twist * mesh.rho_a - (out[ARM_A_X] * f_y - out[ARM_A_Y] * f_x)
+    if mesh.friction > 0.0:
+        add_friction(system, n, y, branch.modes, loads)
     if mesh.frame >= 0:  # a line of action that the carrier turns
         force[mesh.frame, 2] -= (f_d - f_b) * out[BY_FRAME]
     return 0
@@ -198,6 +200,28 @@ def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
 
 
 @compiled_once
+def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads) -> tuple[float, float]:
+    """Return the powers [W] that mesh n loses, and that errors and varying stiffness of its teeth put in.
+
+    Its rows of the contact table and the scratch are filled. With k p^2 / 2 stored in a flank that touches, F p' is that and what
+    damping takes; the rotors give F (p' - e') of it.
+    """
+    mesh, out, modes = system.records[KIND][n], loads.out, branch.modes
+    k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], modes[mesh.mode + SEGMENT])
+    k_slope = stiffness_slope(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI])
+    lost, put_in = 0.0, 0.0
+    for flank in range(2):
+        if modes[mesh.contact + flank] == OPEN:
+            continue
+        p, force = out[P_D + flank], loads.contacts[mesh.contact + flank, FORCE]
+        lost += (force - k_mesh * p) * out[P_D_RATE + flank]
+        put_in += force * (1.0 - 2.0 * flank) * out[ERROR_RATE] + 0.5 * k_slope * out[PSI_RATE] * p * p
+    if mesh.friction > 0.0:
+        lost += friction_loss(system, n, y, modes, loads)
+    return lost, put_in
+
+
+@compiled_once
 def observe(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
@@ -209,7 +233,8 @@ def observe(
     mesh = system.records[KIND][n]
     out, modes = loads.out, branch.modes
     at, k = mesh.signal, mesh.contact
-    if mesh_gaps(system, n, t, y, branch.memory, out) != 0:
+    whole = acting and mesh_geometry(system, n, t, y, branch.memory, out) == 0
+    if not whole and mesh_gaps(system, n, t, y, branch.memory, out) != 0:
         for column in range(SHOWN):
             row[at + column] = math.nan
         return
@@ -220,4 +245,7 @@ def observe(
             row[at + 2 + flank] = 0.0 if force < 0.0 and out[P_D + flank] < 1e-15 else force
     row[at + 4], row[at + 5] = out[B_T], math.asin(out[SIN_W])
     row[at + 6], row[at + 7] = out[DISTANCE], out[ROLLED]
+    row[at + 9], row[at + 10] = 0.0, 0.0
+    if whole:
+        row[at + 9], row[at + 10] = mesh_powers(system, n, y, branch, loads)
     row[at + 8] = (1.0 if modes[k + DRIVE] != OPEN else 0.0) + (2.0 if modes[k + BACK] != OPEN else 0.0)

@@ -50,6 +50,10 @@ RECORD = np.dtype(
         ("highest_order", "f8"),  # of stiffness and transmission error
         ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
         ("error_bend", "f8"),
+        ("friction", "f8"),  # Coulomb coefficient of the teeth
+        ("friction_speed", "f8"),  # m/s
+        ("pitch_phase", "f8"),  # rad, a pair passes the pitch point where psi and it make 0
+        ("way", "f8"),  # m/rad, of the contact along the drive flanks' line of action
         ("a", "i8"),  # rotor at the foot of the vector of centres
         ("b", "i8"),  # rotor at its tip
         ("driver", "i8"),
@@ -83,14 +87,25 @@ SIGNALS = (
         True,
     ),
     Signal("contact_state", "state", "1", "1", 1.0, "contact state of the mesh"),
+    Signal(
+        "mesh_power_loss", "P", "W", "W", 1.0, "power lost in the mesh: damping and friction of the teeth"
+    ),
+    Signal(
+        "mesh_power_input",
+        "P_e",
+        "W",
+        "W",
+        1.0,
+        "power that errors and varying stiffness of the teeth put in",
+    ),
 )
 SHOWN = len(SIGNALS)
 MEMORY = FRESH
 PER_CONTACT = 3  # switches: touch, pull, end of the damping ramp
 
-# Modes of its own: 1 for each flank beyond the damping ramp, then the half-waves passed by a square wave.
+# Modes of its own: 1 for each flank beyond the damping ramp, then the half-waves passed by a square wave, and by friction.
 DRIVE, BACK = 0, 1
-SEGMENT = 2
-MODES = 3
-# Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave.
+SEGMENT, HALF_WAVE = 2, 3
+MODES = 4
+# Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, and that of friction's half-wave.
 EDGE = 2 * PER_CONTACT

@@ -6,7 +6,8 @@ from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.forces import damping_rate, press
-from gearplay.kernels.elements.mesh.record import BACK, EDGE, KIND, PER_CONTACT, SEGMENT
+from gearplay.kernels.elements.mesh.friction import COLUMNS, GRIP, GRIP_SLOPE, WAY, grip_of, way_of
+from gearplay.kernels.elements.mesh.record import BACK, EDGE, HALF_WAVE, KIND, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import flank_slopes
 from gearplay.kernels.layout import (
     FORCE,
@@ -60,7 +61,10 @@ S_BY_FRAME, SPIN_F, ALONG = range(17, 20)
 FLANK = 20
 NU_X, NU_Y, P_RATE, F, F_P, F_R, F_PSI = range(7)
 FLANK_SLOPES = 7
-SLOPES = FLANK + 2 * FLANK_SLOPES
+# Then for each flank what friction needs, and the length of the line of centres.
+RUBBING = FLANK + 2 * FLANK_SLOPES
+S_LENGTH = RUBBING + 2 * COLUMNS
+SLOPES = S_LENGTH + 1
 
 
 @compiled_once
@@ -112,6 +116,11 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
             rate = damping_rate(mesh, flank, out)
             row[at + F_P], row[at + F_R] = flank_slopes(mesh, k_mesh, p, rate, past, flank)
             row[at + F_PSI] = k_slope * p
+            if mesh.friction > 0.0:
+                half_wave, rubbing = modes[mesh.mode + HALF_WAVE], RUBBING + COLUMNS * flank
+                row[rubbing + GRIP], row[rubbing + GRIP_SLOPE] = grip_of(system, mesh, flank, half_wave, y)
+                row[rubbing + WAY] = way_of(mesh, flank, out[PSI], half_wave)
+    row[S_LENGTH] = out[DISTANCE]
     return 0
 
 
@@ -180,12 +189,62 @@ def _flank_change(
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in switch function s of mesh n and in its rate, and that rate."""
     mesh = system.records[KIND][n]
-    if s == EDGE:
+    if s >= EDGE:
         _, _, _, _, psi, psi_rate = _mesh_changes(system, mesh, row, z)
         return psi, psi_rate, row[S_PSI_RATE]
     flank = s // PER_CONTACT
     p, rate, _, _, _ = _flank_change(system, mesh, flank, row, z)
     return p, rate, row[FLANK + FLANK_SLOPES * flank + P_RATE]
+
+
+@compiled_once
+def add_friction_change(
+    system: System,
+    n: int,
+    flank: int,
+    row: Floats,
+    d_x: float,
+    d_y: float,
+    bend_x: float,
+    bend_y: float,
+    grown: float,
+    psi: float,
+    z: Floats,
+    force: Rows,
+) -> None:
+    """Add to ``force`` what a change z of the state changes in the friction of a flank of mesh n.
+
+    Of z: what it changes in the vector between the toothing centres [m], the flank's direction, its force [N] and psi [rad].
+    """
+    mesh = system.records[KIND][n]
+    a, b = mesh.a, mesh.b
+    la_x, la_y, lb_x, lb_y = row[LA_X], row[LA_Y], row[LB_X], row[LB_Y]
+    e_x, e_y, A = row[S_E_X], row[S_E_Y], row[S_LENGTH]
+    at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
+    nu_x, nu_y, normal = row[at + NU_X], row[at + NU_Y], row[at + F]
+    grip, x = row[rubbing + GRIP], row[rubbing + WAY]
+    g = grip * normal
+    dg = grip * grown + row[rubbing + GRIP_SLOPE] * normal * (z[omega_of(system, b)] - z[omega_of(system, a)])
+    dx = (1.0 - 2.0 * flank) * mesh.way * psi
+    along, across = d_x * e_x + d_y * e_y, -d_x * e_y + d_y * e_x
+    share = 1.0 / (mesh.rho_a + mesh.rho_b)
+    lever = share * A * (nu_x * e_x + nu_y * e_y)
+    d_lever = share * (
+        along * (nu_x * e_x + nu_y * e_y)
+        + A * (bend_x * e_x + bend_y * e_y)
+        + across * (-nu_x * e_y + nu_y * e_x)
+    )
+    f_x, f_y = -g * nu_y, g * nu_x
+    df_x, df_y = -dg * nu_y - g * bend_y, dg * nu_x + g * bend_x
+    force[b, 0] += df_x
+    force[b, 1] += df_y
+    force[a, 0] -= df_x
+    force[a, 1] -= df_y
+    # The arms turn with their gears.
+    force[b, 2] += lb_x * df_y - lb_y * df_x - z[theta_of(b)] * (lb_y * f_y + lb_x * f_x)
+    force[a, 2] -= la_x * df_y - la_y * df_x - z[theta_of(a)] * (la_y * f_y + la_x * f_x)
+    force[b, 2] -= dg * (lever * mesh.rho_b + x) + g * (d_lever * mesh.rho_b + dx)
+    force[a, 2] += dg * (x - lever * mesh.rho_a) + g * (dx - d_lever * mesh.rho_a)
 
 
 @compiled_once
@@ -219,5 +278,8 @@ def add_change(
         # The arms turn with their gears under the force -f nu.
         force[b, 2] += f * turn_b * (row[LB_X] * nu_x + row[LB_Y] * nu_y)
         force[a, 2] -= f * turn_a * (row[LA_X] * nu_x + row[LA_Y] * nu_y)
+        if mesh.friction > 0.0:
+            d_x, d_y, _, _, _, _ = _mesh_changes(system, mesh, row, z)
+            add_friction_change(system, n, flank, row, d_x, d_y, bend_x, bend_y, grown, psi, z, force)
         if mesh.frame >= 0:
             force[mesh.frame, 2] -= sign * grown * row[S_BY_FRAME] + f * by_frame

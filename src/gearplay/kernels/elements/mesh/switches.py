@@ -5,7 +5,8 @@ from typing import Any
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.mesh.record import BACK, DRIVE, EDGE, KIND, PER_CONTACT, SEGMENT
+from gearplay.kernels.elements.mesh.friction import half_wave_edge, half_wave_of
+from gearplay.kernels.elements.mesh.record import BACK, DRIVE, EDGE, HALF_WAVE, KIND, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import RAMP_SMOOTH
 from gearplay.kernels.layout import (
     LOADED,
@@ -30,15 +31,28 @@ from gearplay.kernels.tooth_stiffness import (
 )
 
 
+@compiled_inline
+def edges_of(mesh: Any, s: int, modes: Ints) -> tuple[int, float, float]:
+    """Return the slot of the mode that switch s of the whole mesh guards, and the phases psi [rad] between which it holds.
+
+    It is that of a square wave of stiffness where there is one, then that of friction's half-wave.
+    """
+    if s == EDGE and mesh.stiffness_kind == STIFFNESS_SQUARE:
+        slot = mesh.mode + SEGMENT
+        return slot, square_edge(mesh, modes[slot]), square_edge(mesh, modes[slot] + 1)
+    slot = mesh.mode + HALF_WAVE
+    return slot, half_wave_edge(mesh, modes[slot]), half_wave_edge(mesh, modes[slot] + 1)
+
+
 @compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return the end of a flank's ramp [m] or the edge of the square wave [rad] as a switch function."""
+    """Return the end of a flank's ramp [m], the edge of the square wave or of friction's half-wave [rad] as a switch function."""
     modes = branch.modes
     mesh = system.records[KIND][n]
-    if s == EDGE:
+    if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
-        segment = modes[mesh.mode + SEGMENT]
-        return max(psi - square_edge(mesh, segment + 1), square_edge(mesh, segment) - psi)
+        _, low, high = edges_of(mesh, s, modes)
+        return max(psi - high, low - psi)
     flank = s // PER_CONTACT
     if mesh.C_m == 0.0 or modes[mesh.contact + flank] == OPEN:
         return -1.0
@@ -48,14 +62,13 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 @compiled_once
 def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
-    """Pass the end of a flank's ramp or the edge of the square wave."""
+    """Pass the end of a flank's ramp, the edge of the square wave or that of friction's half-wave."""
     modes = branch.modes
     mesh = system.records[KIND][n]
-    if s == EDGE:
+    if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
-        slot = mesh.mode + SEGMENT
-        middle = 0.5 * (square_edge(mesh, modes[slot]) + square_edge(mesh, modes[slot] + 1))
-        modes[slot] += 1 if psi > middle else -1
+        slot, low, high = edges_of(mesh, s, modes)
+        modes[slot] += 1 if psi > 0.5 * (low + high) else -1
         return
     slot = mesh.mode + s // PER_CONTACT
     modes[slot] = 1 - modes[slot]
@@ -63,8 +76,11 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 @compiled_inline
 def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) -> None:
-    """Set the segment of mesh n's square wave from the state; while the mesh is open nobody counts segments."""
+    """Set the segment of mesh n's square wave and friction's half-wave from the state; while it is open nobody counts."""
     mesh = system.records[KIND][n]
+    if mesh.friction > 0.0:
+        psi, _ = mesh_phase(mesh, system, t, y)
+        modes[mesh.mode + HALF_WAVE] = half_wave_of(mesh, psi)
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         psi, _ = mesh_phase(mesh, system, t, y)
         modes[mesh.mode + SEGMENT] = square_segment(mesh, psi)
@@ -141,9 +157,8 @@ def may_return(
     modes, start, end = branch.modes, loads_0.contacts, loads.contacts
     mesh = system.records[KIND][n]
     at = mesh.switch + s
-    if (
-        s == EDGE
-    ):  # a function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages
+    if s >= EDGE:
+        # A function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages.
         return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
     flank, role = s // PER_CONTACT, s % PER_CONTACT
     k = mesh.contact + flank
@@ -167,8 +182,12 @@ def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
         for flank in range(2):
             if (before[k + flank] == OPEN) != (modes[k + flank] == OPEN) and found < 0:
                 found = PER_CONTACT * flank
+    edge = EDGE
+    closed = before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
-        slot, closed = mesh.mode + SEGMENT, before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
-        if closed and before[slot] != modes[slot]:
-            found = EDGE
+        if closed and before[mesh.mode + SEGMENT] != modes[mesh.mode + SEGMENT]:
+            found = edge
+        edge += 1
+    if mesh.friction > 0.0 and closed and before[mesh.mode + HALF_WAVE] != modes[mesh.mode + HALF_WAVE]:
+        found = edge
     return found

@@ -1,0 +1,180 @@
+"""A case at its temperatures: centre distances, radii, clearances and backlash as the parts' expansion leaves them.
+
+With f = 1 + expansion (temperature - reference) of each part (docs/theory, section 4): a housing moves nominal centres by its f,
+a carrier its pins by its own; a pair of gears meshes at |r_a f_a + r_b f_b| as it did at |r_a + r_b|; a bush and its journal
+leave (R + c) f_bush - R f_journal.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from gearplay.model import geometry
+from gearplay.model.fields import FrozenTable
+from gearplay.model.gear import rotor_of
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+    from gearplay.model.environment import Environment
+    from gearplay.model.sleeve import Sleeve
+
+KELVIN = 273.15
+
+
+class _Factors(NamedTuple):
+    """Factors of all lengths, by rotor and of the housing."""
+
+    rotors: Mapping[str, float]
+    housing: float
+
+
+def at_temperature(case: "Case") -> "Case":
+    """Return the case with the lengths that its parts have at their temperatures; itself where they all stay.
+
+    Raises `InputError` where an expansion is needed that is not given, or a journal no longer fits its bush.
+    """
+    environment = case.environment
+    if environment is None:
+        return case
+    factors = _factors(case, environment)
+    if factors.housing == 1.0 and all(factor == 1.0 for factor in factors.rotors.values()):
+        return case
+    centres = _moved(case, factors)
+    rotors = {
+        name: rotor.model_copy(update={"position": centres[name], **_grown(case, name, factors.rotors[name])})
+        for name, rotor in case.rotors.items()
+    }
+    meshes = tuple(_expanded_mesh(case, j, factors) for j in range(len(case.meshes)))
+    sleeves = {name: _expanded_sleeve(case, name, sleeve, factors) for name, sleeve in case.sleeves.items()}
+    update = {
+        "environment": None,
+        "rotors": FrozenTable(rotors),
+        "sleeves": FrozenTable(sleeves),
+        "meshes": meshes,
+    }
+    return case.model_copy(update=update)
+
+
+def _factors(case: "Case", environment: "Environment") -> _Factors:
+    reference, housing = environment.reference_temperature, environment.housing
+    rotors = {}
+    for name, rotor in case.rotors.items():
+        warmer = (rotor.temperature or environment.temperature) - reference
+        if warmer == 0.0 or not _matters(case, name):
+            rotors[name] = 1.0
+        elif rotor.material is None:
+            degrees = f"{warmer + reference - KELVIN:.6g} degC"
+            rule = f"is required at {degrees}, {abs(warmer):.6g} K from the reference temperature"
+            cure = 'Give it a material = { expansion = "11.5e-6 1/K" }'
+            raise InputError(Fault(f"rotors.{name}.material", NO_VALUE, rule, cure))
+        else:
+            rotors[name] = 1.0 + rotor.material.expansion * warmer
+    warmer = ((housing and housing.temperature) or environment.temperature) - reference
+    if warmer == 0.0:
+        return _Factors(rotors, 1.0)
+    if housing is None:
+        rule = "is required at a temperature other than the reference temperature"
+        cure = 'Write for example housing = { expansion = "23.1e-6 1/K" }'
+        raise InputError(Fault("environment.housing", NO_VALUE, rule, cure))
+    return _Factors(rotors, 1.0 + housing.expansion * warmer)
+
+
+def _matters(case: "Case", name: str) -> bool:
+    """Return whether a length of the case belongs to a rotor: toothed in a mesh, in a sleeve, or a carrier."""
+    return (
+        name in case.sleeves
+        or any(name in mesh.rotors for mesh in case.meshes)
+        or any(geometry.carrier_of(case, other) == name for other in case.rotors)
+    )
+
+
+def _moved(case: "Case", factors: _Factors) -> dict[str, tuple[float, float]]:
+    """Return every rotor's nominal centre [m] in the expanded housing, on expanded carriers."""
+    centres = geometry.centres(case)
+    moved: dict[str, tuple[float, float]] = {}
+
+    def place(name: str) -> tuple[float, float]:
+        if name not in moved:
+            carrier = geometry.carrier_of(case, name)
+            x, y = centres[name]
+            if carrier is None:
+                moved[name] = (factors.housing * x, factors.housing * y)
+            else:
+                at, f = place(carrier), factors.rotors[carrier]
+                x, y = x - centres[carrier][0], y - centres[carrier][1]
+                moved[name] = (at[0] + f * x, at[1] + f * y)
+        return moved[name]
+
+    for name in case.rotors:
+        place(name)
+    return moved
+
+
+def _grown(case: "Case", name: str, factor: float) -> dict[str, object]:
+    """Return a rotor's runouts as they have grown."""
+    rotor = case.rotors[name]
+    gears = {
+        called: gear.model_copy(
+            update={"runout": gear.runout.model_copy(update={"amplitude": factor * gear.runout.amplitude})}
+        )
+        for called, gear in rotor.gears.items()
+    }
+    own = rotor.runout.model_copy(update={"amplitude": factor * rotor.runout.amplitude})
+    return {"runout": own, "gears": FrozenTable(gears)}
+
+
+def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
+    mesh = case.meshes[j]
+    a, b, r_a, r_b = geometry.signed_radii(case, j)
+    f_a, f_b = factors.rotors[rotor_of(a)], factors.rotors[rotor_of(b)]
+    factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
+    return mesh.model_copy(update={"module": factor * mesh.module, "backlash": factor * mesh.backlash})
+
+
+def _expanded_sleeve(case: "Case", name: str, sleeve: "Sleeve", factors: _Factors) -> "Sleeve":
+    journal = factors.rotors[name]
+    bush = factors.housing if sleeve.on is None else factors.rotors[sleeve.on]
+    if bush == 1.0 and journal == 1.0:
+        return sleeve
+    if sleeve.shaft_radius is None:
+        rule = "is required at a temperature other than the reference temperature, where it changes the clearance"
+        raise InputError(
+            Fault(f"sleeves.{name}.shaft_radius", NO_VALUE, rule, "Give the radius of the journal")
+        )
+    clearance = (sleeve.shaft_radius + sleeve.radial_clearance) * bush - sleeve.shaft_radius * journal
+    if clearance < 0.0:
+        rule = f"is {1e6 * clearance:.4g} um at temperature: the journal no longer fits its bush"
+        cure = "Raise it, or choose materials that expand alike"
+        raise InputError(
+            Fault(f"sleeves.{name}.radial_clearance", f"{1e6 * sleeve.radial_clearance:.4g} um", rule, cure)
+        )
+    grown = {"radial_clearance": clearance, "shaft_radius": sleeve.shaft_radius * journal}
+    return sleeve.model_copy(update=grown)
+
+
+def told_lengths(case: "Case") -> dict[str, str]:
+    """Return what temperature does to the lengths of a case, in words, by field; nothing where nothing changes."""
+    hot = case.operating
+    if hot is case:
+        return {}
+    told = {}
+    cold_centres, hot_centres = geometry.centres(case), geometry.centres(hot)
+    for j, mesh in enumerate(case.meshes):
+        one, other = mesh.rotors
+        cold, warm = (math.dist(at[one], at[other]) for at in (cold_centres, hot_centres))
+        play, left = (geometry.installed_backlash(each, j) for each in (case, hot))
+        gears = geometry.nominal_center_distance(hot, j) - geometry.nominal_center_distance(case, j)
+        beyond = warm - cold - gears
+        first = (1.0 if geometry.ring_of(case, mesh) is None else -1.0) * 2.0 * math.sin(mesh.pressure_angle)
+        told[f"meshes.{j}"] = (
+            f"at temperature the centre distance is {1e3 * warm:.6g} mm, {1e6 * (warm - cold):+.1f} um, which is "
+            f"{1e6 * beyond:+.1f} um beyond its gears; the backlash is {1e6 * left:.1f} um, {1e6 * (left - play):+.1f} um "
+            f"(2 sin alpha x centre distance: {1e6 * first * beyond:+.1f} um)"
+        )
+    for name, sleeve in case.sleeves.items():
+        warm, cold = hot.sleeves[name].radial_clearance, sleeve.radial_clearance
+        told[f"sleeves.{name}.radial_clearance"] = (
+            f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um"
+        )
+    return told

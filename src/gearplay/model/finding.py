@@ -1,0 +1,33 @@
+"""What is remarkable about a valid case."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding.
+
+    Parameters
+    ----------
+    severity
+        ``warning`` for numbers that probably are not meant, ``note`` for what is good to know.
+    path
+        Field or part of the case it is about.
+    message
+        Sentences for people.
+
+    """
+
+    severity: Literal["warning", "note"]
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.path}: {self.message}"
+
+    def as_document(self) -> dict[str, str]:
+        """Return the finding as a JSON-able table."""
+        return asdict(self)

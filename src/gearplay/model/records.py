@@ -1,0 +1,20 @@
+"""Records of equal steps as the kernels want them: cubic pieces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def cubic_pieces(values: Floats, *, periodic: bool = False) -> Floats:
+    """Return the pieces (c0, c1, c2, c3) of c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1, of the cubic spline through ``values``.
+
+    Shape [value - 1, 4]. A ``periodic`` record ends with its first value.
+
+    >>> cubic_pieces(np.array([0.0, 1.0, 4.0, 9.0])).round(9)[1].tolist()
+    [1.0, 2.0, 1.0, 0.0]
+    """
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(np.arange(values.size), values, bc_type="periodic" if periodic else "not-a-knot")
+    return np.ascontiguousarray(spline.c[::-1].T)

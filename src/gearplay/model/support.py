@@ -1,0 +1,72 @@
+"""Supports: linear bearings and torsional springs that hold a rotor to the ground or to a carrier."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from gearplay.kernels.elements import support
+from gearplay.model.assembly import Assembly, blank
+from gearplay.model.fields import Listed, Measure, Name, Part, Problem, refuse
+from gearplay.vocabulary import quantities as q
+
+Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
+Damping = Annotated[float, Measure(q.DAMPING, "damping along this axis", ge=0.0)]
+
+
+class Support(Part):
+    """Springs and dampers on a rotor's centre, unstressed at its nominal place, and on its rotation, unstressed at theta = 0.
+
+    ``stiffness`` frees the centre, as a sleeve does, and adds to one. On a carrier x and y are its axes at rotation 0 and turn
+    with it; rates and the angle are relative to it.
+    """
+
+    stiffness: (
+        Annotated[tuple[Stiffness, Stiffness], Listed(2, 2, "stiffness of the centre along x and y")] | None
+    ) = None
+    damping: Annotated[tuple[Damping, Damping], Listed(2, 2, "damping of the centre along x and y")] = (
+        0.0,
+        0.0,
+    )
+    torsional_stiffness: Annotated[
+        float, Measure(q.ROTATIONAL_STIFFNESS, "stiffness against rotation", ge=0.0)
+    ] = 0.0
+    torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "damping of the rotation", ge=0.0)] = 0.0
+    on: Annotated[Name, Field(description="rotor that carries it; the ground if not given")] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Support:
+        if not any(
+            (*(self.stiffness or ()), *self.damping, self.torsional_stiffness, self.torsional_damping)
+        ):
+            rule = "must have a stiffness or a damping that is not 0"
+            refuse([Problem((), rule, "Give stiffness, damping, torsional_stiffness or torsional_damping")])
+        return self
+
+    def pack(
+        self,
+        name: str,
+        assembly: Assembly,
+        places: Mapping[str, int],
+        centres: Mapping[str, tuple[float, float]],
+        mass: float,
+        inertia: float,
+    ) -> None:
+        """Add its element to a mechanism: that of rotor ``name`` of ``mass`` [kg] and ``inertia`` [kg m^2]."""
+        record = blank(support.RECORD)
+        record.stiffness_x, record.stiffness_y = self.stiffness or (0.0, 0.0)
+        record.damping_x, record.damping_y = self.damping
+        record.torsional_stiffness, record.torsional_damping = (
+            self.torsional_stiffness,
+            self.torsional_damping,
+        )
+        record.journal, record.carrier = places[name], -1 if self.on is None else places[self.on]
+        if self.on is not None:
+            record.offset_x, record.offset_y = (centres[name][k] - centres[self.on][k] for k in range(2))
+        rate = math.sqrt(
+            max(max(record.stiffness_x, record.stiffness_y) / mass, record.torsional_stiffness / inertia)
+        )
+        assembly.add(support.KIND, name, record, [record.journal, record.carrier], always=True, rate=rate)

@@ -1,0 +1,72 @@
+"""Tables of numbers that a case file names instead of holding: ``file`` of a measured record, read when the case is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+from gearplay.model.toml_files import read_text
+from gearplay.vocabulary.errors import Fault, InputError, shorten
+
+EQUAL: Final = 1e-6
+"""Relative difference of steps that still count as equal."""
+
+
+def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a raw case whose records hold their values: those of a ``file``, a path from ``folder``.
+
+    These are the housing's acceleration and the tables of drives and loads. Raises `InputError` for a file that is no table of
+    time [s] and a value [SI] in equal steps.
+    """
+    ways: list[tuple[str, ...]] = [("base", "acceleration")]
+    rotors = document.get("rotors")
+    for name in rotors if isinstance(rotors, Mapping) else ():
+        ways += [("rotors", str(name), part, "table") for part in ("drive", "load")]
+    for way in ways:
+        place: Any = document
+        for part in way:
+            place = place.get(part) if isinstance(place, dict) else None
+        if isinstance(place, dict) and "file" in place:
+            _fill(place, ".".join(way), folder)
+    return document
+
+
+def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
+    """Put the values of its file into a raw record."""
+    at, name = f"{path}.file", given["file"]
+    if not isinstance(name, str):
+        raise InputError(Fault(at, name, "must be the path of a file", "Write it in quotes"))
+    for field in ("values", "sampling", "start"):
+        if field in given:
+            rule = "must not be given beside a file, which says it"
+            raise InputError(Fault(f"{path}.{field}", given[field], rule, "Remove one of the two"))
+    times, values = _columns(at, folder / name)
+    steps = [later - earlier for earlier, later in pairwise(times)]
+    step = (times[-1] - times[0]) / len(steps) if steps else 0.0
+    if not steps or step <= 0.0 or max(abs(each - step) for each in steps) > EQUAL * len(times) * step:
+        rule = "must have times in equal, rising steps"
+        raise InputError(Fault(at, shorten(name), rule, "Resample it, gp.signals.resample does"))
+    del given["file"]
+    given |= {"values": values, "sampling": 1.0 / step, "start": times[0]}
+
+
+def _columns(at: str, path: Path) -> tuple[list[float], list[float]]:
+    """Return the two columns of a text file, apart by commas, semicolons, tabs or blanks; a line of heads may be first."""
+    times: list[float] = []
+    values: list[float] = []
+    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            time, value = (float(word) for word in words)
+        except ValueError:
+            if not times and number <= 2:  # heads
+                continue
+            rule = f"must have two numbers in each line, time [s] and value [SI], but line {number} has not"
+            raise InputError(Fault(at, shorten(path.name), rule, "Use a point as decimal sign")) from None
+        times.append(time)
+        values.append(value)
+    return times, values

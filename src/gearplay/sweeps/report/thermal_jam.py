@@ -1,0 +1,77 @@
+"""Where in a map of cases at temperature a mesh can jam: clearances and backlash follow expansion, so the line is searched."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from gearplay.model import geometry
+from gearplay.model.reading import replace
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.vocabulary.errors import InputError
+
+Floats = NDArray[np.float64]
+POINTS, LOOKS = 60, 9
+
+
+def fields_at(sweep: Sweep, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the varied fields of a case by path, at those varied values by name that are known."""
+    return {
+        path: values[name] if scaled is None else scaled * values[name]
+        for path, name, scaled in sweep.template.fields
+        if name in values
+    }
+
+
+def excess_at(sweep: Sweep, j: int, values: Mapping[str, float]) -> float:
+    """Return 2 sin(alpha0) (sum of radial clearances) less the backlash [m] of mesh j at temperature; NaN where it cannot be."""
+    try:
+        case = replace(sweep.template.base, fields_at(sweep, values)).operating
+    except InputError:
+        return math.nan
+    mesh = case.meshes[j]
+    play = sum(case.sleeves[name].radial_clearance for name in mesh.rotors if name in case.sleeves)
+    return 2.0 * math.sin(mesh.pressure_angle) * play - geometry.installed_backlash(case, j)
+
+
+def line_of(
+    sweep: Sweep,
+    j: int,
+    across: tuple[str, float, float],
+    up: tuple[str, float, float],
+    fixed: Mapping[str, float],
+) -> tuple[Floats, Floats] | None:
+    """Return the points (across, up) at which the excess of mesh j vanishes, shape [point]; None where it does nowhere."""
+    for along, other, swapped in ((up, across, False), (across, up, True)):
+        if not along[0]:
+            continue
+        points = []
+        for place in np.linspace(other[1], other[2], POINTS if other[0] else 2):
+            held = dict(fixed) | ({other[0]: float(place)} if other[0] else {})
+            root = _root(partial(_excess, sweep, j, held, along[0]), *along[1:])
+            if root is not None:
+                points.append((float(place), root))
+        if len(points) > 1:
+            first, second = np.array(points).T
+            return (second, first) if swapped else (first, second)
+    return None
+
+
+def _excess(sweep: Sweep, j: int, held: Mapping[str, float], name: str, value: float) -> float:
+    return excess_at(sweep, j, {**held, name: value})
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
+    """Return where a function changes its sign between two ends, if it does."""
+    places = np.linspace(low, high, LOOKS)
+    values = [function(float(place)) for place in places]
+    for at in range(LOOKS - 1):
+        if values[at] * values[at + 1] < 0.0:
+            return float(
+                brentq(function, float(places[at]), float(places[at + 1]), xtol=1e-12 * abs(high - low))
+            )
+    return None

@@ -1,0 +1,177 @@
+"""Supports: against closed forms, and random ones on the ground and on a carrier for the tests of all elements."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from building import Document, Floats, Measured, case_of, simulate_one
+from gearplay.kernels.elements.support import KIND
+from gearplay.model.pack import Packed
+from gearplay.vocabulary.errors import InputError
+
+MASS, INERTIA = 0.4, 1e-4  # kg, kg m^2
+
+
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
+    """Return a disc on a support on a carrier that is on one itself."""
+
+    def support(torsional: float) -> dict[str, Any]:
+        stiffness = rng.uniform(1e5, 1e7, 2)
+        damping = rng.uniform(1.0, 50.0, 2) if damped else np.zeros(2)
+        if plain:  # the axes of a support do not turn with a turned mechanism
+            stiffness[1], damping[1] = stiffness[0], damping[0]
+        return {
+            "stiffness": stiffness.tolist(),
+            "damping": damping.tolist(),
+            "torsional_stiffness": torsional * float(rng.uniform(10.0, 100.0)),
+            "torsional_damping": float(rng.uniform(0.0, 0.01)) if damped else 0.0,
+        }
+
+    return {
+        "gravity": [0.0, 0.0] if plain else [float(rng.uniform(-9.0, 9.0)), -9.81],
+        "rotors": {
+            "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0], "initial": {"omega": 30.0}},
+            "disc": {"mass": MASS, "inertia": INERTIA, "position": [0.05, 0.02]},
+        },
+        "supports": {"carrier": support(0.0), "disc": {**support(1.0), "on": "carrier"}},
+        "run": {"duration": 0.01, "sampling": 1e4},
+    }
+
+
+def potential(packed: Packed, y: Floats) -> float:
+    """Return the elastic energy [J] of all supports at t = 0."""
+    total = 0.0
+    for each in packed.system.records[KIND]:
+        j, b = int(each.journal), int(each.carrier)
+        e, turn, base = y[3 * j : 3 * j + 2].copy(), y[3 * j + 2], 0.0
+        if b >= 0:
+            base = y[3 * b + 2]
+            c, s = math.cos(base), math.sin(base)
+            offset = np.array([each.offset_x, each.offset_y])
+            e += offset - y[3 * b : 3 * b + 2]
+            e = np.array([c * e[0] + s * e[1], -s * e[0] + c * e[1]]) - offset
+        total += 0.5 * (each.stiffness_x * e[0] ** 2 + each.stiffness_y * e[1] ** 2)
+        total += 0.5 * each.torsional_stiffness * (turn - base) ** 2
+    return total
+
+
+def disc(**support: Any) -> Document:
+    """Return one disc on a support."""
+    return {
+        "rotors": {"disc": {"mass": MASS, "inertia": INERTIA}},
+        "supports": {"disc": support},
+        "run": {"duration": 0.02, "sampling": 1e5, "tolerance": 1e-12},
+    }
+
+
+def test_a_disc_swings_on_its_support_in_closed_form(measured: Measured) -> None:
+    """Both directions, each as a damped oscillator of its own, theta too."""
+    k, c, k_t = (2e5, 5e5), (20.0, 60.0), 30.0
+    document = disc(stiffness=list(k), damping=list(c), torsional_stiffness=k_t)
+    document["rotors"]["disc"]["initial"] = {"x": 1e-5, "y": -2e-5, "theta": 1e-3}
+    run = simulate_one(document)
+
+    def swing(start: float, stiffness: float, damping: float, mass: float) -> Floats:
+        decay = damping / (2.0 * mass)
+        w = math.sqrt(stiffness / mass - decay**2)
+        found: Floats = (
+            start * np.exp(-decay * run.time) * (np.cos(w * run.time) + decay / w * np.sin(w * run.time))
+        )
+        return found
+
+    exact = {
+        "x": swing(1e-5, k[0], c[0], MASS),
+        "y": swing(-2e-5, k[1], c[1], MASS),
+        "theta": swing(1e-3, k_t, 0.0, INERTIA),
+    }
+    worst = max(
+        float(np.max(np.abs(run.signal(name, "disc") - value))) / float(np.max(np.abs(value)))
+        for name, value in exact.items()
+    )
+    measured("support: swing against the closed form, relative", worst, "1e-9")
+    assert worst < 1e-9
+    assert np.allclose(
+        run.signal("support_force_y", "disc"), -k[1] * exact["y"] - c[1] * run.signal("vy", "disc")
+    )
+    assert np.allclose(run.signal("support_torque", "disc"), -k_t * exact["theta"], atol=1e-9)
+
+
+def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None:
+    """A free carrier that spins and a disc on it: no force from outside, whatever the stiffness of the two axes."""
+    document: Document = {
+        "rotors": {
+            "carrier": {
+                "mass": 1.0,
+                "inertia": 2e-3,
+                "floating": True,
+                "initial": {"omega": 40.0, "vx": 0.01},
+            },
+            "disc": {"mass": MASS, "inertia": INERTIA, "position": [0.05, 0.02], "initial": {"x": 2e-5}},
+        },
+        "supports": {"disc": {"stiffness": [1e6, 3e5], "torsional_stiffness": 30.0, "on": "carrier"}},
+        "run": {"duration": 0.05, "sampling": 2e4, "tolerance": 1e-12},
+    }
+    run = simulate_one(document)
+    masses, inertias = np.array([1.0, MASS]), np.array([2e-3, INERTIA])
+    at = {
+        n: np.array([run.signal(n, r) for r in ("carrier", "disc")])
+        for n in ("x", "y", "theta", "vx", "vy", "omega")
+    }
+    x, y = at["x"] + [[0.0], [0.05]], at["y"] + [[0.0], [0.02]]
+    spin = masses @ (x * at["vy"] - y * at["vx"]) + inertias @ at["omega"]
+    momentum = np.array([masses @ at["vx"], masses @ at["vy"]])
+    c, s = np.cos(at["theta"][0]), np.sin(at["theta"][0])
+    away = x[1] - x[0], y[1] - y[0]
+    stretch = c * away[0] + s * away[1] - 0.05, -s * away[0] + c * away[1] - 0.02
+    twist = at["theta"][1] - at["theta"][0]
+    energy = 0.5 * masses @ (at["vx"] ** 2 + at["vy"] ** 2) + 0.5 * inertias @ at["omega"] ** 2
+    energy += 0.5 * (1e6 * stretch[0] ** 2 + 3e5 * stretch[1] ** 2 + 30.0 * twist**2)
+    worst = max(float(np.ptp(part)) / float(np.max(np.abs(part))) for part in (spin, momentum[0], energy))
+    measured("support on a carrier: momentum and energy, relative", worst, "1e-9")
+    assert worst < 1e-9
+    assert np.ptp(stretch[0]) > 1e-5
+
+
+@pytest.mark.parametrize("on", [None, "carrier"])
+def test_a_torsional_stiffness_holds_the_nominal_speed(on: str | None) -> None:
+    """0 on the ground, the carrier's on a carrier; the ring of a planetary set is held so."""
+    document = disc(torsional_stiffness=30.0, **({"on": on} if on else {}))
+    document["rotors"]["carrier"] = {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": 7.0}}
+    run = simulate_one(document)
+    assert np.max(np.abs(run.signal("omega", "disc") - (7.0 if on else 0.0))) < 1e-9
+    assert not np.any(run.signal("x", "disc")), "torsional keys alone free no centre"
+
+
+@pytest.mark.parametrize(
+    ("support", "words"),
+    [
+        ({}, "must have a stiffness or a damping"),
+        ({"stiffness": [1e6]}, "must have 2 items"),
+        ({"stiffness": [1e6, -1.0]}, "0 N/m or more"),
+        ({"stiffness": ["1e6 N", 1.0]}, "N/m"),
+        ({"stiffness": [1e6, 1e6], "on": "disc"}, "must be another rotor"),
+        ({"stiffness": [1e6, 1e6], "on": "dsic"}, "Did you mean 'disc'"),
+        ({"stifness": [1e6, 1e6]}, "Did you mean 'stiffness'"),
+    ],
+)
+def test_bad_supports_are_refused_in_words(support: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        gp.load_case(disc(**support))
+
+
+def test_a_rotor_rides_on_one_carrier() -> None:
+    document = disc(stiffness=[1e6, 1e6], on="carrier")
+    document["rotors"]["carrier"] = {"mass": 1.0, "inertia": 1e-3}
+    document["sleeves"] = {"disc": {"radial_clearance": 1e-5, "stiffness": "1e9 N/m^1.5"}}
+    with pytest.raises(InputError, match=r'supports\.disc\.on = "carrier": must be the ground'):
+        case_of(document)
+
+
+def test_a_drive_against_a_torsional_stiffness_is_refused() -> None:
+    document = disc(torsional_stiffness=30.0)
+    document["rotors"]["disc"]["drive"] = {"kind": "speed", "speed": 7.0}
+    with pytest.raises(InputError, match="torsional_stiffness holds it fast"):
+        gp.simulate(case_of(document))
