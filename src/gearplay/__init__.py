@@ -28,14 +28,18 @@ __all__ = [
     "branch",
     "branches",
     "calibrate",
+    "campbell",
     "check_case",
+    "frequency_response",
     "impacts",
     "load_case",
     "load_plan",
     "lyapunov",
     "measure",
+    "modes",
     "motion",
     "periodic_orbit",
+    "planetary",
     "portrait",
     "read_measurement",
     "read_result",
@@ -54,8 +58,10 @@ if TYPE_CHECKING:
     from gearplay.calibration.reading import load_plan
     from gearplay.files.measurements import read_measurement, write_record
     from gearplay.files.record import Channel, Record
+    from gearplay.linear.door import campbell, frequency_response, modes
     from gearplay.model.case import Case
     from gearplay.model.check import check_case
+    from gearplay.model.planetary_door import planetary
     from gearplay.model.policy import Policy
     from gearplay.model.reading import load_case, replace
     from gearplay.nonlinear.door import basins, bifurcation, lyapunov, motion

@@ -39,6 +39,10 @@ HOMES: Final = MappingProxyType(
         "portrait": "nonlinear.section_door",
         "section": "nonlinear.section_door",
         "torsional_pair": "nonlinear.torsional",
+        "modes": "linear.door",
+        "campbell": "linear.door",
+        "frequency_response": "linear.door",
+        "planetary": "model.planetary_door",
         "GearplayError": "vocabulary.errors",
         "InputError": "vocabulary.errors",
         "SimulationError": "vocabulary.errors",
@@ -62,6 +66,9 @@ ANSWERS: Final = MappingProxyType(
         "orbit": "nonlinear.orbits.answers:PeriodicOrbit",
         "branch": "nonlinear.orbits.answers:OneBranch",
         "branches": "nonlinear.orbits.answers:Branches",
+        "modes": "linear.modes:Modes",
+        "campbell": "linear.campbell:Campbell",
+        "frequency response": "linear.response:FrequencyResponse",
     }
 )
 """Class of each kind of saved answer."""

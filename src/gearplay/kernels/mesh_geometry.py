@@ -80,7 +80,7 @@ def toothing_arm(runout: float, angle: float, known: Floats, e: int, slot: int) 
 
 @compiled_inline
 def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, float]:
-    """Return the mesh phase psi [rad] and its rate [rad/s]: z theta of the driver, as its carrier sees it."""
+    """Return the mesh phase psi [rad] and its rate [rad/s]: psi_0 + z theta of the driver, as its carrier sees it."""
     d = mesh.driver
     omega = system.rotors[d].nominal_speed
     angle, rate = y[theta_of(d)], y[omega_of(system, d)]
@@ -88,7 +88,7 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
         omega -= system.rotors[mesh.frame].nominal_speed
         angle -= y[theta_of(mesh.frame)]
         rate -= y[omega_of(system, mesh.frame)]
-    return mesh.z_driver * (omega * t + angle), mesh.z_driver * (omega + rate)
+    return mesh.z_driver * (omega * t + angle) + mesh.psi_0, mesh.z_driver * (omega + rate)
 
 
 @compiled_inline

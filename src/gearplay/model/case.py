@@ -16,9 +16,11 @@ from gearplay.model.consistency import cross_faults
 from gearplay.model.coupling import Coupling
 from gearplay.model.environment import Environment
 from gearplay.model.expansion import at_temperature
-from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part, is_absent
+from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part, RotorName, is_absent
 from gearplay.model.joint import Joint
+from gearplay.model.members import set_faults, with_members, without_members
 from gearplay.model.mesh import Mesh
+from gearplay.model.planetary import Planetary
 from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
     LIMITS,
@@ -32,7 +34,7 @@ from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError, join_path
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
 
 JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
 """Lists of parts that connect rotors, by their name in a case; their elements follow in the order of the kernels' table."""
@@ -80,6 +82,10 @@ class Case(Part):
         Motion of the housing; temperatures.
     meshes, couplings
         What connects rotors.
+    planetary
+        Planetary sets by name; their rotors, pins and meshes are among those above.
+    mesh_phases
+        "by_position", where the teeth of each mesh stand, or "from_zero".
     run
         Duration, sampling, ensemble, and how to compute (`Policy`).
 
@@ -110,13 +116,13 @@ class Case(Part):
     ] = "coupled"
     gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2, "gravity along x and y")] = (0.0, 0.0)
     rotors: Annotated[
-        dict[Name, Rotor],
+        dict[RotorName, Rotor],
         Field(description="rotors by name"),
-        Counted(1, 200),
+        Counted(0, 200),
         AfterValidator(FrozenTable),
-    ]
+    ] = Field(default_factory=FrozenTable)
     sleeves: Annotated[
-        dict[Name, Sleeve],
+        dict[RotorName, Sleeve],
         Field(description="sleeves by the name of the rotor they support"),
         Counted(0, 200),
         AfterValidator(FrozenTable),
@@ -124,7 +130,7 @@ class Case(Part):
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
     couplings: Annotated[tuple[Coupling, ...], Listed(0, 400, "shafts and couplings between rotors")] = ()
     supports: Annotated[
-        dict[Name, Support],
+        dict[RotorName, Support],
         Field(description="elastic supports by the name of the rotor they hold"),
         Counted(0, 200),
         AfterValidator(FrozenTable),
@@ -134,12 +140,35 @@ class Case(Part):
         Environment | None,
         Field(description="temperatures and the housing", exclude_if=is_absent),
     ] = None
+    planetary: Annotated[
+        dict[Name, Planetary],
+        Field(description="planetary sets by name, each in one table"),
+        Counted(0, 20),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    mesh_phases: Annotated[
+        Literal["by_position", "from_zero"],
+        Field(
+            description="mesh phases at the start: from the places of the gears and their teeth, or all 0 as before 0.4",
+            exclude_if=lambda given: given == "by_position",
+        ),
+    ] = "by_position"
     run: Run
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, given: Any) -> Any:
+        return with_members(given) if isinstance(given, Mapping) else given
 
     @model_validator(mode="after")
     def _check(self) -> Case:
         joints = {name: getattr(self, name) for name in JOINTS}
-        faults = cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints)
+        if not self.rotors:
+            raise InputError(Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries"))
+        faults = [
+            *cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints),
+            *set_faults(self.planetary, self.rotors),
+        ]
         if self.formulation == "as_published":
             faults += [
                 Fault(
@@ -171,7 +200,7 @@ class Case(Part):
         `load_case` reads it back to an equal case. Lists of joints that a case does not use are left out, so that the digest of
         a case does not change when a new kind comes.
         """
-        document: dict[str, Any] = self.model_dump(mode="json")
+        document: dict[str, Any] = without_members(self.model_dump(mode="json"), self.planetary)
         return {name: value for name, value in document.items() if value or name not in JOINTS}
 
     @property
@@ -183,6 +212,10 @@ class Case(Part):
         """Return `resolved` without the limits on steps and wall time: what decides every number of a finished run."""
         document = self.resolved()
         document["run"] |= dict.fromkeys(LIMITS)
+        if any(mesh.angle for mesh in self.meshes) or any(
+            r.position and r.position[1] for r in self.rotors.values()
+        ):
+            document["mesh_phases"] = self.mesh_phases
         return document
 
     @cached_property

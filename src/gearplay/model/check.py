@@ -11,7 +11,6 @@ from gearplay.model.case import Case
 from gearplay.model.check_elements import element_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
-from gearplay.model.gear import rotor_of
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
@@ -73,14 +72,14 @@ def _inertias(case: Case) -> Iterator[Finding]:
             if name in checked:
                 continue
             checked.add(name)
-            rotor = case.rotors[rotor_of(name)]
+            rotor = case.rotors[geometry.rotor_of(case, name)]
             if len(rotor.gears) > 1:  # a shaft, whose mass may be anywhere
                 continue
             gyration, pitch = math.sqrt(rotor.inertia / rotor.mass), geometry.pitch_radius(case, mesh, name)
             if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:
                 yield Finding(
                     "warning",
-                    f"rotors.{rotor_of(name)}.inertia",
+                    f"rotors.{geometry.rotor_of(case, name)}.inertia",
                     f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch "
                     f"radius, {pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
                     "Check mass and inertia and their units.",

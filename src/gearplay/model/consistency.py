@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from gearplay.model.gear import Gear, rotor_of
+from gearplay.model.gear import Gear, split_name
 from gearplay.model.joint import Joint
 from gearplay.model.mesh import Mesh
 from gearplay.model.rotor import Rotor
@@ -136,13 +136,13 @@ def _mesh_faults(
         for role, name in ends:
             if name is None:
                 continue
-            rotor, mark, gear = name.partition(".")
+            rotor, gear = split_name(name, names)
             if rotor not in names:
                 yield _unknown(f"meshes.{index}.{role}", rotor, names)
                 continue
             gears = _read(rotors[rotor], "gears")
             gears = gears if isinstance(gears, Mapping) else {}
-            if (mark or len(gears) > 1) and gear not in gears:
+            if (gear or len(gears) > 1) and gear not in gears:
                 yield _unknown_gear(f"meshes.{index}.{role}", name, rotor, gears)
                 continue
             called = gear or next(iter(gears), "")
@@ -153,8 +153,8 @@ def _mesh_faults(
                 toothless.add(full)
                 rule = f"is required, since meshes.{index} names this rotor"
                 yield Fault(join_path(["rotors", rotor, "teeth"]), NO_VALUE, rule, "Give the number of teeth")
-        if len(pair) == 2 and rotor_of(pair[0][0]) != rotor_of(pair[1][0]):
-            yield from _pair_faults(index, *pair)
+        if len(pair) == 2 and split_name(pair[0][0], names)[0] != split_name(pair[1][0], names)[0]:
+            yield from _pair_faults(rotors, index, *pair)
 
 
 def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object]) -> Fault:
@@ -166,7 +166,9 @@ def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object])
     return Fault(path, name, rule, did_you_mean(name, called, "Gears"))
 
 
-def _pair_faults(index: int, driver: tuple[str, object], driven: tuple[str, object]) -> Iterator[Fault]:
+def _pair_faults(
+    rotors: Mapping[str, Rotor | Raw], index: int, driver: tuple[str, object], driven: tuple[str, object]
+) -> Iterator[Fault]:
     inside = [_read(gear, "internal") is True for _, gear in (driver, driven)]
     if all(inside):
         rule = "must have at most one internal gear"
@@ -184,14 +186,14 @@ def _pair_faults(index: int, driver: tuple[str, object], driven: tuple[str, obje
         return
     if z_ring <= z_pinion:
         rule = f"must be more than the {z_pinion} teeth of {pinion_name}, which runs inside it"
-        rotor, _, gear = ring_name.partition(".")
+        rotor, gear = split_name(ring_name, rotors)
         path = ["rotors", rotor, *(["gears", gear] if gear else []), "teeth"]
         yield Fault(join_path(path), z_ring, rule, "Correct one of the two numbers")
 
 
 def _in_full(rotors: Mapping[str, Rotor | Raw], name: str | None) -> str | None:
     """Return the name of a gear with that of a shaft's only gear, which need not be said."""
-    gears = None if name is None or "." in name else _read(rotors.get(name, {}), "gears")
+    gears = _read(rotors[name], "gears") if name is not None and name in rotors else None
     return f"{name}.{next(iter(gears))}" if isinstance(gears, Mapping) and len(gears) == 1 else name
 
 

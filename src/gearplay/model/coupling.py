@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from gearplay.kernels.elements import coupling
 from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, blank
-from gearplay.model.fields import Listed, Measure, Name, Problem, is_absent, refuse
+from gearplay.model.fields import Listed, Measure, Problem, RotorName, is_absent, refuse
 from gearplay.model.joint import Joint
 from gearplay.vocabulary import quantities as q
 
@@ -23,7 +23,7 @@ class Coupling(Joint):
     between the displacements of both centres from their nominal ones; it frees no centre.
     """
 
-    between: Annotated[tuple[Name, Name], Listed(2, 2, "the two rotors")]
+    between: Annotated[tuple[RotorName, RotorName], Listed(2, 2, "the two rotors")]
     torsional_stiffness: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "torsional stiffness", gt=0.0)]
     torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "torsional damping", ge=0.0)] = 0.0
     play: Annotated[float, Measure(q.ANGLE, "total torsional play", ge=0.0, le=math.pi)] = 0.0

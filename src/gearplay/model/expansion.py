@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gearplay.model import geometry
 from gearplay.model.fields import FrozenTable
-from gearplay.model.gear import rotor_of
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ def _grown(case: "Case", name: str, factor: float) -> dict[str, object]:
 def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
     mesh = case.meshes[j]
     a, b, r_a, r_b = geometry.signed_radii(case, j)
-    f_a, f_b = factors.rotors[rotor_of(a)], factors.rotors[rotor_of(b)]
+    f_a, f_b = (factors.rotors[geometry.rotor_of(case, name)] for name in (a, b))
     factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
     return mesh.model_copy(update={"module": factor * mesh.module, "backlash": factor * mesh.backlash})
 

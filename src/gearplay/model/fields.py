@@ -326,4 +326,22 @@ Name = Annotated[
         description="name: a letter, then at most 31 letters, digits or _",
     ),
 ]
+Offset = Annotated[
+    tuple[
+        Annotated[float, Measure(q.LENGTH, "distance along this axis", ge=-0.1, le=0.1)],
+        Annotated[float, Measure(q.LENGTH, "distance along this axis", ge=-0.1, le=0.1)],
+    ],
+    Listed(2, 2, "where it is off the rotor's nominal centre, along x and y; on a carrier at its rotation 0"),
+    Field(exclude_if=lambda offset: offset == (0.0, 0.0)),
+]
+"""Error of place of a bush or a support."""
+MEMBER: Final = r"(sun|ring|carrier|planet[1-9][0-9]?)"
+"""Pattern of a member of a planetary set, whose rotor is called ``set.member``."""
+RotorName = Annotated[
+    str,
+    Field(
+        pattern=rf"^{NAME}(\.{MEMBER})?$",
+        description="rotor, or set.sun, set.ring, set.carrier, set.planet1 ... of a planetary set",
+    ),
+]
 Order = Annotated[int, Field(ge=1, le=64, description="order: multiples of the mesh phase psi")]

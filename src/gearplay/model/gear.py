@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Annotated
 
 from pydantic import Field
@@ -37,10 +38,13 @@ class Gear(Part):
     runout: Runout = Runout()
 
 
-def rotor_of(name: str) -> str:
-    """Return the rotor of a gear called as meshes call it.
+def split_name(name: str, rotors: Container[str]) -> tuple[str, str]:
+    """Return rotor and gear of a gear called as meshes call it, "" for the only gear of a rotor.
 
-    >>> rotor_of("layshaft.wheel"), rotor_of("ring")
-    ('layshaft', 'ring')
+    >>> split_name("layshaft.wheel", ["layshaft"]), split_name("stage.sun", ["stage.sun"])
+    (('layshaft', 'wheel'), ('stage.sun', ''))
     """
-    return name.partition(".")[0]
+    if name in rotors:
+        return name, ""
+    rotor, _, gear = name.partition(".")
+    return rotor, gear

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from gearplay.kernels.involute import involute, involute_from_distance
-from gearplay.model.gear import rotor_of
+from gearplay.model.gear import split_name
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -19,8 +19,13 @@ DEDENDUM = 1.25
 
 def gear_of(case: "Case", name: str) -> "Gear | Rotor":
     """Return a gear as a mesh calls it, ``rotor`` or ``rotor.gear``."""
-    rotor, _, gear = name.partition(".")
+    rotor, gear = split_name(name, case.rotors)
     return case.rotors[rotor].gear(gear)
+
+
+def rotor_of(case: "Case", name: str) -> str:
+    """Return the rotor of a gear as a mesh calls it."""
+    return split_name(name, case.rotors)[0]
 
 
 def toothings(case: "Case", rotor: str) -> "dict[str, Gear | Rotor]":
@@ -31,7 +36,7 @@ def toothings(case: "Case", rotor: str) -> "dict[str, Gear | Rotor]":
 
 def full_name(case: "Case", name: str) -> str:
     """Return the full name of a gear that a mesh calls, with that of a shaft's only gear, which need not be said."""
-    return name if "." in name else next(iter(toothings(case, name)))
+    return next(iter(toothings(case, name))) if name in case.rotors else name
 
 
 def ring_of(case: "Case", mesh: "Mesh") -> str | None:
@@ -199,7 +204,7 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
         j = next((j for j in left if found.keys() & set(case.meshes[j].rotors)), None)
         if j is None:  # a new train: its ring or driver is the origin
             mesh = case.meshes[left[0]]
-            found[rotor_of(ring_of(case, mesh) or mesh.driver)] = (0.0, 0.0)
+            found[rotor_of(case, ring_of(case, mesh) or mesh.driver)] = (0.0, 0.0)
             _spread(found, axes)
             continue
         left.remove(j)
@@ -231,7 +236,7 @@ def _way(case: "Case", j: int, known: str) -> tuple[float, float]:
         step = A0 if known == mesh.rotors[0] else -A0
         return step * math.cos(mesh.angle), step * math.sin(mesh.angle)
     ring = ring_of(case, mesh)
-    return (A0 if ring is None or known == rotor_of(ring) else -A0), 0.0
+    return (A0 if ring is None or known == rotor_of(case, ring) else -A0), 0.0
 
 
 def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Order, Part, Problem, is_absent, refuse
-from gearplay.model.gear import GearName, rotor_of
+from gearplay.model.gear import GearName, split_name
 from gearplay.vocabulary import quantities as q
 
 Phase = Annotated[float, Measure(q.ANGLE, "phase against the mesh phase psi")]
@@ -198,6 +198,11 @@ class Mesh(Part):
         ]
         | None
     ) = Field(default=None, exclude_if=lambda angle: angle is None)
+    phase: Annotated[
+        float,
+        Measure(q.ANGLE, "mesh phase psi at the start, beside that of the place of the gears"),
+        Field(exclude_if=is_absent),
+    ] = 0.0
 
     @model_validator(mode="after")
     def _check(self) -> Mesh:
@@ -225,4 +230,13 @@ class Mesh(Part):
     @property
     def rotors(self) -> tuple[str, str]:
         """Rotors of driver and driven gear."""
-        return rotor_of(self.driver), rotor_of(self.driven)
+        return split_name(self.driver, ())[0], split_name(self.driven, ())[0]
+
+
+class PlanetMesh(Mesh):
+    """A mesh within a planetary set, whose gears are called as their rotors: ``set.member``."""
+
+    @property
+    def rotors(self) -> tuple[str, str]:
+        """Rotors of driver and driven gear."""
+        return self.driver, self.driven

@@ -12,8 +12,8 @@ from gearplay.kernels.elements import mesh as mesh_element
 from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.model import geometry
 from gearplay.model.assembly import Assembly, Contact, blank
-from gearplay.model.gear import rotor_of
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.model.phases import starting_phases
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def _pack_mesh(
     m.kind = _mesh_kind(case)
     cosine = math.cos(mesh.pressure_angle)
     m.c0 = abs(r_a + r_b) * cosine
-    foot, tip = rotor_of(a), rotor_of(b)
+    foot, tip = geometry.rotor_of(case, a), geometry.rotor_of(case, b)
     dx, dy = centres[tip][0] - centres[foot][0], centres[tip][1] - centres[foot][1]
     m.A0 = math.hypot(dx, dy)
     m.s = -1.0 if r_a > 0.0 else 1.0
@@ -126,9 +126,11 @@ def pack_meshes(
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
+    phases = starting_phases(case, centres)
     for j, mesh in enumerate(case.meshes):
         m = blank(mesh_element.RECORD)
         _pack_mesh(case, j, m, centres, speeds, senses)
+        m.psi_0 = phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(mesh.pressure_angle)

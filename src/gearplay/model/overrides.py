@@ -13,7 +13,12 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, s
 LONGEST: Final = 4096
 """Longest override [characters]."""
 
-_NAMED: Final = {"rotors": "Rotors", "sleeves": "Sleeves", "supports": "Supports"}
+_NAMED: Final = {
+    "rotors": "Rotors",
+    "sleeves": "Sleeves",
+    "supports": "Supports",
+    "planetary": "Planetary sets",
+}
 
 
 def parse_override(text: str) -> tuple[str, Any]:

@@ -115,6 +115,9 @@ def _pack_sleeves(
             s.offset_x = centres[name][0] - centres[given.on][0]
             s.offset_y = centres[name][1] - centres[given.on][1]
             s.damping = case.rotors[name].radial_damping
+        s.misplaced_x, s.misplaced_y = given.offset
+        s.offset_x += s.misplaced_x
+        s.offset_y += s.misplaced_y
         s.bed = bed.BED_NONE
         if given.law == "conformal":
             if case.formulation == "as_published":

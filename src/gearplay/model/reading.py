@@ -14,6 +14,7 @@ from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import JOINTS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import FrozenTable, Part
+from gearplay.model.members import with_members
 from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.rotor import Rotor
@@ -177,7 +178,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
             raise InputError(Fault("case", name, rule, every))
         text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
-    if "case" in document and "rotors" not in document:
+    if "case" in document and not document.keys() & {"rotors", "planetary"}:
         rule = "must be a case, but this is a plan, which names its case"
         raise InputError(
             Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
@@ -204,6 +205,7 @@ def _validated(document: dict[str, Any]) -> Case:
 
 def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[Fault]:
     """Check names across parts although some part is at fault, so that one reading reports everything."""
+    document = with_members(document)
     rotors, sleeves, supports = (_table(document, name) for name in ("rotors", "sleeves", "supports"))
     if not rotors:
         return []

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.gear import rotor_of
-from gearplay.model.geometry import carrier_of, mesh_frame, signed_radii, teeth_of
+from gearplay.model.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def _conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Ro
     for j in range(len(case.meshes)):
         a, b, r_a, r_b = signed_radii(case, j)
         frame, size = mesh_frame(case, j), max(abs(r_a), abs(r_b))
-        row: Row = ((places[rotor_of(a)], r_a / size), (places[rotor_of(b)], r_b / size))
+        row: Row = ((places[rotor_of(case, a)], r_a / size), (places[rotor_of(case, b)], r_b / size))
         rows.append(row if frame is None else (*row, (places[frame], -(r_a + r_b) / size)))
     for joint in case.joints:
         if factors := joint.rolling():
@@ -95,6 +94,27 @@ def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArr
     rule = "their nominal speeds must roll together through every mesh and coupling"
     speeds_given = ", ".join(f"{speed:.6g} rad/s" for speed in given.values())
     raise InputError(Fault(named, speeds_given, rule, "Drive fewer rotors, or change a speed"))
+
+
+def free_turns(case: "Case") -> NDArray[np.float64]:
+    """Return the speeds with which a train can turn as one, prescribed rotations and torsional springs held, shape [rotor, way].
+
+    Orthonormal; none where everything is held.
+    """
+    places = {name: i for i, name in enumerate(case.rotors)}
+    rows = [*_conditions(case, places, held=True)]
+    rows += [
+        ((places[n], 1.0),)
+        for n, r in case.rotors.items()
+        if r.drive is not None and r.drive.kind in ("speed", "position")
+    ]
+    matrix = np.zeros((max(len(rows), 1), len(places)))
+    for i, row in enumerate(rows):
+        for place, factor in row:
+            matrix[i, place] += factor
+    _, sizes, ways = np.linalg.svd(matrix)
+    rank = int(np.sum(sizes > 1e-9 * max(float(sizes[0]), 1.0)))
+    return np.ascontiguousarray(ways[rank:].T)
 
 
 def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
@@ -169,18 +189,23 @@ def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
         if not any(given.values()):
             given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
             given = dict(list(given.items())[:1])
-        speeds = _roll(case, given)
+        speeds = _as_far_as_springs_let(case, given)
     return np.sign(speeds)
+
+
+def _as_far_as_springs_let(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+    """Return the speeds by rolling where torsional springs hold their rotors, or, where that cannot be, give way."""
+    try:
+        return _roll(case, given, held=True)
+    except InputError:
+        return _roll(case, given)
 
 
 def sense_between(case: "Case", one: str, other: str) -> float:
     """Return +1 where two rotors turn alike as the train rolls, -1 where they turn against each other, 0 where neither moves the
     other.
     """
-    try:
-        speeds = _roll(case, {one: 1.0}, held=True)
-    except InputError:  # a spring holds it: as far as that gives way
-        speeds = _roll(case, {one: 1.0})
+    speeds = _as_far_as_springs_let(case, {one: 1.0})
     return float(np.sign(speeds[list(case.rotors).index(other)]))
 
 

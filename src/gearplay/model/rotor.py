@@ -16,6 +16,7 @@ from gearplay.model.fields import (
     Name,
     Part,
     Problem,
+    RotorName,
     is_absent,
     refuse,
 )
@@ -111,7 +112,7 @@ class PositionDrive(Part):
     )
     torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
     sensor: (
-        Annotated[Name, Field(description="rotor whose angle is measured; this one if not given")] | None
+        Annotated[RotorName, Field(description="rotor whose angle is measured; this one if not given")] | None
     ) = None
     sample_time: Annotated[
         float, Measure(q.TIME, "time between samples of the control; 0 for a continuous one", ge=0.0)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from gearplay.model.fields import HertzStiffness, Measure, Name, Part, Problem, refuse
+from gearplay.model.fields import HertzStiffness, Measure, Offset, Part, Problem, RotorName, refuse
 from gearplay.vocabulary import quantities as q
 
 Law = Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier", "conformal"]
@@ -74,9 +74,10 @@ class Sleeve(Part):
     bed_reference_penetration: Annotated[
         float, Measure(q.LENGTH, "penetration at which bed and point law agree (conformal)", gt=0.0, le=0.1)
     ] = 1e-6
-    on: Annotated[Name, Field(description="rotor that carries the bush; the ground if not given")] | None = (
-        None
-    )
+    on: (
+        Annotated[RotorName, Field(description="rotor that carries the bush; the ground if not given")] | None
+    ) = None
+    offset: Offset = (0.0, 0.0)
 
     @model_validator(mode="after")
     def _check(self) -> Sleeve:

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from gearplay.kernels.elements import support
 from gearplay.model.assembly import Assembly, blank
-from gearplay.model.fields import Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.fields import Listed, Measure, Offset, Part, Problem, RotorName, refuse
 from gearplay.vocabulary import quantities as q
 
 Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
@@ -21,7 +21,7 @@ class Support(Part):
     """Springs and dampers on a rotor's centre, unstressed at its nominal place, and on its rotation, unstressed at theta = 0.
 
     ``stiffness`` frees the centre, as a sleeve does, and adds to one. On a carrier x and y are its axes at rotation 0 and turn
-    with it; rates and the angle are relative to it.
+    with it; rates and the angle are relative to it. ``offset`` is where it is unstressed, beside the nominal centre.
     """
 
     stiffness: (
@@ -35,7 +35,10 @@ class Support(Part):
         float, Measure(q.ROTATIONAL_STIFFNESS, "stiffness against rotation", ge=0.0)
     ] = 0.0
     torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "damping of the rotation", ge=0.0)] = 0.0
-    on: Annotated[Name, Field(description="rotor that carries it; the ground if not given")] | None = None
+    on: Annotated[RotorName, Field(description="rotor that carries it; the ground if not given")] | None = (
+        None
+    )
+    offset: Offset = (0.0, 0.0)
 
     @model_validator(mode="after")
     def _check(self) -> Support:
@@ -66,6 +69,7 @@ class Support(Part):
         record.journal, record.carrier = places[name], -1 if self.on is None else places[self.on]
         if self.on is not None:
             record.offset_x, record.offset_y = (centres[name][k] - centres[self.on][k] for k in range(2))
+        record.misplaced_x, record.misplaced_y = self.offset
         rate = math.sqrt(
             max(max(record.stiffness_x, record.stiffness_y) / mass, record.torsional_stiffness / inertia)
         )

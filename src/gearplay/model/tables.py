@@ -24,6 +24,10 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     rotors = document.get("rotors")
     for name in rotors if isinstance(rotors, Mapping) else ():
         ways += [("rotors", str(name), part, "table") for part in ("drive", "load")]
+    sets = document.get("planetary")
+    for name in sets if isinstance(sets, Mapping) else ():
+        for member in ("sun", "ring", "carrier"):
+            ways += [("planetary", str(name), member, part, "table") for part in ("drive", "load")]
     for way in ways:
         place: Any = document
         for part in way:

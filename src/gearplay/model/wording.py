@@ -119,6 +119,8 @@ def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
             return "must be text", "Put it in quotes"
         case "string_too_long":
             return f"must have at most {context['max_length']} characters", "Shorten it"
+        case "string_pattern_mismatch" if "planet" in str(context.get("pattern")):
+            return "must be a letter followed by at most 31 letters, digits or _", "Choose another name"
         case "string_pattern_mismatch" if r"\." in str(context.get("pattern")):
             return "must be a rotor, or rotor.gear", "Write the name of a rotor, a dot, the name of its gear"
         case "string_pattern_mismatch" if "A-Za-z" in str(context.get("pattern")):

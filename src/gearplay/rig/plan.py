@@ -18,7 +18,6 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.fields import Counted, FrozenTable, Measure, Name, Part, Problem, refuse
-from gearplay.model.gear import rotor_of
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean, translate
 from gearplay.vocabulary import quantities as q
@@ -322,7 +321,7 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
             line = 0.0
             if case.meshes:
                 foot, tip = geometry.signed_radii(case, sensor.mesh)[:2]
-                (x_a, y_a), (x_b, y_b) = centres[rotor_of(foot)], centres[rotor_of(tip)]
+                (x_a, y_a), (x_b, y_b) = (centres[geometry.rotor_of(case, gear)] for gear in (foot, tip))
                 line = math.atan2(y_b - y_a, x_b - x_a)
             found[name] = Placement(rotor, line + sensor.angle)
     if faults:

@@ -61,7 +61,8 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
     """
     sleeve = system.records[KIND][n]
     j = sleeve.journal
-    e_x, e_y, v_x, v_y = y[x_of(j)], y[y_of(j)], y[vx_of(system, j)], y[vy_of(system, j)]
+    e_x, e_y = y[x_of(j)] - sleeve.misplaced_x, y[y_of(j)] - sleeve.misplaced_y
+    v_x, v_y = y[vx_of(system, j)], y[vy_of(system, j)]
     arm_x, arm_y, bush_spin = 0.0, 0.0, 0.0
     if sleeve.bush >= 0:
         i = sleeve.bush

@@ -25,6 +25,8 @@ RECORD = np.dtype(
         ("damping", "f8"),  # N s/m, of the journal against a carried bush
         ("offset_x", "f8"),  # m, bush on its carrier at zero rotation
         ("offset_y", "f8"),
+        ("misplaced_x", "f8"),  # m, of the offset: beside the journal's nominal centre
+        ("misplaced_y", "f8"),
         ("journal", "i8"),  # rotor
         ("bush", "i8"),  # rotor, -1 for the ground
         ("bed", "i8"),

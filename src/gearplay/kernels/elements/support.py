@@ -40,6 +40,11 @@ RECORD = np.dtype(
         ("torsional_damping", "f8"),  # N m s/rad
         ("offset_x", "f8"),  # m, nominal centre from that of the carrier, at zero rotation
         ("offset_y", "f8"),
+        (
+            "misplaced_x",
+            "f8",
+        ),  # m, of the unstressed place beside the nominal centre, along the support's own axes
+        ("misplaced_y", "f8"),
         ("journal", "i8"),  # rotor
         ("carrier", "i8"),  # rotor that carries it, -1 for the ground
     ],
@@ -82,7 +87,10 @@ def load_support(system: System, n: int, t: float, y: Floats, out: Floats) -> No
         turn -= base_turn
         spin -= base_spin
     # Along the support's own axes.
-    along, across = cosine * e_x + sine * e_y, -sine * e_x + cosine * e_y
+    along, across = (
+        cosine * e_x + sine * e_y - support.misplaced_x,
+        -sine * e_x + cosine * e_y - support.misplaced_y,
+    )
     f = -support.stiffness_x * along - support.damping_x * (cosine * v_x + sine * v_y)
     g = -support.stiffness_y * across - support.damping_y * (-sine * v_x + cosine * v_y)
     out[COSINE], out[SINE], out[ARM_X], out[ARM_Y] = cosine, sine, arm_x, arm_y

@@ -36,6 +36,7 @@ RECORD = np.dtype(
         ("A_min", "f8"),  # m, smallest and largest centre distance that meshes
         ("A_max", "f8"),
         ("z_driver", "f8"),
+        ("psi_0", "f8"),  # rad, mesh phase where nothing has turned yet
         ("runout_a", "f8"),  # m, eccentricity of the toothing, and where it points at theta = 0 [rad]
         ("runout_phase_a", "f8"),
         ("runout_b", "f8"),

@@ -1,0 +1,61 @@
+"""The equations of motion to first order at one state, as a whole matrix, and the strain energies of elements."""
+
+from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.compiled import compiled
+from gearplay.kernels.elements import derivative, table
+from gearplay.kernels.layout import Branch, Loads, System
+from gearplay.kernels.right_hand_side import rates_of
+from gearplay.kernels.roster import Roster
+from gearplay.kernels.slopes import Slopes, linearise, rate_of_change
+from gearplay.kernels.switches import settle_modes
+
+
+@compiled
+def rates_at(system: System, roster: Roster, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+    """Fill ``dy`` with the derivative of a state at t = 0, contacts closed where they penetrate; 1 where a pair cannot mesh."""
+    for e in range(system.elements.size):
+        if table.press(system, e, 0.0, y, branch, loads) != 0:
+            return 1
+    settle_modes(system, 0.0, y, branch, loads)
+    return rates_of(system, roster, 0.0, y, branch, dy, loads)
+
+
+@compiled
+def matrix_at(
+    system: System, roster: Roster, y: Floats, branch: Branch, slopes: Slopes, loads: Loads, z: Floats, matrix: Rows
+) -> int:  # fmt: skip
+    """Fill column s of ``matrix``, shape [state + latch, state + latch], with the rate of change by state s; 1 where it fails.
+
+    `rates_at` has been there; ``matrix`` is stored by columns, ``z`` is scratch of its size.
+    """
+    if linearise(system, roster, 0.0, y, branch, slopes, loads) != 0:
+        return 1
+    for s in range(z.size):
+        z[s] = 0.0
+    for s in range(y.size):
+        z[s] = 1.0
+        rate_of_change(system, roster, branch, slopes, z, matrix[s])
+        z[s] = 0.0
+    return 0
+
+
+@compiled
+def strain_energies(
+    system: System, branch: Branch, slopes: Slopes, shapes: Rows, dz: Floats, energies: Rows
+) -> None:
+    """Fill the strain energy [J] of each element, shape [mode, element], in displacements ``shapes``.
+
+    Their shape is [mode, state + latch]; `matrix_at` has filled the slopes.
+    """
+    force, n = slopes.force, system.rotors.size
+    for m in range(shapes.shape[0]):
+        for e in range(system.elements.size):
+            for i in range(n):
+                for axis in range(3):
+                    force[i, axis] = 0.0
+            derivative.add_change(system, e, slopes.elements[e], shapes[m], branch, force, dz)
+            energy = 0.0
+            for i in range(n):
+                for axis in range(3):
+                    energy -= 0.5 * shapes[m, 3 * i + axis] * force[i, axis]
+            energies[m, e] = energy

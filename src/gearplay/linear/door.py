@@ -1,0 +1,175 @@
+"""Doors of the linear view: `modes`, `campbell`, `frequency_response`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearplay.linear.campbell import Campbell, campbell_of
+from gearplay.linear.modes import Modes, modes_of
+from gearplay.linear.response import FrequencyResponse, response_of
+from gearplay.linear.system import linear_system
+from gearplay.model.units import UnitError, parse_quantity
+from gearplay.results.door import Source, case_of
+from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+MOST = 100_000
+"""Most speeds or frequencies of one call."""
+
+
+def modes(case: Source, *, load: str = "operating", speed: float | str | None = None) -> Modes:
+    """Return natural frequencies, damping ratios and shapes of a case about its static equilibrium.
+
+    The equilibrium is that of constant torques with the mean stiffness of the meshes and elastic sleeves; contacts that the load
+    closes are springs, open ones are absent. Errors, runouts, friction and what varies in time are left out; a servo is the
+    spring and the damper that its gains are.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    load
+        "operating", torques, drags and gravity as at the nominal speeds, or "none".
+    speed
+        Speed of the leading rotor [rad/s] or with a unit, for trains with carriers: modes are then seen from the turning carrier,
+        with gyroscopic and centrifugal forces. None is at rest.
+
+    Returns
+    -------
+    Modes
+        ``.ds`` with ``frequency`` (mode) [Hz], ``damping_ratio`` (mode), ``shape`` (mode, coordinate), ``strain_energy_share``,
+        ``kinetic_energy_share``, and the ``kind`` of each mode.
+
+    Raises
+    ------
+    InputError
+        For a load or speed that cannot be.
+    SimulationError
+        Where no equilibrium is found.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.modes("two-stage-reducer")
+    >>> round(float(found.ds["frequency"][-1]), 1), str(found.ds["kind"].values[-1])
+    (3239.4, 'coupled')
+
+    """
+    return modes_of(linear_system(case_of(case), load=load, speed=_speed(speed)))
+
+
+def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "operating") -> Campbell:
+    """Return natural frequencies over speed, with the orders that excite them and where these meet.
+
+    The load stays as it is at the case's own speed, whatever the speed.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    speeds
+        Speeds of the leading rotor [rad/s], or texts with a unit, rising, shape [speed].
+    load
+        "operating" or "none", as of `modes`.
+
+    Returns
+    -------
+    Campbell
+        ``.ds`` with ``frequency`` (speed, mode) [Hz], ``order_frequency`` (speed, order) [Hz], and the crossings.
+
+    Raises
+    ------
+    InputError
+        For speeds that cannot be.
+    SimulationError
+        Where no equilibrium is found.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> diagram = gp.campbell("external-pair", ["500 rpm", "1000 rpm", "1500 rpm"])
+    >>> diagram.ds["frequency"].sizes["speed"]
+    3
+
+    """
+    numbers = np.array(
+        [_speed(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
+    )
+    if not 2 <= numbers.size <= MOST or np.any(np.diff(numbers) <= 0.0) or not np.all(np.isfinite(numbers)):
+        raise InputError(
+            Fault("speeds", numbers.size, f"must be 2 to {MOST} rising numbers", "Give them in order")
+        )
+    return campbell_of(case_of(case), numbers, load=load)
+
+
+def frequency_response(
+    case: Source,
+    *,
+    force: str,
+    at: str | Sequence[str],
+    frequencies: ArrayLike,
+    load: str = "operating",
+) -> FrequencyResponse:
+    """Return the linear response of coordinates to a harmonic force, torque or error of the teeth.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    force
+        What excites: ``rotor.fx``, ``rotor.fy`` [N], ``rotor.torque`` [N m], ``driver-driven.transmission_error`` [m] of a mesh.
+    at
+        A coordinate or several, ``rotor.x``, ``rotor.y`` [m], ``rotor.theta`` [rad].
+    frequencies
+        [Hz], shape [frequency].
+    load
+        "operating" or "none", as of `modes`.
+
+    Returns
+    -------
+    FrequencyResponse
+        ``.ds`` with ``amplitude`` and ``phase`` (at, frequency), for an excitation of amplitude 1 in its unit.
+
+    Raises
+    ------
+    InputError
+        For a force or coordinate that there is not, or frequencies that cannot be.
+    SimulationError
+        Where no equilibrium is found.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.frequency_response("pulsating-pair", force="pinion.torque", at="pinion.theta", frequencies=[100.0, 600.0])
+    >>> found.ds["amplitude"].shape
+    (1, 2)
+
+    """
+    numbers: NDArray[np.float64] = np.atleast_1d(np.asarray(frequencies, dtype=float))
+    if (
+        numbers.ndim != 1
+        or not 1 <= numbers.size <= MOST
+        or not np.all(np.isfinite(numbers))
+        or np.any(numbers < 0.0)
+    ):
+        rule = f"must be 1 to {MOST} frequencies of 0 Hz or more"
+        raise InputError(Fault("frequencies", str(numbers.shape), rule, "Give them in Hz"))
+    names = [at] if isinstance(at, str) else list(at)
+    if not names or not all(isinstance(name, str) for name in names):
+        raise InputError(Fault("at", str(at), "must name coordinates", "Write for example ring.x"))
+    return response_of(linear_system(case_of(case), load=load), force, names, numbers)
+
+
+def _speed(value: Any) -> float | None:
+    if value is None:
+        return None
+    try:
+        return parse_quantity(value, q.ANGULAR_SPEED)
+    except UnitError as error:
+        raise InputError(Fault("speed", value, error.rule, error.cure)) from None

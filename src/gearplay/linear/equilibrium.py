@@ -1,0 +1,199 @@
+"""Static equilibrium under constant loads, by damped Newton steps, and the equations of motion to first order there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from gearplay.kernels.layout import OPEN
+from gearplay.kernels.linear import matrix_at, rates_at
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.roster import make_roster
+from gearplay.kernels.slopes import make_slopes
+from gearplay.kernels.switches import make_branch
+from gearplay.linear.smooth import Smooth
+from gearplay.model import rolling
+from gearplay.model.initial import initial_state
+from gearplay.vocabulary.errors import SimulationError
+
+Floats = NDArray[np.float64]
+
+STEPS = 2000
+"""Most steps of the search."""
+BALANCED = 1e-9
+"""Forces left over, as accelerations, per the largest that act, that count as none."""
+FIRST, SHORTEST, LONGEST = 1e-6, 1e-12, 1e6
+"""Length of the first, the shortest and the longest pseudo-time step [s]."""
+
+
+class Linear:
+    """The equations of motion of a smooth case at one state: what acts there, and the slopes of it.
+
+    ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2].
+    """
+
+    def __init__(self, smooth: Smooth) -> None:
+        self.smooth, self.system = smooth, smooth.packed.system
+        rotors: Any = self.system.rotors
+        self.rotors, self.size = rotors.size, smooth.packed.state_size
+        moves, turns = rotors.inv_mass > 0.0, rotors.inv_inertia > 0.0
+        self.free = np.flatnonzero(np.stack([moves, moves, turns], axis=1).ravel())
+        with np.errstate(divide="ignore"):
+            masses = np.stack(
+                [1.0 / rotors.inv_mass, 1.0 / rotors.inv_mass, 1.0 / rotors.inv_inertia], axis=1
+            )
+        self.mass = masses.ravel()[self.free]
+        self.roster = make_roster(self.system, self.size)
+        self.branch, self.loads = make_branch(self.system), make_loads(self.system)
+        self.slopes = make_slopes(self.system)
+        wide = self.size + self.branch.latch.size
+        self.columns, self.scratch = np.zeros((wide, wide)), np.zeros(wide)
+        self.rates = np.zeros(self.size)
+
+    def start(self) -> Floats:
+        """Return the state with everything at its nominal place, flanks touching, centres riding on their carriers."""
+        state = initial_state(self.smooth.case, self.smooth.packed)
+        n, spin = self.rotors, self.smooth.speeds
+        names, centres = list(self.smooth.case.rotors), self.smooth.centres
+        for i, on in enumerate(self.smooth.carriers):
+            if on >= 0:
+                arm = np.subtract(centres[names[i]], centres[names[on]])
+                state[3 * (n + i) : 3 * (n + i) + 2] = spin[on] * np.array([-arm[1], arm[0]])
+        state[3 * n + 2 : 6 * n : 3] = 0.0
+        return state
+
+    def riding(self) -> Floats:
+        """Return the accelerations [m/s^2, rad/s^2] of free coordinates on carriers that turn steadily, shape [coordinate]."""
+        whole, names, centres = np.zeros(3 * self.rotors), list(self.smooth.case.rotors), self.smooth.centres
+        for i, on in enumerate(self.smooth.carriers):
+            if on >= 0:
+                arm = np.subtract(centres[names[i]], centres[names[on]])
+                whole[3 * i : 3 * i + 2] = -(self.smooth.speeds[on] ** 2) * arm
+        return whole[self.free]
+
+    def accelerations(self, state: Floats) -> Floats | None:
+        """Return those of the free coordinates, shape [coordinate]; None where a pair cannot mesh."""
+        if rates_at(self.system, self.roster, state, self.branch, self.loads, self.rates) != 0:
+            return None
+        return self.rates[3 * self.rotors + self.free].copy()
+
+    def matrix(self, state: Floats) -> Floats:
+        """Return the derivative of all rates by all states, shape [state, state]; `accelerations` has been there."""
+        self.columns[:] = 0.0
+        matrix_at(
+            self.system, self.roster, state, self.branch, self.slopes, self.loads, self.scratch, self.columns
+        )
+        return self.columns[: self.size, : self.size].T.copy()
+
+    def stiffness(self, matrix: Floats) -> Floats:
+        """Return the stiffness matrix of the free coordinates [N/m, N/rad, N m/rad], shape [coordinate, coordinate]."""
+        return -self.mass[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
+
+    def damping(self, matrix: Floats) -> Floats:
+        """Return the damping matrix of the free coordinates, shape [coordinate, coordinate]."""
+        at = 3 * self.rotors + self.free
+        return -self.mass[:, None] * matrix[np.ix_(at, at)]
+
+    def rolling_motions(self) -> Floats:
+        """Return the motions in which every mesh and coupling rolls and no spring is strained, shape [coordinate, motion].
+
+        Centres ride on their carriers.
+        """
+        case, names = self.smooth.case, list(self.smooth.case.rotors)
+        turns = rolling.free_turns(case)
+        whole = np.zeros((3 * self.rotors, turns.shape[1]))
+        whole[2::3] = turns
+        for i, on in enumerate(self.smooth.carriers):
+            if on >= 0:
+                arm = np.subtract(self.smooth.centres[names[i]], self.smooth.centres[names[on]])
+                whole[3 * i], whole[3 * i + 1] = -arm[1] * turns[on], arm[0] * turns[on]
+        return whole[self.free]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Where everything is at rest under its loads.
+
+    ``state`` is the kernels' state, ``matrix`` the derivative of its rates, shape [state, state]; ``closed`` and ``open`` name
+    contacts; ``unbalanced`` is whether drives and loads would accelerate the train.
+    """
+
+    linear: Linear
+    state: Floats
+    matrix: Floats
+    closed: tuple[str, ...]
+    open: tuple[str, ...]
+    unbalanced: bool
+
+
+def find_equilibrium(linear: Linear) -> Equilibrium:
+    """Return the equilibrium that loads lead to from the nominal places.
+
+    Newton's method on the balance of forces, damped by a pseudo-time that grows as the forces left over fall. Where drives and
+    loads do not balance, the train accelerates as one and d'Alembert's forces hold it (inertia relief).
+
+    Raises `SimulationError` where none is found.
+    """
+    free, mass = linear.free, linear.mass
+    state, riding = linear.start(), linear.riding()
+    rolls = linear.rolling_motions()
+    weigh = rolls * mass[:, None]
+    project = rolls @ np.linalg.pinv(weigh.T @ rolls) @ weigh.T if rolls.shape[1] else None
+    natural = linear.smooth.packed.natural[free]
+
+    def left_over(at: Floats) -> tuple[Floats, float] | None:
+        found = linear.accelerations(at)
+        if found is None or not np.all(np.isfinite(found)):
+            return None
+        rest = found - riding
+        if project is not None:
+            rest = rest - project @ rest
+        return rest, float(np.sqrt(np.mean(mass * rest * rest)))
+
+    now = left_over(state)
+    if now is None:
+        raise SimulationError("no static equilibrium: a pair cannot mesh where the case places it")
+    rest, size = now
+    whole = linear.rates[3 * linear.rotors + free] - riding
+    unbalanced = bool(np.max(np.abs(whole - rest), initial=0.0) > 1e-6 * np.max(np.abs(whole), initial=0.0))
+    largest, step = max(size, 1e-12), FIRST
+    for _ in range(STEPS):
+        if size <= BALANCED * largest:
+            break
+        stiffness = linear.stiffness(linear.matrix(state))
+        try:
+            move = scipy.linalg.solve(stiffness + np.diag(mass / step**2), mass * rest)
+        except (np.linalg.LinAlgError, ValueError):
+            step *= 0.1
+            continue
+        far = float(np.max(np.abs(move) / natural))
+        trial = state.copy()
+        trial[free] += move * min(1.0, 10.0 / far) if far > 0.0 else move
+        then = left_over(trial)
+        if then is not None and then[1] <= 1.000001 * size:
+            state, (rest, size) = trial, then
+            largest, step = max(largest, size), min(4.0 * step, LONGEST)
+        else:
+            step *= 0.1
+            left_over(state)  # contacts as they are there
+            if step < SHORTEST:
+                break
+    if size > 1e3 * BALANCED * largest:
+        name = _worst(linear, mass * rest * rest)
+        raise SimulationError(
+            f"no static equilibrium found: forces on {name} are left over. Give it a support or a load that holds it"
+        )
+    left_over(state)
+    modes, labels = linear.branch.modes, linear.smooth.packed.contact_labels
+    closed = tuple(name for k, name in enumerate(labels) if modes[k] != OPEN)
+    return Equilibrium(
+        linear, state, linear.matrix(state), closed, tuple(n for n in labels if n not in closed), unbalanced
+    )
+
+
+def _worst(linear: Linear, shares: Floats) -> str:
+    return linear.smooth.packed.rotor_names[int(linear.free[int(np.argmax(shares))]) // 3]

@@ -1,0 +1,189 @@
+"""Pictures of the linear view: mode shapes on the mechanism, Campbell diagram, frequency response."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gearplay.model import geometry
+from gearplay.model.reading import load_case
+from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
+from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
+from gearplay.pictures.words import plain, short
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearplay.model.case import Case
+
+ROTOR = 0.15
+"""Radius of a rotor without gears, of the mechanism's size."""
+SWING = 0.16
+"""Largest displacement of a drawn shape, of the mechanism's size."""
+COLUMNS = 4
+
+
+class _Disc(NamedTuple):
+    rotor: str
+    x: float
+    y: float
+    radius: float
+    ring: bool
+
+
+def _discs(case: Case) -> list[_Disc]:
+    """Return circles for all rotors: pitch circles of their gears, carriers through their pins."""
+    centres = geometry.centres(case)
+    radii: dict[str, list[tuple[float, bool]]] = {}
+    for mesh in case.meshes:
+        for name in (mesh.driver, mesh.driven):
+            entry = (geometry.pitch_radius(case, mesh, name), bool(geometry.gear_of(case, name).internal))
+            found = radii.setdefault(geometry.rotor_of(case, name), [])
+            if entry not in found:
+                found.append(entry)
+    for name in case.rotors:
+        if (on := geometry.carrier_of(case, name)) is not None and on not in radii:
+            arm = max(
+                float(np.hypot(*np.subtract(centres[other], centres[on])))
+                for other in case.rotors
+                if geometry.carrier_of(case, other) == on
+            )
+            radii[on] = [(arm, False)]
+    size = max([r for found in radii.values() for r, _ in found], default=1.0)
+    discs = []
+    for name in case.rotors:
+        for radius, ring in radii.get(name, [(ROTOR * size, False)]):
+            discs.append(_Disc(name, *centres[name], radius, ring))
+    return discs
+
+
+def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
+    """Return the figure of the first mode shapes on the mechanism: nominal places thin, displaced ones in colour.
+
+    A spoke shows how far a rotor turns; scale of each shape its own.
+    """
+    case = load_case(json.loads(ds.attrs["case"]))
+    discs = _discs(case)
+    moving = [m for m, f in enumerate(ds["frequency"].values) if f > 0.0][:most] or [0]
+    columns = min(COLUMNS, len(moving))
+    rows = -(-len(moving) // columns)
+    figure, axes = make_figure(rows, columns, 0.9 + 2.4 * rows)
+    extent = max(abs(d.x) + abs(d.y) + d.radius for d in discs)
+    places = {str(name): k for k, name in enumerate(ds["coordinate"].values)}
+    for ax in axes.flat[len(moving) :]:
+        ax.set_visible(False)
+    for ax, m in zip(axes.flat, moving, strict=False):
+        shape = ds["shape"].values[m]
+        moves = {
+            d.rotor: [
+                shape[places[f"{d.rotor}.{a}"]] if f"{d.rotor}.{a}" in places else 0.0
+                for a in ("x", "y", "theta")
+            ]
+            for d in discs
+        }
+        largest = max(
+            max(float(np.hypot(v[0], v[1])), abs(v[2]) * d.radius) for d in discs for v in [moves[d.rotor]]
+        )
+        factor = SWING * extent / largest if largest > 0.0 else 0.0
+        for d in discs:
+            dx, dy, turn = (factor * v for v in moves[d.rotor])
+            still = abs(dx) + abs(dy) + abs(turn) * d.radius < 0.01 * SWING * extent
+            _circle(ax, d.x, d.y, d.radius, 0.0, CLEARANCE, 0.6)
+            if not still:
+                _circle(ax, d.x + dx, d.y + dy, d.radius, turn, UNCOUPLED if d.ring else COUPLED, 1.3)
+        ax.set_aspect("equal")
+        ax.set_axis_off()
+        text = f"{ds['frequency'].values[m]:.5g} Hz\n{ds['kind'].values[m]}"
+        ax.set_title(plain(text), fontsize=SMALL)
+    set_legend(
+        figure,
+        {
+            "nominal place": legend_mark(CLEARANCE, line="-"),
+            "mode shape, gears and shafts": legend_mark(COUPLED, line="-"),
+            "mode shape, rings": legend_mark(UNCOUPLED, line="-"),
+        },
+    )
+    title = ds.attrs.get("title") or "Modes"
+    set_title(figure, f"{title}: shapes of the first {len(moving)} modes")
+    return figure
+
+
+def _circle(ax: Any, x: float, y: float, radius: float, turn: float, color: str, width: float) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    ax.plot(x + radius * np.cos(angle), y + radius * np.sin(angle), color=color, linewidth=width)
+    ax.plot([x, x + radius * np.cos(turn)], [y, y + radius * np.sin(turn)], color=color, linewidth=width)
+
+
+def campbell_drawing(ds: xr.Dataset) -> Any:
+    """Return the figure of a Campbell diagram: modes over speed, orders as rays, crossings marked."""
+    figure, axes = make_figure(1, 1, 5.0)
+    ax = axes[0, 0]
+    rpm = 30.0 / np.pi * ds["speed"].values
+    kinds = sorted({str(k) for k in ds["kind"].values})
+    colors = dict(zip(kinds, PALETTE, strict=False))
+    frequency = ds["frequency"].values
+    for m in range(frequency.shape[1]):
+        if frequency[:, m].max() > 0.0:
+            ax.plot(rpm, frequency[:, m], color=colors[str(ds["kind"].values[m])], linewidth=1.4)
+    top = 1.1 * float(frequency.max(initial=1.0))
+    for k, name in enumerate(ds["order"].values):
+        line = ds["order_frequency"].values[:, k]
+        ax.plot(rpm, line, color=CLEARANCE, linewidth=0.8, linestyle="--")
+        inside = np.flatnonzero(line <= top)
+        if inside.size and line[inside[-1]] > 0.02 * top:
+            at = inside[-1]
+            ax.annotate(
+                plain(short(str(name), 28)),
+                (rpm[at], line[at]),
+                fontsize=SMALL - 1,
+                color="#555a66",
+                ha="right",
+                va="bottom",
+            )
+    ax.plot(
+        30.0 / np.pi * ds["crossing_speed"].values, ds["crossing_frequency"].values, "o",
+        markersize=4, markerfacecolor="white", color="#222222", linestyle="none",
+    )  # fmt: skip
+    ax.set_ylim(0.0, top)
+    ax.set_xlim(rpm[0], rpm[-1])
+    ax.set_xlabel(plain(f"speed of {ds.attrs['lead']} [rpm]"), fontsize=SMALL)
+    ax.set_ylabel("frequency [Hz]", fontsize=SMALL)
+    handles = {f"{kind} modes": legend_mark(color, line="-") for kind, color in colors.items()}
+    handles |= {
+        "orders of excitation": legend_mark(CLEARANCE, line="--"),
+        "crossings": legend_mark("#222222", marker="o"),
+    }
+    set_legend(figure, handles)
+    seen = ", seen from the turning carrier" if int(ds.attrs["turning"]) else ""
+    set_title(figure, f"{ds.attrs.get('title') or 'Campbell diagram'}: natural frequencies over speed{seen}")
+    return figure
+
+
+def response_drawing(ds: xr.Dataset) -> Any:
+    """Return the figure of a frequency response: amplitudes on decades, phases below."""
+    figure, axes = make_figure(2, 1, 6.0)
+    frequency, force = ds["frequency"].values, ds.attrs["force"]
+    unit = ds["amplitude"].attrs["units"].removeprefix("1/")
+    handles = {}
+    for k, name in enumerate(ds["at"].values):
+        color, kind = PALETTE[k % len(PALETTE)], "rad" if str(name).endswith("theta") else "m"
+        axes[0, 0].semilogy(frequency, ds["amplitude"].values[k], color=color, linewidth=1.2)
+        axes[1, 0].plot(frequency, np.degrees(ds["phase"].values[k]), color=color, linewidth=1.2)
+        handles[f"{name} [{kind}/{unit}]"] = legend_mark(color, line="-")
+    for natural in np.atleast_1d(ds.attrs["natural_frequencies"]):
+        if frequency[0] <= natural <= frequency[-1]:
+            for ax in axes[:, 0]:
+                ax.axvline(natural, color=CLEARANCE, linewidth=0.6, linestyle=":")
+    handles["natural frequencies"] = legend_mark(CLEARANCE, line=":")
+    units = sorted({"rad" if str(name).endswith("theta") else "m" for name in ds["at"].values})
+    axes[0, 0].set_ylabel(plain(f"amplitude [{' or '.join(units)} per {unit.strip('()')}]"), fontsize=SMALL)
+    axes[1, 0].set_ylabel("phase [deg]", fontsize=SMALL)
+    axes[1, 0].set_yticks(range(-180, 181, 90))
+    axes[1, 0].set_xlabel("frequency [Hz]", fontsize=SMALL)
+    for ax in axes[:, 0]:
+        ax.set_xlim(frequency[0], frequency[-1] if frequency[-1] > frequency[0] else frequency[0] + 1.0)
+    set_legend(figure, handles)
+    set_title(figure, f"{ds.attrs.get('title') or 'Response'}: response to {force}")
+    return figure

@@ -1,0 +1,161 @@
+"""A case with all that varies in time taken away: mean stiffness, no errors, constant torques, nothing turns unless asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry, rolling
+from gearplay.model.case import Case
+from gearplay.model.fields import FrozenTable
+from gearplay.model.gear import Runout
+from gearplay.model.mesh import HarmonicStiffness, Mesh
+from gearplay.model.mesh_stiffness import pack_stiffness
+from gearplay.model.pack import Packed, pack
+from gearplay.model.rotor import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.model.support import Support
+from gearplay.vocabulary.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """A case without what varies in time, ready for the kernels.
+
+    ``speeds`` are the rotors' nominal speeds [rad/s], 0 unless a speed was asked for; ``controlled`` are the rotors whose servo
+    became a spring, ``carriers`` the rotor that carries each, -1 for none.
+    """
+
+    case: Case
+    packed: Packed
+    centres: dict[str, tuple[float, float]]
+    speeds: Floats
+    controlled: frozenset[str]
+    carriers: tuple[int, ...]
+
+    @property
+    def frame_speed(self) -> float:
+        """Speed [rad/s] of the carriers, in whose frame nothing changes; 0 where none turns."""
+        turning = {self.speeds[i] for i in self.carriers if i >= 0}
+        return float(max(turning, key=abs)) if turning else 0.0
+
+
+def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
+    """Return a case without what varies in time.
+
+    ``load`` is "operating", torques and drags at the nominal speeds, or "none"; ``speed`` [rad/s] is that of the leading rotor,
+    None for a train that stands still under its operating load.
+
+    Raises `InputError` where the train cannot turn as asked, or carriers would turn at different speeds.
+    """
+    hot = case.operating
+    names = list(hot.rotors)
+    nominal = rolling.nominal_speeds(hot)
+    senses = rolling.senses(hot, nominal)
+    centres = geometry.centres(hot)
+    update: dict[str, object] = {
+        "rotors": FrozenTable(
+            {
+                name: _rotor(
+                    hot, name, rotor, float(nominal[i]), float(senses[i]), loaded=load == "operating"
+                )
+                for i, (name, rotor) in enumerate(hot.rotors.items())
+            }
+        ),
+        "meshes": tuple(_mesh(hot, j) for j in range(len(hot.meshes))),
+        "sleeves": FrozenTable(
+            {
+                name: sleeve.model_copy(
+                    update={"restitution": 1.0, "restitution_reading": "literal", "friction_coefficient": 0.0}
+                )
+                for name, sleeve in hot.sleeves.items()
+            }
+        ),
+        "supports": FrozenTable({**hot.supports, **_servo_springs(hot)}),
+        "base": None,
+        "environment": None,
+        "run": hot.run.model_copy(update={"transient": 0.0}),
+    }
+    if load == "none":
+        update["gravity"] = (0.0, 0.0)
+    still = hot.model_copy(update=update)
+    still.__dict__.pop("operating", None)  # what was worked out of the case as it was
+    still.__dict__.pop("sha256", None)
+    packed = pack(still)
+    carriers = tuple(
+        names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names
+    )
+    speeds = np.zeros(len(names))
+    if speed is not None:
+        lead, ratios = rolling.rolling_ratios(hot)
+        speeds = ratios * speed
+        turning = {float(f"{speeds[i]:.9g}") for i in carriers if i >= 0}
+        if len(turning) > 1:
+            rule = f"must leave all carriers at one speed; with {lead} at {speed:.6g} rad/s they have several"
+            raise InputError(Fault("speed", speed, rule, "Leave it out: modes at rest"))
+        rotors = packed.system.rotors
+        rotors.nominal_speed[:] = speeds
+        rotors.torque += rotors.drag * speeds  # the load asked for is kept at every speed
+    servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, ServoDrive))
+    return Smooth(still, packed, centres, speeds, servos, carriers)
+
+
+def _rotor(case: Case, name: str, rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
+    """Return a rotor with constant torques only; loads as they are at its nominal speed."""
+    drive, torque = rotor.drive, 0.0
+    if loaded:
+        load = rotor.load
+        if load.torque > 0.0 or speed != 0.0:
+            torque -= (sense or float(np.sign(speed))) * (load.torque + load.drag * abs(speed))
+            torque -= float(np.sign(speed)) * load.friction
+        if isinstance(drive, TorqueDrive):
+            torque += drive.torque
+    new: object = TorqueDrive(torque=torque) if torque != 0.0 else None
+    if isinstance(drive, SpeedDrive):
+        new = SpeedDrive(speed=0.0)
+    elif isinstance(drive, PositionDrive):
+        new = drive.model_copy(update={"angle": 0.0, "integral_gain": 0.0, "sample_time": 0.0})
+    none = Runout()
+    gears = FrozenTable({key: gear.model_copy(update={"runout": none}) for key, gear in rotor.gears.items()})
+    changes = {
+        "drive": new,
+        "load": Load(drag=rotor.load.drag),
+        "runout": none,
+        "gears": gears,
+        "unbalance": None,
+        "temperature": None,
+    }
+    start = rotor.initial.model_copy(update={"vx": 0.0, "vy": 0.0, "theta": None, "omega": None})
+    return rotor.model_copy(update={**changes, "initial": start})
+
+
+def _servo_springs(case: Case) -> dict[str, Support]:
+    """Return supports with the springs that speed servos are to their rotors: gain on the speed, and on its integral."""
+    found = {}
+    for name, rotor in case.rotors.items():
+        if not isinstance(rotor.drive, ServoDrive):
+            continue
+        before = case.supports.get(name)
+        spring = before.torsional_stiffness if before is not None else 0.0
+        damper = before.torsional_damping if before is not None else 0.0
+        own = {
+            "torsional_stiffness": spring + rotor.drive.integral_gain,
+            "torsional_damping": damper + rotor.drive.proportional_gain,
+        }
+        found[name] = before.model_copy(update=own) if before is not None else Support(**own)
+    return found
+
+
+def _mesh(case: Case, j: int) -> Mesh:
+    """Return a mesh with its mean stiffness, damping as it is, without errors and friction."""
+    stiffness, damping = pack_stiffness(case, j), case.meshes[j].damping
+    changes: dict[str, object] = {
+        "stiffness": HarmonicStiffness(mean=stiffness.average),
+        "transmission_error": (),
+        "friction_coefficient": 0.0,
+        "damping": damping,
+    }
+    return case.meshes[j].model_copy(update=changes)

@@ -1,0 +1,82 @@
+"""Members of planetary sets among the parts of a case: they are made of the sets, and written as these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from gearplay.model.planetary import Planetary
+from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
+
+TABLES: Final = ("rotors", "sleeves", "supports")
+
+
+def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a case with the parts that its planetary sets stand for, instead of those of sets as they were.
+
+    A set at fault stands for nothing: its own validation says why.
+    """
+    sets = given.get("planetary")
+    if not isinstance(sets, Mapping) or not sets:
+        return dict(given)
+    found = {name: part for name, raw in sets.items() if (part := _valid(raw)) is not None}
+    case = without_members(given, [name for name in sets if isinstance(name, str)])
+    parts = [part.parts(name) for name, part in found.items() if isinstance(name, str)]
+    for k, table in enumerate(TABLES):
+        if not isinstance(case.get(table, {}), Mapping):
+            return case  # at fault
+        made = {name: part for each in parts for name, part in each[k].items()}  # type: ignore[union-attr]
+        case[table] = {**case.get(table, {}), **made}
+    meshes = case.get("meshes", ())
+    if isinstance(meshes, (list, tuple)):
+        case["meshes"] = [*meshes, *(mesh for each in parts for mesh in each[3])]
+    return case
+
+
+def without_members(given: Mapping[str, Any], sets: Iterable[str]) -> dict[str, Any]:
+    """Return the fields of a case without the parts that its planetary sets stand for."""
+    case, sets = dict(given), set(sets)
+    if not sets:
+        return case
+    for table in TABLES:
+        if isinstance(case.get(table), Mapping):
+            case[table] = {k: part for k, part in case[table].items() if not _is_member(k, sets)}
+    if isinstance(case.get("meshes"), (list, tuple)):
+        case["meshes"] = [mesh for mesh in case["meshes"] if not _is_within(mesh, sets)]
+    return case
+
+
+def _valid(raw: Any) -> Planetary | None:
+    if isinstance(raw, Planetary):
+        return raw
+    try:
+        return Planetary.model_validate(raw)
+    except ValidationError:
+        return None
+
+
+def _is_member(name: object, sets: Iterable[str]) -> bool:
+    return isinstance(name, str) and "." in name and name.partition(".")[0] in sets
+
+
+def _is_within(mesh: Any, sets: Iterable[str]) -> bool:
+    """Return whether a mesh joins two members of planetary sets."""
+    ends = [
+        mesh.get(role) if isinstance(mesh, Mapping) else getattr(mesh, role, None)
+        for role in ("driver", "driven")
+    ]
+    return all(_is_member(name, sets) for name in ends)
+
+
+def set_faults(sets: Mapping[str, Planetary], rotors: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield faults between planetary sets and the rotors of a case."""
+    for name in sets:
+        if name in rotors:
+            rule = "must not be the name of a rotor too"
+            yield Fault(join_path(["planetary", name]), NO_VALUE, rule, "Call one of the two otherwise")
+    for name in rotors:
+        if "." in name and name.partition(".")[0] not in sets:
+            rule = "is no rotor: a dot is for members of planetary sets, which [planetary.NAME] stands for"
+            yield Fault(join_path(["rotors", name]), NO_VALUE, rule, "Call it without a dot")
