@@ -34,6 +34,7 @@ __all__ = [
     "impacts",
     "load_case",
     "load_plan",
+    "load_sharing",
     "lyapunov",
     "measure",
     "modes",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.nonlinear.section_door import impacts, portrait, section
     from gearplay.nonlinear.torsional import torsional_pair
+    from gearplay.planetary.door import load_sharing
     from gearplay.python_door import read_result
     from gearplay.results.door import simulate
     from gearplay.results.result import Result

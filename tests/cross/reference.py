@@ -22,11 +22,11 @@ The case dictionary
     Terms: ``[{frequency or order, amplitude, phase}]``.
 ``sleeves``
     name of the journal's rotor -> ``radial_clearance``, ``law``, ``stiffness``, ``exponent``,
-    ``restitution``, ``minimum_impact_speed``, optional ``on``, ``friction_coefficient``,
+    ``restitution``, ``minimum_impact_speed``, optional ``on``, ``offset``, ``friction_coefficient``,
     ``friction_speed``, ``shaft_radius``, ``bed_exponent``, ``bed_reference_penetration``.
 ``supports``
     name of the rotor -> ``stiffness`` [kx, ky], ``damping`` [cx, cy], ``torsional_stiffness``,
-    ``torsional_damping``, ``on``; all optional.  A stiffness frees the centre.
+    ``torsional_damping``, ``on``, ``offset``; all optional.  A stiffness frees the centre.
 ``couplings``
     list of ``between`` [one, two], ``torsional_stiffness`` and, optional, ``torsional_damping``, ``play``,
     ``ratio``, ``lateral_stiffness``, ``lateral_damping``.
@@ -36,13 +36,13 @@ The case dictionary
 ``meshes``
     list of ``driver``, ``driven``, ``module``, ``pressure_angle``, ``backlash``, ``stiffness``,
     ``damping`` {maximum, depth}, ``transmission_error`` [{order, amplitude, phase}] and, optional,
-    ``friction_coefficient``, ``friction_phase``, ``friction_speed`` (`cross.reference_friction`).
+    ``phase``, ``friction_coefficient``, ``friction_phase``, ``friction_speed`` (`cross.reference_friction`).
     Stiffness: ``{kind: harmonic, mean, amplitude, phase}``,
     ``{kind: square, single, double, contact_ratio, phase}``,
     ``{kind: fourier, mean, terms: [{order, amplitude, phase}]}``,
     ``{kind: table, phase: [...], stiffness: [...]}`` (points inside one period of 2 pi).
-``gravity``, ``formulation``, ``backlash_model``
-    as in the case file.
+``gravity``, ``formulation``, ``backlash_model``, ``mesh_phases``
+    as in the case file; the phases by position are those of `cross.reference_planets`.
 
 An object with these names as attributes is taken too (`cross.reference_laws.plain`).
 
@@ -71,7 +71,9 @@ Choices where the conventions leave room
   of the ripple's phases, all other rotors at their nominal speed.
 * *Ramps*: with a positive ramp in any drive all rotors start at rest unless ``initial`` says otherwise.
 * A sleeve that is already closed at the start latches the speed it then has.
-* The nominal speed of a carrier must be zero (it may turn freely), unless its journals are concentric to it.
+* *Gears on a carrier* roll in its frame, whatever its speed.  The one line of action of ``uncoupled`` and
+  ``as_published`` is fixed in the carrier, and each flank turns the carrier by ``-F dp/dtheta_c``.
+* *Radial damping* of a rotor on a carrier acts between its centre and its pin, the reaction at the pin.
 * *Tangential friction*: the bush's reaction acts at ``R_b`` from the bush's centre, as the journal's at
   ``R_j`` from its own; the two points differ by the penetration.
 """
@@ -106,8 +108,10 @@ from cross.reference_laws import (
     plain,
     position_servo_of,
     terms_of,
+    turned,
 )
 from cross.reference_laws import number as _number
+from cross.reference_planets import Condition, Teeth, phases_by_position, speeds_on_carriers
 
 Key = tuple[str, int, str]
 TWO_PI = 2.0 * math.pi
@@ -227,7 +231,8 @@ class _Sleeve:
     exponent: float
     factor: float  # dimensionless a
     minimum_speed: float  # m/s
-    bush: tuple[float, float]  # nominal bush centre relative to the carrier's centre, m
+    bush: tuple[float, float]  # bush centre relative to the carrier's centre at its rotation 0, m
+    offset: tuple[float, float]  # bush centre beside the journal's nominal centre at that rotation, m
     friction: float
     friction_speed: float  # m/s
     shaft_radius: float  # m
@@ -265,6 +270,7 @@ class _Mesh:
     phase: float = 0.0
     spline: CubicSpline | None = None
     frame: int | None = None  # carrier of either gear
+    psi0: float = 0.0  # phase where nothing has turned yet, rad
 
 
 @dataclass(slots=True)
@@ -283,6 +289,7 @@ class _MeshMotion:
     grad_b: tuple[float, float]
     arm_a: tuple[float, float]  # toothing's centre relative to the shaft's centre
     arm_b: tuple[float, float]
+    by_frame: float = 0.0  # dp_d / d(theta of the carrier) = -dp_b / d(theta of the carrier), m
 
 
 @dataclass(slots=True)
@@ -293,6 +300,7 @@ class _SleeveMotion:
     rate: float
     slip: float  # tangential speed of the journal's surface against the bush's, m/s
     arm: tuple[float, float]  # bush centre relative to the carrier's centre
+    velocity: tuple[float, float]  # of the journal's centre against the bush's, m/s
 
 
 def _rotor_name(gear: str) -> str:
@@ -352,6 +360,7 @@ class Reference:
         mesh_tables: Sequence[Mapping[str, Any]] = case.get("meshes") or []
         sleeve_tables: Mapping[str, Mapping[str, Any]] = case.get("sleeves") or {}
         positions = self._place(case["rotors"], mesh_tables)
+        self.carriers = self._carriers()
         speeds = self._nominal_speeds(case["rotors"])
         self.senses = self._senses(case["rotors"], speeds)
         self.rotors = self._build_rotors(case["rotors"], sleeve_tables, positions, speeds)
@@ -361,7 +370,7 @@ class Reference:
         self.supports = [self._build_support(name, table) for name, table in self._tables("supports").items()]
         self.couplings = [coupling_of(table, self.index) for table in case.get("couplings") or ()]
         self.base: Base | None = base_of(case.get("base"))
-        self._set_frames()
+        self._set_phases(case["rotors"], mesh_tables)
         self.tooth_friction = [
             self._build_tooth_friction(table, mesh)
             for table, mesh in zip(mesh_tables, self.meshes, strict=True)
@@ -492,8 +501,40 @@ class Reference:
                 ratios.append((support["on"], name, 1.0))
             elif known.setdefault(name, 0.0) != 0.0:
                 raise ValueError(f"a spring to the ground holds the driven rotor {name!r}")
+        if any(self._frame(mesh) for mesh in self.case.get("meshes") or ()):
+            return speeds_on_carriers(list(rotors), self._conditions(rotors), known, self.carriers.values())
         speeds = self._rolled(known, ratios)
         return {name: speeds.get(name, 0.0) for name in rotors}
+
+    def _carriers(self) -> dict[str, str]:
+        """Return the carrier of every rotor that has one."""
+        tables = (self._tables("sleeves"), self._tables("supports"))
+        return {name: part["on"] for table in tables for name, part in table.items() if part.get("on")}
+
+    def _frame(self, mesh: Mapping[str, Any]) -> str | None:
+        """Return the carrier in whose frame a mesh rolls."""
+        ends = [_rotor_name(mesh[role]) for role in ("driver", "driven")]
+        found = {self.carriers[name] for name in ends if name in self.carriers} - set(ends)
+        if len(found) > 1:
+            raise ValueError("the gears of a mesh are on two carriers")
+        return found.pop() if found else None
+
+    def _conditions(self, rotors: Mapping[str, Any]) -> list[Condition]:
+        """Return what the speeds of rotors fulfil that roll at every mesh and joint, and are held by springs."""
+        found: list[Condition] = []
+        for mesh in self.case.get("meshes") or ():
+            one, two = (_gear(rotors, mesh[role])["teeth"] for role in ("driver", "driven"))
+            two = -two if self._is_internal(rotors, mesh) else two
+            line = {_rotor_name(mesh["driver"]): one / abs(two), _rotor_name(mesh["driven"]): two / abs(two)}
+            frame = self._frame(mesh)
+            found.append(line if frame is None else {**line, frame: -sum(line.values())})
+        for table in self.case.get("couplings") or ():
+            one, two = table["between"]
+            found.append({one: 1.0, two: -_number(table, "ratio", 1.0)})
+        for name, support in self._tables("supports").items():
+            if _number(support, "torsional_stiffness") > 0.0:
+                found.append({name: 1.0, support["on"]: -1.0} if support.get("on") else {name: 1.0})
+        return found
 
     def _senses(self, rotors: Mapping[str, Any], speeds: Mapping[str, float]) -> dict[str, float]:
         """Return speeds that say which way the rotors turn: nominal ones, or what torques or starts give."""
@@ -508,9 +549,13 @@ class Reference:
                 pushes.append((drive.get("sensor") or name, _number(drive, "angle")))
         starts = [(name, _number(r.get("initial") or {}, "omega")) for name, r in rotors.items()]
         given = [each for each in pushes[:1] if each[1]] or [each for each in starts if each[1]][:1]
-        senses = self._rolled(
-            {name: math.copysign(1.0, value) for name, value in given}, self._ratios(rotors)
-        )
+        pushed = {name: math.copysign(1.0, value) for name, value in given}
+        if any(self._frame(mesh) for mesh in self.case.get("meshes") or ()):
+            held = {n: 0.0 for n, r in rotors.items() if (r.get("drive") or {}).get("kind") == "speed"}
+            return speeds_on_carriers(
+                list(rotors), self._conditions(rotors), held | pushed, self.carriers.values()
+            )
+        senses = self._rolled(pushed, self._ratios(rotors))
         return {name: senses.get(name, 0.0) for name in rotors}
 
     def _build_rotors(
@@ -583,33 +628,48 @@ class Reference:
     def _build_support(self, name: str, table: Mapping[str, Any]) -> Support:
         carrier = self.index[table["on"]] if table.get("on") else -1
         own, base = self.rotors[self.index[name]].position, (0.0, 0.0)
+        damping = pair(table, "damping")
         if carrier >= 0:
             base = self.rotors[carrier].position
-            meshed = any(self.index[name] in (mesh.a, mesh.b) for mesh in self.meshes)
-            if meshed and own != base and self.rotors[carrier].nominal_speed != 0.0:
-                raise ValueError("the reference has no planets on carriers with a nominal speed")
+            if name not in self._tables("sleeves"):  # an elastic pin
+                beside = self.rotors[self.index[name]].radial_damping
+                damping = damping[0] + beside, damping[1] + beside
         return Support(
             rotor=self.index[name],
             carrier=carrier,
             stiffness=pair(table, "stiffness"),
-            damping=pair(table, "damping"),
+            damping=damping,
             torsional_stiffness=_number(table, "torsional_stiffness"),
             torsional_damping=_number(table, "torsional_damping"),
             pin=(own[0] - base[0], own[1] - base[1]) if carrier >= 0 else (0.0, 0.0),
+            unstressed=pair(table, "offset"),
         )
 
-    def _set_frames(self) -> None:
-        """Let the meshes of gears on a carrier count their phase from it."""
-        carried = [(sleeve.journal, sleeve.carrier) for sleeve in self.sleeves]
-        carried += [(support.rotor, support.carrier) for support in self.supports]
-        for rotor, carrier in carried:
-            for mesh in self.meshes:
-                if carrier >= 0 and rotor in (mesh.a, mesh.b) and carrier not in (mesh.a, mesh.b):
-                    mesh.frame = carrier
-                    turning = self.rotors[carrier].nominal_speed
-                    if turning != 0.0:
-                        against = self.rotors[mesh.driver].nominal_speed < turning
-                        mesh.sigma = -1.0 if against != self._ring_drives(mesh) else 1.0
+    def _set_phases(self, rotors: Mapping[str, Any], tables: Sequence[Mapping[str, Any]]) -> None:
+        """Give the meshes their phases at the start and, of gears on a carrier, what turns against it."""
+        by_position = self.case.get("mesh_phases", "by_position") == "by_position"
+        starts = phases_by_position([self._teeth(rotors, table) for table in tables])
+        for mesh, table, start in zip(self.meshes, tables, starts, strict=True):
+            mesh.psi0 = _number(table, "phase") + (math.remainder(start, TWO_PI) if by_position else 0.0)
+            frame = self._frame(table)
+            if frame is None:
+                continue
+            mesh.frame = self.index[frame]
+            turning = self.senses[self.names[mesh.driver]] - self.senses[frame]
+            mesh.sigma = -1.0 if (turning < -1e-9) != self._ring_drives(mesh) else 1.0
+
+    def _teeth(self, rotors: Mapping[str, Any], table: Mapping[str, Any]) -> Teeth:
+        one, two = (self._gear_name(rotors, table[role]) for role in ("driver", "driven"))
+        inner = [name for name in (one, two) if _gear(rotors, name).get("internal")]
+        at = [self.rotors[self.index[_rotor_name(name)]].position for name in (one, two)]
+        z = [int(_gear(rotors, name)["teeth"]) for name in (one, two)]
+        return Teeth(one, two, z[0], z[1], inner[0] if inner else "", at[0], at[1])
+
+    @staticmethod
+    def _gear_name(rotors: Mapping[str, Any], name: str) -> str:
+        """Return the name of a gear with that of its table's only entry, where a mesh leaves it out."""
+        only = next(iter(rotors[_rotor_name(name)].get("gears") or {}), "")
+        return f"{name}.{only}" if only and "." not in name else name
 
     @staticmethod
     def _ring_drives(mesh: _Mesh) -> bool:
@@ -697,12 +757,10 @@ class Reference:
     def _build_sleeve(self, name: str, table: Mapping[str, Any]) -> _Sleeve:
         journal = self.index[name]
         carrier = self.index[table["on"]] if table.get("on") else -1
-        bush = (0.0, 0.0)
+        offset = bush = pair(table, "offset")
         if carrier >= 0:
             p_j, p_c = self.rotors[journal].position, self.rotors[carrier].position
-            bush = (p_j[0] - p_c[0], p_j[1] - p_c[1])
-            if bush != (0.0, 0.0) and self.rotors[carrier].nominal_speed != 0.0:
-                raise ValueError("the reference has no carriers with a nominal speed")
+            bush = (p_j[0] - p_c[0] + offset[0], p_j[1] - p_c[1] + offset[1])
         law = table["law"]
         clearance, stiffness = float(table["radial_clearance"]), float(table["stiffness"])
         exponent = _number(table, "exponent", 1.5)
@@ -728,6 +786,7 @@ class Reference:
             factor=law_factor(law, float(table["restitution"])),
             minimum_speed=float(table["minimum_impact_speed"]),
             bush=bush,
+            offset=offset,
             friction=_number(table, "friction_coefficient"),
             friction_speed=_number(table, "friction_speed", 1.0),
             shaft_radius=radius,
@@ -841,7 +900,7 @@ class Reference:
         # mesh phase and transmission error
         driver = self.rotors[mesh.driver]
         kd = 3 * mesh.driver + 2
-        psi = mesh.teeth * (driver.nominal_speed * t + z[kd])
+        psi = mesh.psi0 + mesh.teeth * (driver.nominal_speed * t + z[kd])
         psi_rate = mesh.teeth * (driver.nominal_speed + z[n3 + kd])
         if mesh.frame is not None:  # the phase as the carrier sees it
             frame, kf = self.rotors[mesh.frame], 3 * mesh.frame + 2
@@ -856,6 +915,18 @@ class Reference:
         rolling = mesh.sigma * (mesh.rho_a * rel_a + mesh.rho_b * rel_b)
         rolling_rate = mesh.sigma * (mesh.rho_a * rel_omega_a + mesh.rho_b * rel_omega_b)
 
+        # the nominal direction u0 and vector v0, which turn with the carrier
+        turn, spin = 0.0, 0.0  # of the carrier
+        (u0x, u0y), (nominal_x, nominal_y) = mesh.u0, mesh.v0
+        if mesh.frame is not None:
+            frame, kf = self.rotors[mesh.frame], 3 * mesh.frame + 2
+            turn = frame.nominal_speed * t + z[kf]
+            spin = frame.nominal_speed + z[n3 + kf]
+            (u0x, u0y), (nominal_x, nominal_y) = turned(turn, *mesh.u0), turned(turn, *mesh.v0)
+            carried = mesh.sigma * (mesh.rho_a + mesh.rho_b)
+            rolling -= carried * z[kf]
+            rolling_rate -= carried * z[n3 + kf]
+
         cx, cy = mesh.v0[0] + dx, mesh.v0[1] + dy
         distance = math.hypot(cx, cy)
         if distance <= mesh.c0:
@@ -869,23 +940,25 @@ class Reference:
 
         if self.published or not self.coupled:
             sin0, cos0 = math.sin(mesh.alpha0), math.cos(mesh.alpha0)
-            gx = s * (sin0 * mesh.u0[0] - sigma * cos0 * mesh.u0[1])
-            gy = s * (sin0 * mesh.u0[1] + sigma * cos0 * mesh.u0[0])
-            w = rolling + error + gx * dx + gy * dy
-            rate = rolling_rate + slope * psi_rate + gx * vx + gy * vy
+            gx = s * (sin0 * u0x - sigma * cos0 * u0y)
+            gy = s * (sin0 * u0y + sigma * cos0 * u0x)
+            w = rolling + error + gx * (cx - nominal_x) + gy * (cy - nominal_y)
+            sweep = gx * cy - gy * cx  # the line of action turns about the foot of the vector of centres
+            rate = rolling_rate + slope * psi_rate + gx * vx + gy * vy + spin * sweep
+            by_frame = sweep - sigma * (mesh.rho_a + mesh.rho_b) if mesh.frame is not None else 0.0
             b_t, b_rate = mesh.backlash, 0.0
             if self.published and self.coupled:
                 b_t += 2.0 * opening
                 b_rate = 2.0 * opening_rate
             return _MeshMotion(
                 psi, slope, w, rate, -w - b_t, -rate - b_rate, b_t, b_rate, distance, alpha,
-                (gx, gy), (-gx, -gy), arm_a, arm_b,
+                (gx, gy), (-gx, -gy), arm_a, arm_b, by_frame,
             )  # fmt: skip
 
-        cross = mesh.u0[0] * cy - mesh.u0[1] * cx
-        along = mesh.u0[0] * cx + mesh.u0[1] * cy
-        phi = math.atan2(cross, along)
-        phi_rate = (ux * vy - uy * vx) / distance
+        cross = u0x * cy - u0y * cx
+        along = u0x * cx + u0y * cy
+        phi = math.atan2(cross, along)  # beside the carrier's rotation
+        phi_rate = (ux * vy - uy * vx) / distance - spin
         rho = mesh.rho_a + mesh.rho_b
         w = rolling - sigma * rho * phi + error
         rate = rolling_rate - sigma * rho * phi_rate + slope * psi_rate
@@ -923,6 +996,8 @@ class Reference:
         omega_j = self.rotors[sleeve.journal].nominal_speed + z[n3 + i + 2]
         omega_b = 0.0
         arm = (0.0, 0.0)
+        ex -= sleeve.offset[0]
+        ey -= sleeve.offset[1]
         if sleeve.carrier >= 0:
             c = 3 * sleeve.carrier
             theta = self.rotors[sleeve.carrier].nominal_speed * t + z[c + 2]
@@ -930,18 +1005,18 @@ class Reference:
             bx, by = sleeve.bush
             sine, versine = math.sin(theta), 2.0 * math.sin(0.5 * theta) ** 2  # versine = 1 - cos
             shift_x, shift_y = -versine * bx - sine * by, sine * bx - versine * by
-            arm = (bx + shift_x, by + shift_y)
+            arm = (bx + shift_x, by + shift_y)  # of the bush, its offset included
             ex -= z[c] + shift_x
             ey -= z[c + 1] + shift_y
             vx -= z[n3 + c] - omega_b * arm[1]
             vy -= z[n3 + c + 1] + omega_b * arm[0]
         length = math.hypot(ex, ey)
         if length == 0.0:
-            return _SleeveMotion(1.0, 0.0, -sleeve.clearance, 0.0, 0.0, arm)
+            return _SleeveMotion(1.0, 0.0, -sleeve.clearance, 0.0, 0.0, arm, (vx, vy))
         ux, uy = ex / length, ey / length
         slip = -uy * vx + ux * vy + omega_j * sleeve.shaft_radius
         slip -= omega_b * (sleeve.shaft_radius + sleeve.clearance)
-        return _SleeveMotion(ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, arm)
+        return _SleeveMotion(ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, arm, (vx, vy))
 
     # ------------------------------------------------------------------ forces
 
@@ -1140,15 +1215,18 @@ class Reference:
             for point, (px, py) in self.tooth_frictions(k, z, motion, (f_d, f_b)):
                 self._push(force, mesh.b, about(self._centre(mesh.b, z), point, (px, py)))
                 self._push(force, mesh.a, about(self._centre(mesh.a, z), point, (-px, -py)))
+            if mesh.frame is not None:
+                force[3 * mesh.frame + 2] -= (f_d - f_b) * motion.by_frame
             if self.error_gradient:
                 force[3 * mesh.driver + 2] -= (f_d - f_b) * motion.slope_e * mesh.teeth
         for k, sleeve in enumerate(self.sleeves):
-            if self.signs[("sleeve", k, "contact")] < 0.0:
+            damping = self.rotors[sleeve.journal].radial_damping if sleeve.carrier >= 0 else 0.0
+            if self.signs[("sleeve", k, "contact")] < 0.0 and damping == 0.0:
                 continue
             touch = self._sleeve_motion(sleeve, t, z)
             normal, tangential = self._sleeve_force(k, touch)
-            fx = -normal * touch.ux - tangential * touch.uy
-            fy = -normal * touch.uy + tangential * touch.ux
+            fx = -normal * touch.ux - tangential * touch.uy - damping * touch.velocity[0]
+            fy = -normal * touch.uy + tangential * touch.ux - damping * touch.velocity[1]
             i = 3 * sleeve.journal
             force[i] += fx
             force[i + 1] += fy
@@ -1166,8 +1244,9 @@ class Reference:
         for i, rotor in enumerate(self.rotors):
             j = n3 + 3 * i
             fx, fy, torque = force[3 * i : 3 * i + 3]
-            fx -= rotor.radial_damping * z[j]
-            fy -= rotor.radial_damping * z[j + 1]
+            if rotor.name not in self.carriers:
+                fx -= rotor.radial_damping * z[j]
+                fy -= rotor.radial_damping * z[j + 1]
             theta, omega = rotor.nominal_speed * t + z[3 * i + 2], rotor.nominal_speed + z[j + 2]
             torque += rotor.torque - rotor.drag * omega
             torque += sum(term.torque(t, theta) for term in rotor.terms)

@@ -170,7 +170,8 @@ class Support:
     damping: Pair  # N s/m
     torsional_stiffness: float
     torsional_damping: float
-    pin: Pair  # m, from the carrier's centre at its rotation of 0
+    pin: Pair  # m, nominal place from the carrier's centre at its rotation of 0
+    unstressed: Pair = (0.0, 0.0)  # m, beside that place
 
     def offset(self, own: Body, carrier: Body | None) -> tuple[Pair, Pair]:
         """Return displacement [m] and rate [m/s] of the rotor's centre in the support's own axes."""
@@ -184,10 +185,15 @@ class Support:
         rate_y = own.vy - carrier.vy - carrier.omega * (arm_x + x)
         return turned(-carrier.theta, x, y), turned(-carrier.theta, rate_x, rate_y)
 
+    def strain(self, place: Pair) -> Pair:
+        """Return how far the springs are from their unstressed place [m]."""
+        return place[0] - self.unstressed[0], place[1] - self.unstressed[1]
+
     def loads(self, own: Body, carrier: Body | None) -> tuple[Wrench, Wrench]:
         """Return what acts on the rotor and on its carrier, each about its own centre."""
         place, rate = self.offset(own, carrier)
-        force = [-self.stiffness[k] * place[k] - self.damping[k] * rate[k] for k in range(2)]
+        strain = self.strain(place)
+        force = [-self.stiffness[k] * strain[k] - self.damping[k] * rate[k] for k in range(2)]
         theta, omega = own.theta, own.omega
         if carrier is None:
             torque = -self.torsional_stiffness * theta - self.torsional_damping * omega
@@ -200,10 +206,10 @@ class Support:
 
     def energy(self, own: Body, carrier: Body | None) -> float:
         """Return the elastic energy [J]."""
-        place, _ = self.offset(own, carrier)
+        x, y = self.strain(self.offset(own, carrier)[0])
         theta = own.theta - (carrier.theta if carrier is not None else 0.0)
         total = self.torsional_stiffness * theta**2
-        return 0.5 * (total + self.stiffness[0] * place[0] ** 2 + self.stiffness[1] * place[1] ** 2)
+        return 0.5 * (total + self.stiffness[0] * x**2 + self.stiffness[1] * y**2)
 
 
 # ---------------------------------------------------------------------- couplings

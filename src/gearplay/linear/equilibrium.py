@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from gearplay.kernels.layout import OPEN
@@ -79,7 +78,8 @@ class Linear:
         """Return those of the free coordinates, shape [coordinate]; None where a pair cannot mesh."""
         if rates_at(self.system, self.roster, state, self.branch, self.loads, self.rates) != 0:
             return None
-        return self.rates[3 * self.rotors + self.free].copy()
+        found: Floats = self.rates[3 * self.rotors + self.free]
+        return found
 
     def matrix(self, state: Floats) -> Floats:
         """Return the derivative of all rates by all states, shape [state, state]; `accelerations` has been there."""
@@ -91,12 +91,14 @@ class Linear:
 
     def stiffness(self, matrix: Floats) -> Floats:
         """Return the stiffness matrix of the free coordinates [N/m, N/rad, N m/rad], shape [coordinate, coordinate]."""
-        return -self.mass[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
+        found: Floats = -self.mass[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
+        return found
 
     def damping(self, matrix: Floats) -> Floats:
         """Return the damping matrix of the free coordinates, shape [coordinate, coordinate]."""
         at = 3 * self.rotors + self.free
-        return -self.mass[:, None] * matrix[np.ix_(at, at)]
+        found: Floats = -self.mass[:, None] * matrix[np.ix_(at, at)]
+        return found
 
     def rolling_motions(self) -> Floats:
         """Return the motions in which every mesh and coupling rolls and no spring is strained, shape [coordinate, motion].
@@ -166,8 +168,8 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
             break
         stiffness = linear.stiffness(linear.matrix(state))
         try:
-            move = scipy.linalg.solve(stiffness + np.diag(mass / step**2), mass * rest)
-        except (np.linalg.LinAlgError, ValueError):
+            move = np.linalg.solve(stiffness + np.diag(mass / step**2), mass * rest)
+        except np.linalg.LinAlgError:
             step *= 0.1
             continue
         far = float(np.max(np.abs(move) / natural))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +97,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
         if len(turning) > 1:
             rule = f"must leave all carriers at one speed; with {lead} at {speed:.6g} rad/s they have several"
             raise InputError(Fault("speed", speed, rule, "Leave it out: modes at rest"))
-        rotors = packed.system.rotors
+        rotors: Any = packed.system.rotors
         rotors.nominal_speed[:] = speeds
         rotors.torque += rotors.drag * speeds  # the load asked for is kept at every speed
     servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, ServoDrive))
@@ -145,7 +146,7 @@ def _servo_springs(case: Case) -> dict[str, Support]:
             "torsional_stiffness": spring + rotor.drive.integral_gain,
             "torsional_damping": damper + rotor.drive.proportional_gain,
         }
-        found[name] = before.model_copy(update=own) if before is not None else Support(**own)
+        found[name] = before.model_copy(update=own) if before is not None else Support.model_validate(own)
     return found
 
 

@@ -13,6 +13,7 @@ from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
+from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 
 GYRATION: Final = (0.3, 1.5)
@@ -53,6 +54,7 @@ def check_case(case: Case) -> list[Finding]:
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
     found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     found += element_findings(case)
+    found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
             *_contact_ratio(case, index),
@@ -185,8 +187,23 @@ def _errors(case: Case, index: int) -> Iterator[Finding]:
         )
 
 
+def _sets(case: Case) -> Iterator[Finding]:
+    for name in case.planetary:
+        found = set_frequencies(case, name)
+        if found.mesh > 0.0:
+            yield Finding(
+                "note",
+                f"planetary.{name}",
+                f"mesh frequency {found.mesh:.6g} Hz; a tooth of the sun meets planets at {found.sun:.6g} Hz, of a planet the "
+                f"sun at {found.planet:.6g} Hz, of the ring planets at {found.ring:.6g} Hz; the carrier turns at "
+                f"{found.carrier:.6g} Hz.",
+            )
+
+
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
     for name, sleeve in case.sleeves.items():
+        if sleeve.on is not None:  # goes round with its carrier
+            continue
         mine = [index for index, mesh in enumerate(case.meshes) if name in mesh.rotors]
         for frequency in sorted({float(f"{rolling.mesh_frequency(case, index):.6g}") for index in mine}):
             if sleeve.radial_clearance == 0.0 or frequency == 0.0:

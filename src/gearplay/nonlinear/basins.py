@@ -167,7 +167,7 @@ def basins_of_attraction(
             course = flow.begin(state, stop=asked)
             for n in range(2 * MOST_ORDER):
                 course.advance((settle + n) * step)
-                sections[at, n] = course.state[flow.free]
+                sections[at, n] = flow.seen(course.time, course.state)
         except GearplayError:
             sections[at] = np.nan
         tick()

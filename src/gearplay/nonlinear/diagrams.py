@@ -182,7 +182,7 @@ def bifurcation_diagram(
                     if n >= settle:
                         table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
                 course.advance(_whole(flow, (settle + keep) * step))
-                state, latch = course.state.copy(), course.latch.copy()
+                state, latch = flow.frames.seen(course.time, course.state).copy(), course.latch.copy()
             except GearplayError as error:
                 reasons[way][at] = str(error).splitlines()[0]
                 state, latch = None, None

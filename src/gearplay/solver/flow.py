@@ -12,6 +12,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.solver.course import Course
+from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.observables import state_names
 
 Floats = NDArray[np.float64]
@@ -38,7 +39,8 @@ class Flow:
 
     A state holds, like the kernels', positions [m, rad] then velocities of every rotor, rotations relative to the nominal ones,
     then the integrals of servos. ``free`` are its entries that are not prescribed, ``natural`` the natural sizes of all,
-    ``sizes`` those and of the latched impact speeds behind them; ``latched`` are the contacts that latch one, shape [latch].
+    ``sizes`` those and of the latched impact speeds behind them; ``latched`` are the contacts that latch one, shape [latch];
+    ``frames`` the turning carriers from which sections look.
     """
 
     def __init__(self, case: Case) -> None:
@@ -53,6 +55,7 @@ class Flow:
         self.size = self.packed.state_size
         self.latched = np.flatnonzero(self.packed.system.contacts["latch"] >= 0)
         self.latches = len(self.latched)
+        self.frames = CarrierFrames(self.packed.system)
         # A latched impact speed is of the size of a velocity.
         self.sizes = np.concatenate([self.natural, np.full(self.latches, self.natural[3 * n])])
 
@@ -65,6 +68,11 @@ class Flow:
     def start(self, member: int = 0) -> Floats:
         """Return the initial state of a member of the case's ensemble."""
         return initial_state(self.case, self.packed, member=member)
+
+    def seen(self, t: float, state: Floats) -> Floats:
+        """Return the free entries of a state at t [s], centres of planetary sets as their turning carriers see them."""
+        found: Floats = self.frames.seen(t, state)[self.free]
+        return found
 
     def begin(
         self,

@@ -11,6 +11,7 @@ from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.run import signal_count
 from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import Packed
+from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -29,7 +30,7 @@ class Observables:
     """Chosen signals as functions of time and state.
 
     Names are those of a result, ``element.signal`` or a signal of all its elements; those that need forces are not among them.
-    Rotations and speeds count from the nominal ones.
+    Rotations and speeds count from the nominal ones; centres of planetary sets are seen from their turning carriers.
 
     Raises `InputError` for a name that is no such signal.
     """
@@ -53,6 +54,7 @@ class Observables:
         elements = packed.system.elements
         starts = {int(first): e for e, first in enumerate(elements["signal"]) if _shows(elements[e]["kind"])}
         self.elements = sorted({starts[max(s for s in starts if s <= place)] for _, place in self.others})
+        self.frames = CarrierFrames(packed.system)
         self.loads, self.branch = make_loads(packed.system), make_branch(packed.system)
 
     @property
@@ -66,8 +68,9 @@ class Observables:
         ``branch`` is that of the run that has come to this state, where one has.
         """
         found = np.empty(len(self.columns))
+        seen = self.frames.seen(t, y)
         for at, place in self.states:
-            found[at] = y[place]
+            found[at] = seen[place]
         for e in self.elements:
             table.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
         for at, place in self.others:

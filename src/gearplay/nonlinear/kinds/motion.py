@@ -241,12 +241,12 @@ def _section(
     samples = np.empty((periods, len(flow.free)))
     for at in range(periods):
         course.advance((settle + at) * step)
-        samples[at] = course.state[flow.free]
+        samples[at] = flow.seen(course.time, course.state)
         tell("section", at + 1.0, float(periods))
     within = np.empty((SWINGS, PARTS, len(flow.free)))
     for at in range(SWINGS * PARTS):
         course.advance((settle + periods - 1 + (at + 1) / PARTS) * step)
-        within[at // PARTS, at % PARTS] = course.state[flow.free]
+        within[at // PARTS, at % PARTS] = flow.seen(course.time, course.state)
     return samples, np.median(np.ptp(within, axis=1), axis=0)
 
 

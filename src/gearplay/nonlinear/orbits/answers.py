@@ -45,6 +45,7 @@ class PeriodicOrbit(Orbit, Tabled):
         }
     )
     SCALARS = MappingProxyType({"parameter": float, "residual": float})
+    __repr__ = Tabled.__repr__  # not the table of numbers that an orbit is
 
     @property
     def message(self) -> str:

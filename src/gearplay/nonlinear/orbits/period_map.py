@@ -15,6 +15,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.reading import replace
 from gearplay.solver.flow import Flow, Passage
+from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -58,6 +59,8 @@ class _Member:
 class StrobeMap:
     """The map of a case over a period of its excitation, in the states that are not prescribed.
 
+    A planetary set is seen from its turning carrier (`solver.frames`).
+
     ``family`` returns the case at a parameter. Impact speeds latched by sleeves in contact at the section follow the free
     states: of a closed sleeve they are part of the state, of an open one they mean nothing and stay 0.
 
@@ -93,7 +96,7 @@ class StrobeMap:
     def settle(self, state: Floats, parameter: float, periods: int) -> Floats:
         """Return the state after some periods."""
         for _ in range(periods):
-            state = self._pack(self.passage(state, parameter))
+            state = self._pack(self.passage(state, parameter), parameter)
         return state
 
     def passage(self, state: Floats, parameter: float, changes: Floats | None = None) -> Passage:
@@ -104,9 +107,10 @@ class StrobeMap:
         full[self.free] = state[:free]
         return flow.go(full, period, latch=state[free:] if flow.latches else None, changes=changes)
 
-    def _pack(self, found: Passage) -> Floats:
-        held = found.closed[self.latched]
-        return np.concatenate([found.state[self.free], np.where(held, found.latch, 0.0)])
+    def _pack(self, found: Passage, parameter: float) -> Floats:
+        held, member = found.closed[self.latched], self.member(parameter)
+        seen = member.flow.frames.seen(member.period, found.state)
+        return np.concatenate([seen[self.free], np.where(held, found.latch, 0.0)])
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state after one period, with the exact derivative."""
@@ -117,9 +121,10 @@ class StrobeMap:
         changes[free + np.arange(flow.latches)[held], flow.size + np.arange(flow.latches)[held]] = 1.0
         found = self.passage(state, parameter, changes)
         rows = np.concatenate([self.free, flow.size + np.arange(flow.latches)])
-        matrix = found.changes[:, rows].T.copy()
+        moved = flow.frames.turned_back(self.member(parameter).period, found.changes)
+        matrix = moved[:, rows].T.copy()
         matrix[free:][~found.closed[flow.latched]] = 0.0
-        return Image(self._pack(found), matrix, found.log[:, 1:3].astype(np.int64))
+        return Image(self._pack(found, parameter), matrix, found.log[:, 1:3].astype(np.int64))
 
 
 def along(case: Case, path: str) -> Family:
@@ -179,7 +184,8 @@ def common_period(packed: Packed) -> float:
     """Return the shortest time [s] after which everything that excites a system begins anew.
 
     That is a number of periods of the first mesh: stiffness and errors repeat with their mesh, runouts and unbalances with their
-    rotor, ripples and terms of torques with their order or frequency, the housing with its own.
+    rotor, ripples and terms of torques with their order or frequency, the housing with its own. A coaxial planetary set is seen
+    from its turning carrier: its pins stand still there, runouts turn against it, gravity and uneven supports turn the other way.
 
     Raises `InputError` where there is none.
     """
@@ -204,19 +210,18 @@ def _rates(packed: Packed) -> list[float]:
     meshes: Any = packed.system.records[MESH]
     sleeves: Any = packed.system.records[SLEEVE]
     supports: Any = packed.system.records[SUPPORT]
-    speeds = rotors.nominal_speed
+    frames = CarrierFrames(packed.system)
+    speeds, beside = rotors.nominal_speed, np.abs(rotors.nominal_speed - frames.speeds)
     rates = []
     for mesh in meshes:
         frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
         rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
         rates += [
-            abs(speeds[i]) for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
+            beside[i] for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
         ]
-    rates += [
-        abs(speeds[i])
-        for i in range(rotors.size)
-        if rotors[i].ripple_count > 0 or (rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0)
-    ]
+    rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
+    rates += [beside[i] for i in range(rotors.size) if rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0]
+    rates += np.abs(frames.speeds[frames.breaks]).tolist()
     for each in packed.system.records[EXCITATION]:
         if each["pieces"] > 0 or each["load_pieces"] > 0:
             rule = "must not be given for a motion that can be periodic"
@@ -236,11 +241,11 @@ def _rates(packed: Packed) -> list[float]:
     rates += [rate] if kind == base_motion.HARMONIC else []
     for sleeve in sleeves:
         if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
-            rates.append(abs(speeds[sleeve.bush]))
+            rates.append(abs(speeds[sleeve.bush] - frames.speeds[sleeve.journal]))
     for support in supports:
         uneven = support.stiffness_x != support.stiffness_y or support.damping_x != support.damping_y
         if support.carrier >= 0 and (uneven or math.hypot(support.offset_x, support.offset_y) > 0.0):
-            rates.append(abs(speeds[support.carrier]))
+            rates.append(abs(speeds[support.carrier] - frames.speeds[support.journal]))
     sampled = packed.system.records[POSITIONER]["sample_time"]
     rates += (2.0 * math.pi / sampled[sampled > 0.0]).tolist()
     return [float(rate) for rate in rates]

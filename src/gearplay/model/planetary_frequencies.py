@@ -1,0 +1,64 @@
+"""Characteristic frequencies of planetary sets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gearplay.model import rolling
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+
+@dataclass(frozen=True)
+class SetFrequencies:
+    """Frequencies [Hz] at which things happen in a planetary set of N planets at nominal speed.
+
+    ``mesh`` is that of every mesh, z_s |f_s - f_c|; ``sun`` the rate at which one tooth of the sun meets planets, N |f_s - f_c|,
+    ``ring`` one of the ring, N |f_r - f_c|, ``planet`` one of a planet the sun, mesh / z_p; ``carrier`` |f_c|,
+    ``carrier_passing`` N |f_c|, at which planets pass a place on the ground. f are turns per second of sun, ring and carrier.
+    """
+
+    mesh: float
+    sun: float
+    planet: float
+    ring: float
+    carrier: float
+    carrier_passing: float
+
+    def orders(self) -> dict[str, float]:
+        """Return lines to look for in a spectrum [Hz], by name: with the carrier's sidebands of the mesh."""
+        lines = {
+            "carrier": self.carrier,
+            "carrier passing": self.carrier_passing,
+            "planet": self.planet,
+            "sun": self.sun,
+            "ring": self.ring,
+            "mesh": self.mesh,
+            "mesh - carrier passing": self.mesh - self.carrier_passing,
+            "mesh + carrier passing": self.mesh + self.carrier_passing,
+        }
+        return {name: frequency for name, frequency in lines.items() if frequency > 0.0}
+
+
+def set_frequencies(case: Case, name: str) -> SetFrequencies:
+    """Return the characteristic frequencies of the planetary set called ``name``.
+
+    Raises ``KeyError`` for a set that there is not, `InputError` where prescribed speeds contradict each other.
+    """
+    table = case.planetary[name]
+    speeds = dict(zip(case.rotors, rolling.nominal_speeds(case), strict=True))
+    sun, ring, carrier = (
+        float(speeds[f"{name}.{member}"]) / (2.0 * math.pi) for member in ("sun", "ring", "carrier")
+    )
+    count, mesh = table.planets.count, table.sun.teeth * abs(sun - carrier)
+    return SetFrequencies(
+        mesh=mesh,
+        sun=count * abs(sun - carrier),
+        planet=mesh / table.planets.teeth,
+        ring=count * abs(ring - carrier),
+        carrier=abs(carrier),
+        carrier_passing=count * abs(carrier),
+    )

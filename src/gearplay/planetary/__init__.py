@@ -1,0 +1,1 @@
+"""Planetary sets: how planets share the load, how they move on their pins, what floats."""

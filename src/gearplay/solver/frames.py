@@ -1,0 +1,160 @@
+"""The frame of a carrier that turns: there a planetary set looks the same after each mesh period.
+
+Rotors that meshes, bushes, supports and bending couplings join belong together. Where they are one coaxial set about one turning
+carrier their motion is seen from it: centres and velocities are turned back by the carrier's nominal rotation, so that a motion
+that repeats beside the carrier repeats. All others are seen as they are.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import base_motion
+from gearplay.kernels.elements.table import COUPLING, MESH, SLEEVE, SUPPORT
+from gearplay.kernels.layout import System
+
+Floats = NDArray[np.float64]
+
+COAXIAL = 1e-9
+"""Distance [m] of two axes that are one."""
+
+
+class CarrierFrames:
+    """Frames of the rotors of a system.
+
+    ``speeds`` are those of their frames [rad/s], 0 for fixed ones, shape [rotor]; ``arms`` their nominal centres beside the axis
+    of the frame [m], shape [rotor, 2]; ``breaks`` whether something about a rotor that turns with no frame acts on its set: gravity,
+    the housing's motion, a support or a bush on the ground that is not alike in all directions, shape [rotor].
+    """
+
+    def __init__(self, system: System) -> None:
+        rotors: Any = system.rotors
+        n = rotors.size
+        self.speeds, self.arms = np.zeros(n), np.zeros((n, 2))
+        self.breaks = np.zeros(n, dtype=bool)
+        carriers = _carriers(system)
+        for group in _groups(system, carriers):
+            turning = {carriers[i][0] for i in group if i in carriers}
+            if len(turning) != 1:
+                continue
+            (carrier,) = turning
+            speed = float(rotors[carrier].nominal_speed)
+            arms = {i: np.array(carriers[i][1]) for i in group if i in carriers}
+            if speed == 0.0 or carrier in carriers or not _is_coaxial(system, group, arms, carrier):
+                continue
+            broken = _is_broken(system, group)
+            for i in group:
+                self.speeds[i], self.breaks[i] = speed, broken
+                self.arms[i] = arms.get(i, np.zeros(2))
+
+    @property
+    def turning(self) -> bool:
+        """Whether any rotor is seen from a carrier that turns."""
+        return bool(np.any(self.speeds))
+
+    def seen(self, t: float, state: Floats) -> Floats:
+        """Return a state at t [s] as the carriers see it, shape [state]; itself where none turns."""
+        if not self.turning:
+            return state
+        found = state.copy()
+        self._turn(t, found[None], places=True)
+        return found
+
+    def turned_back(self, t: float, changes: Floats) -> Floats:
+        """Return small changes of a state at t [s] as the carriers see them, shape [change, state + latch]."""
+        if not self.turning:
+            return changes
+        found = changes.copy()
+        self._turn(t, found, places=False)
+        return found
+
+    def _turn(self, t: float, rows: Floats, *, places: bool) -> None:
+        n = self.speeds.size
+        for i in np.flatnonzero(self.speeds):
+            angle = self.speeds[i] * t
+            c, s = np.cos(angle), np.sin(angle)
+            arm_x, arm_y = self.arms[i] if places else (0.0, 0.0)
+            for at, a_x, a_y in ((3 * i, arm_x, arm_y), (3 * (n + i), 0.0, 0.0)):
+                x, y = rows[:, at] + a_x, rows[:, at + 1] + a_y
+                rows[:, at], rows[:, at + 1] = c * x + s * y - a_x, -s * x + c * y - a_y
+
+
+def _carriers(system: System) -> dict[int, tuple[int, tuple[float, float]]]:
+    """Return the carrier and the place on it of every rotor that is carried."""
+    found = {}
+    for sleeve in system.records[SLEEVE]:
+        if sleeve["bush"] >= 0:
+            place = (sleeve["offset_x"] - sleeve["misplaced_x"], sleeve["offset_y"] - sleeve["misplaced_y"])
+            found[int(sleeve["journal"])] = (int(sleeve["bush"]), place)
+    for support in system.records[SUPPORT]:
+        if support["carrier"] >= 0:
+            found[int(support["journal"])] = (
+                int(support["carrier"]),
+                (support["offset_x"], support["offset_y"]),
+            )
+    return found
+
+
+def _groups(system: System, carriers: dict[int, tuple[int, tuple[float, float]]]) -> list[set[int]]:
+    """Return the rotors that forces on their centres join."""
+    n = system.rotors.size
+    pairs = [(i, carrier) for i, (carrier, _) in carriers.items()]
+    pairs += [(int(mesh["a"]), int(mesh["b"])) for mesh in system.records[MESH]]
+    pairs += [
+        (int(coupling["a"]), int(coupling["b"]))
+        for coupling in system.records[COUPLING]
+        if coupling["lateral_stiffness"] > 0.0 or coupling["lateral_damping"] > 0.0
+    ]
+    root = list(range(n))
+
+    def top(i: int) -> int:
+        while root[i] != i:
+            i = root[i]
+        return i
+
+    for i, j in pairs:
+        root[top(i)] = top(j)
+    groups: dict[int, set[int]] = {}
+    for i in range(n):
+        groups.setdefault(top(i), set()).add(i)
+    return list(groups.values())
+
+
+def _is_coaxial(system: System, group: set[int], arms: dict[int, Floats], carrier: int) -> bool:
+    """Return whether all of a group that is not carried lies on the carrier's axis, as its meshes say."""
+    for mesh in system.records[MESH]:
+        a, b = int(mesh["a"]), int(mesh["b"])
+        if a not in group:
+            continue
+        if mesh["frame"] != carrier:
+            return False
+        apart = mesh["A0"] * np.array([mesh["u0_x"], mesh["u0_y"]])
+        placed = arms.get(b, np.zeros(2)) - arms.get(a, np.zeros(2))
+        if float(np.max(np.abs(apart - placed))) > COAXIAL:
+            return False
+    return True
+
+
+def _is_broken(system: System, group: set[int]) -> bool:
+    """Return whether something that does not turn with the carrier acts on the centres of a group."""
+    rotors: Any = system.rotors
+    free = any(rotors[i].inv_mass > 0.0 for i in group)
+    if free and (np.any(system.gravity) or system.base[base_motion.KIND] != base_motion.NONE):
+        return True
+    for support in system.records[SUPPORT]:
+        if int(support["journal"]) in group:
+            alike = (
+                support["stiffness_x"] == support["stiffness_y"]
+                and support["damping_x"] == support["damping_y"]
+            )
+            misplaced = support["misplaced_x"] != 0.0 or support["misplaced_y"] != 0.0
+            if support["carrier"] < 0 and (not alike or misplaced):
+                return True
+    return any(
+        sleeve["bush"] < 0 and (sleeve["misplaced_x"] != 0.0 or sleeve["misplaced_y"] != 0.0)
+        for sleeve in system.records[SLEEVE]
+        if int(sleeve["journal"]) in group
+    )
