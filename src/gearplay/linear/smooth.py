@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.elements.table import MESH
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.fields import FrozenTable
@@ -86,6 +87,9 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     still.__dict__.pop("operating", None)  # what was worked out of the case as it was
     still.__dict__.pop("sha256", None)
     packed = pack(still)
+    meshes, turning = packed.system.records[MESH], pack(hot).system.records[MESH]
+    for name in ("sigma", "way"):  # which flanks drive is a matter of how the case turns
+        meshes[name] = turning[name]
     carriers = tuple(
         names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names
     )

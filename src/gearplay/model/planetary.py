@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field, model_validator
 
-from gearplay.model.environment import Material, Temperature
 from gearplay.model.fields import Listed, Measure, Part, Problem, refuse
-from gearplay.model.gear import Runout, Teeth
+from gearplay.model.gear import Runout
 from gearplay.model.mesh import FRICTION_SPEED, Damping, ErrorTerm, Mesh, PlanetMesh, Stiffness
-from gearplay.model.rotor import Coordinate, Drive, Initial, Load, Rotor, SpeedDrive
+from gearplay.model.planetary_parts import Eccentricity, Member, PinError, Planets, Toothed, problems_of
+from gearplay.model.rotor import Coordinate, Rotor, SpeedDrive
 from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
-from gearplay.model.unbalance import Unbalance
 from gearplay.vocabulary import quantities as q
 
 FIT: Final = 1e-6
@@ -23,115 +22,11 @@ FIT: Final = 1e-6
 TIP: Final = 1.0
 """Addendum of full-depth teeth, in modules."""
 
-PlanetNumber = Annotated[int, Field(ge=1, le=24, description="number of the planet, from 1")]
-
-
-class Member(Part):
-    """What a sun, a ring or a carrier has in common with any rotor, and what holds it."""
-
-    mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
-    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
-    drive: Drive | None = None
-    load: Load = Load()
-    initial: Initial = Initial()
-    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
-        0.0
-    )
-    floating: Annotated[bool, Field(description="true leaves its centre free in the plane")] = False
-    fixed: Annotated[bool, Field(description="true keeps it from turning")] = False
-    unbalance: Unbalance | None = None
-    material: Annotated[Material | None, Field(description="what it is made of")] = None
-    temperature: Temperature | None = None
-    support: Annotated[Support | None, Field(description="elastic support of its centre and rotation")] = None
-    sleeve: Annotated[Sleeve | None, Field(description="sleeve that holds it, with clearance")] = None
-
-    @model_validator(mode="after")
-    def _check(self) -> Member:
-        problems = []
-        if self.fixed and self.drive is not None:
-            rule = "must not be given for a member that is fixed"
-            problems.append(Problem(("drive",), rule, "Remove one of the two"))
-        for name in ("support", "sleeve"):
-            part = getattr(self, name)
-            if part is not None and part.on is not None:
-                rule = "must not be given: members are held by the ground"
-                problems.append(Problem((name, "on"), rule, "Remove it"))
-        refuse(problems)
-        return self
-
-    @property
-    def stands(self) -> bool:
-        """Whether it is kept from turning: fixed, driven at speed 0, or held by a torsional spring."""
-        driven_at_0 = isinstance(self.drive, SpeedDrive) and self.drive.speed == 0.0
-        return (
-            self.fixed or driven_at_0 or (self.support is not None and self.support.torsional_stiffness > 0.0)
-        )
-
-    def rotor(self, at: tuple[float, float], **more: Any) -> Rotor:
-        """Return it as a rotor with its centre ``at`` [m]."""
-        drive = SpeedDrive(speed=0.0) if self.fixed else self.drive
-        shared = {name: getattr(self, name) for name in Member.model_fields if name in Rotor.model_fields}
-        return Rotor.model_validate(shared | {"drive": drive, "position": at} | more)
-
-
-class Toothed(Member):
-    """A sun or a ring."""
-
-    teeth: Teeth
-    runout: Runout = Runout()
-
-
-class Planets(Part):
-    """The planets, which are alike."""
-
-    count: Annotated[int, Field(ge=1, le=24, description="number of planets")]
-    teeth: Teeth
-    mass: Annotated[float, Measure(q.MASS, "mass of one planet", gt=0.0)]
-    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia of one about its centre", gt=0.0)]
-    angles: (
-        Annotated[
-            tuple[Annotated[float, Measure(q.ANGLE, "direction of a planet from the centre")], ...],
-            Listed(1, 24, "direction of each planet, counter-clockwise from +x; equally spaced if not given"),
-        ]
-        | None
-    ) = None
-    runout: Runout = Runout()
-    radial_damping: Annotated[
-        float, Measure(q.DAMPING, "viscous damping of a planet's motion beside its pin", ge=0.0)
-    ] = 0.0
-    load: Load = Load()
-    material: Annotated[Material | None, Field(description="what they are made of")] = None
-    temperature: Temperature | None = None
-
-    @property
-    def directions(self) -> tuple[float, ...]:
-        """Direction of every planet [rad]."""
-        if self.angles is not None:
-            return self.angles
-        return tuple(2.0 * math.pi * k / self.count for k in range(self.count))
-
-
-class PinError(Part):
-    """Where a pin is off its place on the carrier."""
-
-    planet: PlanetNumber
-    tangential: Annotated[
-        float, Measure(q.LENGTH, "ahead of its place, counter-clockwise", ge=-0.01, le=0.01)
-    ] = 0.0
-    radial: Annotated[float, Measure(q.LENGTH, "outside its place", ge=-0.01, le=0.01)] = 0.0
-
-
-class Eccentricity(Part):
-    """Runout of one planet's teeth, instead of that of all."""
-
-    planet: PlanetNumber
-    amplitude: Annotated[
-        float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
-    ]
-    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
-
-
 MEMBERS: Final = ("sun", "ring", "carrier")
+SHARED: Final = (
+    "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
+)  # fmt: skip
+"""Fields that every mesh of a set has of it."""
 
 
 class Planetary(Part):
@@ -219,6 +114,10 @@ class Planetary(Part):
                 yield Problem((part, "offset"), "must not be given for all pins at once", "Use pin_errors")
         if self.support is not None and self.support.stiffness is None:
             yield Problem(("support", "stiffness"), "is required of a pin", "Give it along both axes")
+        if self.sun_planet or self.planet_ring or self.stiffness:
+            yield from problems_of(
+                lambda: self._mesh(driver="sun", driven="planet", stiffness=self._stiffness("sun"))
+            )
         yield from self._misfits()
         for field in ("pin_errors", "eccentricities"):
             named = [entry.planet for entry in getattr(self, field)]
@@ -326,25 +225,23 @@ class Planetary(Part):
         along = "sun" if self.sun.stands and not self.ring.stands else "ring"
         first = along if self.input == "carrier" else self.input
         last = "ring" if first == "sun" else "sun"
-        shared = {
-            name: getattr(self, name)
-            for name in (
-                "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
-            )
-        }  # fmt: skip
         # A planet's two flanks are half a pitch apart, and so are tooth and gap on opposite sides of an odd one.
         half_pitch = math.pi if self.planets.teeth % 2 == 0 else 0.0
-        kinds = {"sun": self.sun_planet or self.stiffness, "ring": self.planet_ring or self.stiffness}
         return [
-            PlanetMesh.model_validate(
-                shared
-                | {
-                    "driver": called[first] if incoming else planet,
-                    "driven": planet if incoming else called[last],
-                    "stiffness": kinds[first if incoming else last],
-                    "phase": 0.0 if incoming else half_pitch,
-                }
+            self._mesh(
+                driver=called[first] if incoming else planet,
+                driven=planet if incoming else called[last],
+                stiffness=self._stiffness(first if incoming else last),
+                phase=0.0 if incoming else half_pitch,
             )
             for incoming in (True, False)
             for planet in planets
         ]
+
+    def _stiffness(self, member: str) -> object:
+        """Return the stiffness of the meshes with the sun, or with the ring."""
+        return self.stiffness or (self.sun_planet if member == "sun" else self.planet_ring)
+
+    def _mesh(self, **own: object) -> Mesh:
+        shared = {name: getattr(self, name) for name in SHARED}
+        return PlanetMesh.model_validate(shared | own)

@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 
 PLACES = 72
 """Parts of the carrier's turn over which forces are averaged."""
+LEAST = 1e-6
+"""Force on the sun [N] that is none."""
 HELD = ("sun", "ring", "carrier")
 COLUMNS = {
     "share": Column(("planet",), "1", "share of the load on the sun"),
@@ -272,7 +274,7 @@ def _dataset(members: Members, values: dict[str, Any], axes: dict[str, Any], *, 
     import xarray as xr
 
     total = float(values["sun_force"].sum())
-    if total == 0.0:
+    if abs(total) < LEAST:
         rule = "must carry a load, but no force is on the sun's meshes"
         raise InputError(Fault(f"planetary.{members.name}", 0.0, rule, "Give a drive torque or a load"))
     share = values["sun_force"] / total

@@ -26,8 +26,8 @@ class CarrierFrames:
     """Frames of the rotors of a system.
 
     ``speeds`` are those of their frames [rad/s], 0 for fixed ones, shape [rotor]; ``arms`` their nominal centres beside the axis
-    of the frame [m], shape [rotor, 2]; ``breaks`` whether something about a rotor that turns with no frame acts on its set: gravity,
-    the housing's motion, a support or a bush on the ground that is not alike in all directions, shape [rotor].
+    of the frame [m], shape [rotor, 2]; ``breaks`` whether something that turns with no frame acts on a rotor's set:
+    gravity, the housing's motion, a support or a bush on the ground that is not alike in all directions, shape [rotor].
     """
 
     def __init__(self, system: System) -> None:

@@ -14,10 +14,13 @@ from gearplay.model.toml_files import text_depth, write_toml
 from gearplay.vocabulary.errors import InputError
 
 BUNDLED = [
+    "cooley-parker-2012",
     "external-pair",
     "han2021",
     "han2021-geometric-inertia",
+    "lin-parker-1999",
     "pinion-idler-ring",
+    "planetary-reducer",
     "pulsating-pair",
     "space-drive",
     "space-launch",

@@ -1,0 +1,199 @@
+"""Planetary sets: what their table stands for, mesh phases, what cannot be assembled, the same from Python."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.kernels.elements.table import MESH
+from gearplay.model.geometry import mesh_contact_ratio
+from gearplay.model.pack import pack
+from gearplay.model.planetary_frequencies import set_frequencies
+from gearplay.model.reading import to_toml
+from gearplay.model.rolling import nominal_speeds
+from planetary_sets import PART, planetary_document
+
+SLEEVE = {"radial_clearance": 1e-5, "stiffness": 1e10}
+
+
+def phases(case: gp.Case) -> Any:
+    """Return the packed starting phases of the meshes, in turns between 0 and 1."""
+    return np.round(np.mod(pack(case).system.records[MESH]["psi_0"] / (2.0 * math.pi), 1.0), 9) % 1.0
+
+
+def refusal(document: dict[str, Any]) -> str:
+    with pytest.raises(gp.InputError) as caught:
+        gp.load_case(document)
+    return str(caught.value)
+
+
+def test_a_set_is_its_rotors_pins_and_meshes() -> None:
+    case = gp.load_case(planetary_document())
+    names = ["sun", "ring", "carrier", *(f"planet{k}" for k in range(1, 5))]
+    assert list(case.rotors) == [f"stage.{name}" for name in names]
+    assert [mesh.label for mesh in case.meshes[:2]] == ["stage.sun-stage.planet1", "stage.sun-stage.planet2"]
+    assert case.meshes[-1].label == "stage.planet4-stage.ring"
+    assert case.supports["stage.planet3"].on == "stage.carrier"
+    assert case.rotors["stage.planet2"].position == pytest.approx((0.0, 0.08))
+    speeds = dict(zip(names, nominal_speeds(case), strict=True))
+    assert speeds["carrier"] == pytest.approx(60.0 * 20 / 80)
+    assert speeds["planet1"] == pytest.approx(15.0 - 45.0 * 20 / 20)
+
+
+def test_a_set_survives_every_way_of_writing_it(tmp_path: Any) -> None:
+    case = gp.load_case(planetary_document(pin_errors=[{"planet": 2, "tangential": 5e-5}]))
+    place = tmp_path / "case.toml"
+    place.write_text(to_toml(case), encoding="utf-8")
+    for again in (gp.load_case(case.resolved()), gp.load_case(place), gp.replace(case, {})):
+        assert again == case
+        assert again.sha256 == case.sha256
+    assert "rotors" not in case.resolved() or not case.resolved()["rotors"]
+    heavier = gp.replace(case, {"planetary.stage.planets.mass": "3 kg", "planetary.stage.planets.count": 5})
+    assert [r.mass for n, r in heavier.rotors.items() if "planet" in n] == [3.0] * 5
+    assert len(heavier.meshes) == 10
+
+
+def test_python_builds_the_same() -> None:
+    document = planetary_document()
+    built = gp.planetary(**document["planetary"]["stage"], run=document["run"])
+    assert built == gp.load_case(document)
+
+
+def test_a_pin_error_turns_with_its_planet_s_direction() -> None:
+    case = gp.load_case(planetary_document(pin_errors=[{"planet": 2, "tangential": 5e-5, "radial": 1e-5}]))
+    assert case.supports["stage.planet2"].offset == pytest.approx((-5e-5, 1e-5))
+    assert case.supports["stage.planet1"].offset == (0.0, 0.0)
+
+
+def test_phases_of_25_teeth_and_3_planets_are_thirds() -> None:
+    case = gp.load_case(planetary_document(sun={"teeth": 25}, ring={"teeth": 65}, planets={"count": 3}))
+    # 25/3 = 8 + 1/3; the ring's beside half a turn, since 20 planet teeth have a gap opposite a tooth
+    assert phases(case)[:3] == pytest.approx([0.0, 2 / 3, 1 / 3])
+    assert np.mod(phases(case)[3:] - 0.5, 1.0) == pytest.approx([0.0, 1 / 3, 2 / 3])
+
+
+def test_a_set_of_the_literature() -> None:
+    """17/37/91, N = 3, ring fixed, sun 800 rpm: frequencies, spacing of events, phases, contact ratios as published."""
+    case = gp.load_case("planetary-reducer")
+    found = set_frequencies(case, "stage")
+    assert found.mesh == pytest.approx(190.98765432, rel=1e-6)
+    assert found.sun == pytest.approx(33.70370370, rel=1e-6)
+    assert found.planet == pytest.approx(5.16182849, rel=1e-6)
+    assert found.carrier == pytest.approx(2.09876543, rel=1e-6)
+    assert (1.0 / found.sun, 1.0 / found.planet) == pytest.approx((0.029670, 0.193730), abs=5e-7)
+    # Position of the pattern of teeth at each planet, counter-clockwise, in pitches: z psi / (2 pi).
+    assert np.mod(-phases(case)[:3], 1.0) == pytest.approx([0.0, 2 / 3, 1 / 3], abs=1e-6)
+    ring = -(phases(case)[3:] - phases(case)[3])  # planets turn the other way beside the carrier
+    assert np.mod(ring, 1.0) == pytest.approx([0.0, 1 / 3, 2 / 3], abs=1e-6)
+    assert mesh_contact_ratio(case, 0) == pytest.approx(1.6064, abs=5e-5)
+    assert mesh_contact_ratio(case, 3) == pytest.approx(1.9418, abs=5e-5)
+
+
+def test_sun_and_ring_mesh_alike_at_every_planet() -> None:
+    """A turn of the set by one planet is a shift in time by which sun and ring agree: also where N is even."""
+    for sun, planet, count in ((20, 20, 4), (22, 25, 2), (60, 24, 6), (17, 37, 3)):
+        case = gp.load_case(
+            planetary_document(
+                sun={"teeth": sun},
+                planets={"teeth": planet, "count": count},
+                ring={"teeth": sun + 2 * planet},
+            )
+        )
+        speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+        before, at_sun, at_ring = (
+            speeds["stage.sun"] - speeds["stage.carrier"],
+            phases(case)[:count],
+            phases(case)[count:],
+        )
+        planets = speeds["stage.planet1"] - speeds["stage.carrier"]
+        for k in range(count):
+            shift = (
+                2.0 * math.pi * (at_sun[k] - at_sun[0]) / (sun * before)
+            )  # s, sun's mesh of planet k is ahead
+            ring = planet * planets * shift / (2.0 * math.pi) + at_ring[0]
+            assert np.mod(ring - at_ring[k] + 0.5, 1.0) == pytest.approx(0.5, abs=1e-6)
+
+
+def test_meshes_elsewhere_than_along_x_start_at_their_own_phase() -> None:
+    wheels = {"one": {"teeth": 21, **PART}, "two": {"teeth": 40, **PART}, "three": {"teeth": 30, **PART}}
+    wheels["one"]["drive"] = {"kind": "speed", "speed": 10.0}
+    mesh = {"driver": "one", "module": 2e-3, "backlash": 5e-5, "stiffness": {"kind": "harmonic", "mean": 1e8}}
+    meshes = [{**mesh, "driven": "two"}, {**mesh, "driven": "three", "angle": "90 deg"}]
+    document = {"rotors": wheels, "meshes": meshes, "run": {"duration": 1e-3}}
+    case = gp.load_case(document)
+    assert phases(case) == pytest.approx([0.0, np.mod(-21 / 4, 1.0)])
+    old = gp.replace(case, {"mesh_phases": "from_zero"})
+    assert phases(old) == pytest.approx([0.0, 0.0])
+    assert old.sha256 != case.sha256
+    assert phases(gp.replace(case, {"meshes.1.phase": "90 deg"})) == pytest.approx([0.0, 0.0])
+    for name in ("han2021", "pinion-idler-ring", "two-stage-reducer", "external-pair"):
+        assert not phases(gp.load_case(name)).any()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"sun": {"teeth": 27}, "planets": {"teeth": 35, "count": 3}, "ring": {"teeth": 97}},
+            "27 + 97 = 124",
+        ),
+        ({"planets": {"count": 8}, "support": None, "pin": SLEEVE}, "must leave neighbours apart"),
+        (
+            {"sun": {"teeth": 21}, "planets": {"teeth": 31}, "ring": {"teeth": 84}},
+            "must be 83, since the planets are",
+        ),
+        ({"planets": {"count": 2, "angles": [0.0, 3.0]}}, "must be a whole number of steps of 360/(20 + 60)"),
+        ({"planets": {"count": 2, "angles": [0.0]}}, "must have 2 items, one for each planet"),
+        ({"support": None}, "planetary.stage.pin: is required, or support"),
+        ({"pin": SLEEVE}, "must not be given beside support"),
+        ({"stiffness": None}, "planetary.stage.sun_planet: is required, or stiffness"),
+        ({"pin_errors": [{"planet": 5}]}, "must be at most 4, the number of planets"),
+        ({"pin_errors": [{"planet": 1}, {"planet": 1}]}, "must not be named twice"),
+        (
+            {"ring": {"drive": {"kind": "torque", "torque": 1.0}}},
+            "must not be given for a member that is fixed",
+        ),
+        ({"sun": {"sleeve": {**SLEEVE, "on": "stage.carrier"}}}, "members are held by the ground"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_reason(changes: dict[str, Any], words: str) -> None:
+    text = refusal(planetary_document(**changes))
+    assert words in text
+    assert "planetary.stage" in text
+    assert all(
+        line.startswith("planetary.stage.") for line in text.splitlines()
+    )  # nothing that follows from it
+
+
+def test_names_with_dots_are_for_members_alone() -> None:
+    document = planetary_document()
+    document["rotors"] = {"other.sun": {"mass": 1.0, "inertia": 1.0}}
+    assert "a dot is for members of planetary sets" in refusal(document)
+    document["rotors"] = {"stage": {"mass": 1.0, "inertia": 1.0}}
+    assert "must not be the name of a rotor too" in refusal(document)
+
+
+def test_stages_in_a_row() -> None:
+    """The carrier of one set turns the sun of the next through a coupling: 4 x 4 = 16."""
+    document = planetary_document()
+    second = planetary_document()["planetary"]["stage"]
+    second["sun"].pop("drive")
+    document["planetary"]["second"] = second
+    document["couplings"] = [{"between": ["stage.carrier", "second.sun"], "torsional_stiffness": 1e5}]
+    case = gp.load_case(document)
+    speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+    assert speeds["second.carrier"] == pytest.approx(60.0 / 16.0)
+
+
+def test_any_member_may_drive() -> None:
+    turning = {"drive": {"kind": "speed", "speed": 30.0}}
+    ring = gp.load_case(
+        planetary_document(sun={"drive": None, "fixed": True}, ring={"fixed": False, **turning})
+    )
+    assert (ring.meshes[0].driver, ring.meshes[-1].driven) == ("stage.ring", "stage.sun")
+    carrier = gp.load_case(planetary_document(sun={"drive": None}, carrier=turning))
+    assert (carrier.meshes[0].driver, carrier.meshes[-1].driven) == ("stage.ring", "stage.sun")
+    speeds = dict(zip(carrier.rotors, nominal_speeds(carrier), strict=True))
+    assert speeds["stage.sun"] == pytest.approx(120.0)

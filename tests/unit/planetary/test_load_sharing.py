@@ -1,0 +1,91 @@
+"""Load sharing: statics of a pin error with floating and held sun, along a motion, saved and drawn."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from planetary_sets import planetary_document
+
+ERROR = [{"planet": 1, "tangential": 5e-5}]
+
+
+def case(**changes: object) -> gp.Case:
+    """Return a large set of three planets whose carrier is loaded, in the uncoupled model unless said."""
+    stage = {
+        "module": 8e-3,
+        "planets": {"count": 3, "teeth": 21},
+        "sun": {"teeth": 21, "floating": False},
+        "ring": {"teeth": 63},
+        "carrier": {"load": {"torque": 4000.0}},
+    }
+    document = planetary_document(**{**stage, **changes})
+    return gp.load_case(document)
+
+
+@pytest.mark.parametrize("model", ["coupled", "uncoupled"])
+def test_a_floating_sun_shares_alike(model: str) -> None:
+    """1/3 to a thousandth, whatever a pin is off: three forces on a free body balance only if they are alike.
+
+    With lines of action that follow the centres these turn a little as the sun moves aside: 0.04 % of the whole.
+    """
+    floating = gp.replace(
+        case(pin_errors=ERROR, sun={"teeth": 21, "floating": True}), {"backlash_model": model}
+    )
+    found = gp.load_sharing(floating).ds
+    np.testing.assert_allclose(found["share"].values, 1.0 / 3.0, atol=1e-3 if model == "coupled" else 1e-9)
+    assert found["member"].values.tolist() == ["sun"]
+    assert np.hypot(*found["floating"].values[0]) > 1e-5  # it has moved to where they are
+
+
+def test_a_held_sun_shares_as_statics_say() -> None:
+    """Planets in line between sun, pin and ring: each path a spring, the late pin's path shortened by its error.
+
+    Seen from the carrier, a pin that is e ahead pulls its planet with k_p (e - v), v how far the planet is ahead; the meshes with
+    k_m times their penetrations. The carrier takes up what all pins have in common.
+    """
+    found = gp.load_sharing(gp.replace(case(pin_errors=ERROR), {"backlash_model": "uncoupled"})).ds
+    alpha, k_m, k_p, A = math.radians(20.0), 3e8, 2e8, 0.168
+    c, s = math.cos(alpha), math.sin(alpha)
+    r_b = 0.084 * c
+
+    def force(ahead: float) -> float:
+        """Return the mesh force [N] of a planet whose pin is ahead [m]; unknowns are u (radial), v (ahead) and its turn."""
+        sun, ring = np.array([-s, c, -r_b]), np.array([s, c, r_b])
+        matrix = k_m * np.outer(sun, sun) + k_m * np.outer(ring, ring) + k_p * np.diag([1.0, 1.0, 0.0])
+        u, v, turn = np.linalg.solve(matrix, [0.0, k_p * ahead, 0.0])
+        return k_m * float(sun @ [u, v, turn])
+
+    unit = force(1.0)
+    total = 4000.0 / (2.0 * c * A)  # T = 2 F_n cos(alpha) A summed: sun and ring push with F each
+    mean = total / 3.0
+    expected = np.array([mean + unit * 5e-5 * share for share in (-2.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0)])
+    np.testing.assert_allclose(found["sun_force"].values, expected, rtol=1e-6)
+    np.testing.assert_allclose(found["share"].values, expected / expected.sum(), rtol=1e-6)
+    assert found["sun_force"].values == pytest.approx(found["ring_force"].values, rel=1e-6)
+
+
+def test_along_a_motion(tmp_path: Path) -> None:
+    moving = gp.replace(gp.load_case("planetary-reducer"), {"run.duration": 0.05, "run.sampling": 20_000.0})
+    found = gp.load_sharing(gp.simulate(moving))
+    np.testing.assert_allclose(found.ds["load_sharing_factor"].values, 1.0, rtol=0.01)
+    # Pressed against its pin beyond the clearance of 10 um, ahead of it: the planets drive the carrier.
+    assert np.all(found.ds["beside_pin"].values[:, 1] > 1e-5)
+    found.save(tmp_path / "sharing.nc")
+    again = gp.read_result(tmp_path / "sharing.nc")
+    assert again.message == found.message
+    for answer in (again, gp.load_sharing("planetary-reducer")):
+        figure = answer.plot()
+        figure.canvas.draw()
+        assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(gp.InputError, match="must have a set"):
+        gp.load_sharing("han2021")
+    with pytest.raises(gp.InputError, match="must be a planetary set of the case"):
+        gp.load_sharing("planetary-reducer", name="other")
+    with pytest.raises(gp.InputError, match="must carry a load"):
+        gp.load_sharing(gp.replace(case(), {"planetary.stage.carrier.load.torque": 0.0}))
