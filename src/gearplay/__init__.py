@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from gearplay.nonlinear.orbits.door import branch, branches, periodic_orbit
     from gearplay.nonlinear.section_door import impacts, portrait, section
     from gearplay.nonlinear.torsional import torsional_pair
-    from gearplay.planetary.door import load_sharing
+    from gearplay.planets.door import load_sharing
     from gearplay.python_door import read_result
     from gearplay.results.door import simulate
     from gearplay.results.result import Result

@@ -43,7 +43,7 @@ HOMES: Final = MappingProxyType(
         "campbell": "linear.door",
         "frequency_response": "linear.door",
         "planetary": "model.planetary_door",
-        "load_sharing": "planetary.door",
+        "load_sharing": "planets.door",
         "GearplayError": "vocabulary.errors",
         "InputError": "vocabulary.errors",
         "SimulationError": "vocabulary.errors",
@@ -68,7 +68,7 @@ ANSWERS: Final = MappingProxyType(
         "branch": "nonlinear.orbits.answers:OneBranch",
         "branches": "nonlinear.orbits.answers:Branches",
         "modes": "linear.modes:Modes",
-        "load sharing": "planetary.sharing:LoadSharing",
+        "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",
     }

@@ -18,6 +18,7 @@ COMMANDS: Final = (
     "run",
     "study",
     "sweep",
+    "modes",
     "motion",
     "portrait",
     "bifurcation",

@@ -15,6 +15,7 @@ from gearplay.model.units import UnitError, parse_quantity
 from gearplay.results.door import Source, case_of
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -23,7 +24,13 @@ MOST = 100_000
 """Most speeds or frequencies of one call."""
 
 
-def modes(case: Source, *, load: str = "operating", speed: float | str | None = None) -> Modes:
+def modes(
+    case: Source,
+    *,
+    load: str = "operating",
+    speed: float | str | None = None,
+    progress: Progress | None = None,
+) -> Modes:
     """Return natural frequencies, damping ratios and shapes of a case about its static equilibrium.
 
     The equilibrium is that of constant torques with the mean stiffness of the meshes and elastic sleeves; contacts that the load
@@ -39,6 +46,8 @@ def modes(case: Source, *, load: str = "operating", speed: float | str | None = 
     speed
         Speed of the leading rotor [rad/s] or with a unit, for trains with carriers: modes are then seen from the turning carrier,
         with gyroscopic and centrifugal forces. None is at rest.
+    progress
+        Told of kernels that are compiled, once after an installation.
 
     Returns
     -------
@@ -58,10 +67,10 @@ def modes(case: Source, *, load: str = "operating", speed: float | str | None = 
     >>> import gearplay as gp
     >>> found = gp.modes("two-stage-reducer")
     >>> round(float(found.ds["frequency"][-1]), 1), str(found.ds["kind"].values[-1])
-    (3239.4, 'coupled')
+    (3439.3, 'coupled')
 
     """
-    return modes_of(linear_system(case_of(case), load=load, speed=_speed(speed)))
+    return modes_of(linear_system(case_of(case), load=load, speed=speed_of(speed), progress=progress))
 
 
 def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "operating") -> Campbell:
@@ -99,7 +108,7 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
 
     """
     numbers = np.array(
-        [_speed(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
+        [speed_of(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
     )
     if not 2 <= numbers.size <= MOST or np.any(np.diff(numbers) <= 0.0) or not np.all(np.isfinite(numbers)):
         raise InputError(
@@ -146,7 +155,7 @@ def frequency_response(
     Examples
     --------
     >>> import gearplay as gp
-    >>> found = gp.frequency_response("pulsating-pair", force="pinion.torque", at="pinion.theta", frequencies=[100.0, 600.0])
+    >>> found = gp.frequency_response("two-stage-reducer", force="output.torque", at="output.theta", frequencies=[100.0, 600.0])
     >>> found.ds["amplitude"].shape
     (1, 2)
 
@@ -166,7 +175,8 @@ def frequency_response(
     return response_of(linear_system(case_of(case), load=load), force, names, numbers)
 
 
-def _speed(value: Any) -> float | None:
+def speed_of(value: Any) -> float | None:
+    """Return a speed [rad/s] that is given as a number or with a unit; None for none. Raises `InputError` for anything else."""
     if value is None:
         return None
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -75,15 +76,16 @@ def _ratios(mass: Floats, stiffness: Floats, damping: Floats, omega: Floats, mod
     return ratio
 
 
-def solve_turning(mass: Floats, matrix: Floats, axes: NDArray[np.int64], speed: float) -> Eigen:
-    """Return the modes of z' = A z as seen from axes that turn at ``speed`` [rad/s].
+def solve_turning(mass: Floats, matrix: Floats, pairs: Sequence[tuple[int, int, float]]) -> Eigen:
+    """Return the modes of z' = A z as seen from axes that turn.
 
     ``matrix`` is A in fixed axes at the instant where both agree, positions before velocities, shape [2 coordinate] squared;
-    ``axes`` are the places of pairs (x, y) among the coordinates, shape [pair, 2]. A coordinate seen so changes by A - speed J.
+    ``pairs`` are the places of x and y among the coordinates and the speed of the axes [rad/s] they are seen from: seen so they
+    change by A - speed J.
     """
     n = len(mass)
     turned = matrix.copy()
-    for x, y in axes:
+    for x, y, speed in pairs:
         for at in (0, n):
             turned[at + x, at + y] += speed
             turned[at + y, at + x] -= speed

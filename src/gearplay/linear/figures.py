@@ -23,6 +23,7 @@ ROTOR = 0.15
 SWING = 0.16
 """Largest displacement of a drawn shape, of the mechanism's size."""
 COLUMNS = 4
+KINDS = ("rotational", "translational", "planet", "mixed", "torsional", "lateral", "coupled")
 
 
 class _Disc(NamedTuple):
@@ -121,8 +122,8 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
     figure, axes = make_figure(1, 1, 5.0)
     ax = axes[0, 0]
     rpm = 30.0 / np.pi * ds["speed"].values
-    kinds = sorted({str(k) for k in ds["kind"].values})
-    colors = dict(zip(kinds, PALETTE, strict=False))
+    present = {str(k) for k in ds["kind"].values}
+    colors = {kind: color for kind, color in zip(KINDS, PALETTE, strict=False) if kind in present}
     frequency = ds["frequency"].values
     for m in range(frequency.shape[1]):
         if frequency[:, m].max() > 0.0:

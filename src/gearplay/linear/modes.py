@@ -97,7 +97,7 @@ def modes_of(system: LinearSystem) -> Modes:
 
     eigen = system.eigen
     shapes: Any = eigen.shape
-    packed, smooth = system.linear.smooth.packed, system.linear.smooth
+    packed = system.linear.smooth.packed
     labels = packed.contact_labels
     static = system.equilibrium.state[system.linear.free]
 
@@ -149,6 +149,6 @@ def modes_of(system: LinearSystem) -> Modes:
         system.case,
         unstable=eigen.unstable,
         unbalanced=int(system.equilibrium.unbalanced),
-        frame_speed=smooth.frame_speed,
+        turning=int(system.linear.smooth.frames.turning),
     )
     return Modes(xr.Dataset(variables, coords=coordinates, attrs=attributes))

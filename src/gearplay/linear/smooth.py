@@ -18,6 +18,7 @@ from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
 from gearplay.model.rotor import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.support import Support
+from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -28,7 +29,7 @@ class Smooth:
     """A case without what varies in time, ready for the kernels.
 
     ``speeds`` are the rotors' nominal speeds [rad/s], 0 unless a speed was asked for; ``controlled`` are the rotors whose servo
-    became a spring, ``carriers`` the rotor that carries each, -1 for none.
+    became a spring, ``carriers`` the rotor that carries each, -1 for none, ``frames`` the carriers from which nothing varies.
     """
 
     case: Case
@@ -37,12 +38,7 @@ class Smooth:
     speeds: Floats
     controlled: frozenset[str]
     carriers: tuple[int, ...]
-
-    @property
-    def frame_speed(self) -> float:
-        """Speed [rad/s] of the carriers, in whose frame nothing changes; 0 where none turns."""
-        turning = {self.speeds[i] for i in self.carriers if i >= 0}
-        return float(max(turning, key=abs)) if turning else 0.0
+    frames: CarrierFrames
 
 
 def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
@@ -51,7 +47,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     ``load`` is "operating", torques and drags at the nominal speeds, or "none"; ``speed`` [rad/s] is that of the leading rotor,
     None for a train that stands still under its operating load.
 
-    Raises `InputError` where the train cannot turn as asked, or carriers would turn at different speeds.
+    Raises `InputError` where the train cannot turn as asked, or a turning carrier has more about it than a coaxial set.
     """
     hot = case.operating
     names = list(hot.rotors)
@@ -87,25 +83,25 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     still.__dict__.pop("operating", None)  # what was worked out of the case as it was
     still.__dict__.pop("sha256", None)
     packed = pack(still)
-    meshes, turning = packed.system.records[MESH], pack(hot).system.records[MESH]
+    meshes, moving = packed.system.records[MESH], pack(hot).system.records[MESH]
     for name in ("sigma", "way"):  # which flanks drive is a matter of how the case turns
-        meshes[name] = turning[name]
+        meshes[name] = moving[name]
     carriers = tuple(
         names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names
     )
     speeds = np.zeros(len(names))
     if speed is not None:
-        lead, ratios = rolling.rolling_ratios(hot)
-        speeds = ratios * speed
-        turning = {float(f"{speeds[i]:.9g}") for i in carriers if i >= 0}
-        if len(turning) > 1:
-            rule = f"must leave all carriers at one speed; with {lead} at {speed:.6g} rad/s they have several"
-            raise InputError(Fault("speed", speed, rule, "Leave it out: modes at rest"))
+        speeds = rolling.rolling_ratios(hot)[1] * speed
         rotors: Any = packed.system.rotors
         rotors.nominal_speed[:] = speeds
         rotors.torque += rotors.drag * speeds  # the load asked for is kept at every speed
+    frames = CarrierFrames(packed.system)
+    for i, carrier in enumerate(carriers):
+        if carrier >= 0 and frames.speeds[i] != speeds[carrier]:
+            rule = f"must be left out, since {names[i]} goes round with {names[carrier]}, in no coaxial set alone"
+            raise InputError(Fault("speed", speed, rule, "Ask for the modes at rest"))
     servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, ServoDrive))
-    return Smooth(still, packed, centres, speeds, servos, carriers)
+    return Smooth(still, packed, centres, speeds, servos, carriers, frames)
 
 
 def _rotor(case: Case, name: str, rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:

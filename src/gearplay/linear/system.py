@@ -28,7 +28,9 @@ from gearplay.linear.eigen import Eigen, solve_at_rest, solve_turning
 from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
 from gearplay.linear.smooth import smooth
 from gearplay.model.case import Case
+from gearplay.solver.compiling import prepare_linear
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
 
@@ -73,23 +75,17 @@ class LinearSystem:
         """C [N s/m and so on], shape [coordinate, coordinate]."""
         return self.linear.damping(self.equilibrium.matrix)
 
-    @property
-    def frame_speed(self) -> float:
-        """Speed [rad/s] of the carriers, from which the modes are seen."""
-        return self.linear.smooth.frame_speed
-
     @cached_property
     def eigen(self) -> Eigen:
         """Its modes."""
-        if self.frame_speed == 0.0:
+        frames = self.linear.smooth.frames
+        if not frames.turning:
             return solve_at_rest(self.mass, self.stiffness, self.damping)
         places = np.concatenate([self.linear.free, 3 * self.linear.rotors + self.linear.free])
         matrix = self.equilibrium.matrix[np.ix_(places, places)]
         at = {int(place): k for k, place in enumerate(self.linear.free)}
-        pairs = [(at[p], at[p + 1]) for p in at if p % 3 == 0 and p + 1 in at]
-        return solve_turning(
-            self.mass, matrix, np.array(pairs, dtype=np.int64).reshape(-1, 2), self.frame_speed
-        )
+        pairs = [(at[p], at[p + 1], frames.speeds[p // 3]) for p in at if p % 3 == 0 and p + 1 in at]
+        return solve_turning(self.mass, matrix, pairs)
 
     @cached_property
     def elements(self) -> tuple[str, ...]:
@@ -171,7 +167,9 @@ class LinearSystem:
         return sign * whole[linear.free], float(row[at + F_P]), float(row[at + F_R])
 
 
-def linear_system(case: Case, *, load: str = "operating", speed: float | None = None) -> LinearSystem:
+def linear_system(
+    case: Case, *, load: str = "operating", speed: float | None = None, progress: Progress | None = None
+) -> LinearSystem:
     """Return a case as a linear system about its equilibrium.
 
     ``load`` is "operating" or "none"; ``speed`` [rad/s] is that of its leading rotor, None for a train at rest under its load.
@@ -179,7 +177,9 @@ def linear_system(case: Case, *, load: str = "operating", speed: float | None = 
     """
     if load not in ("operating", "none"):
         raise InputError(Fault("load", load, "must be operating or none", "Choose one"))
-    return LinearSystem(case, find_equilibrium(Linear(smooth(case, load=load, speed=speed))))
+    plain = smooth(case, load=load, speed=speed)
+    prepare_linear(plain.packed, progress=progress)
+    return LinearSystem(case, find_equilibrium(Linear(plain)))
 
 
 def places_of(system: LinearSystem, names: Sequence[str]) -> list[int]:

@@ -48,13 +48,13 @@ def planetary(
     ...     backlash="80 um",
     ...     stiffness={"kind": "harmonic", "mean": "3e8 N/m"},
     ...     sun={"teeth": 20, "drive": {"kind": "speed", "speed": "600 rpm"}, **part},
-    ...     planets={"count": 3, "teeth": 20, **part},
+    ...     planets={"count": 4, "teeth": 20, **part},
     ...     ring={"teeth": 60, "fixed": True, **part},
     ...     carrier=part,
     ...     pin={"radial_clearance": "10 um", "stiffness": "1e10 N/m^1.5"},
     ... )
     >>> len(case.rotors), len(case.meshes)
-    (6, 6)
+    (7, 8)
 
     """
     document = {**(case or {}), "planetary": {name: fields}, "run": dict(run or {"duration": 0.1})}

@@ -33,6 +33,10 @@ LABEL = "Compiling the kernels, once after an installation"
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_power_column", "mesh_powers", "friction_loss")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
+_LINEAR = {
+    "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "rates_of", "rate_of_change",
+}  # fmt: skip
+"""Questions that the matrices of the linear view need."""
 _ELEMENTS = "gearplay.kernels.elements."
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 
@@ -65,6 +69,13 @@ def prepare_packed(
     if wanted not in _ready:
         _compile(_wanted(*wanted), progress)
         _ready.add(wanted)
+
+
+def prepare_linear(packed: Packed, *, progress: Progress | None = None) -> None:
+    """Do what `prepare` does for the matrices of the linear view alone."""
+    if not INTERPRETED:
+        wanted = _wanted(_kinds(packed), fixed=False, derivative=True)
+        _compile([name for name in wanted if name.rpartition(".")[2] in _LINEAR], progress)
 
 
 def prepare_all() -> None:

@@ -12,9 +12,11 @@ from gearplay.model.case import Case
 from gearplay.model.environment import Material
 from gearplay.model.field_units import measure_in
 from gearplay.model.fields import HertzStiffness, Measure
+from gearplay.model.mesh import PlanetMesh
 from gearplay.vocabulary import quantities as q
 
 GROUPS = (
+    "Planetary sets",
     "Sleeves",
     "Supports",
     "Mesh",
@@ -116,10 +118,12 @@ def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
                     yield control
     elif isinstance(part, Mapping):
         for name, value in part.items():
+            if "." in name:  # a member of a planetary set, whose table has its fields
+                continue
             yield from _walk(value, f"{path}.{name}", f"{owner}.{name}".lstrip("."))
     elif isinstance(part, tuple):
         for at, value in enumerate(part):
-            if isinstance(value, BaseModel):
+            if isinstance(value, BaseModel) and not isinstance(value, PlanetMesh):
                 yield from _walk(value, f"{path}.{at}", getattr(value, "label", owner))
 
 
@@ -244,6 +248,7 @@ def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
 
 
 _HEADS: Mapping[str, str] = {
+    "planetary": "Planetary sets",
     "sleeves": "Sleeves",
     "supports": "Supports",
     "meshes": "Mesh",

@@ -21,10 +21,13 @@ from gearplay.model.geometry import (
     jam_ratio,
     toothings,
 )
+from gearplay.model.pack import pack
+from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
 from gearplay.results.spectra import ensemble_spectrum
+from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
@@ -94,8 +97,11 @@ def mechanism_of(case: Case) -> dict[str, Any]:
             for name, sleeve in case.sleeves.items()
         ],
         "supports": [
-            {"name": name, "stiffness": list(support.stiffness or (0.0, 0.0))}
+            {"name": name, "stiffness": list(support.stiffness or (0.0, 0.0)), "on": support.on}
             for name, support in case.supports.items()
+        ],
+        "carried": [
+            {"rotor": name, "on": on} for name in case.rotors if (on := carrier_of(case, name)) is not None
         ],
         "couplings": [{"name": each.label, "between": list(each.between)} for each in case.couplings],
         "meshes": [
@@ -231,29 +237,42 @@ def _frames(case: Case, run: Trajectory, time: Floats) -> dict[str, Any]:
 
     ``turns`` are the rotations by rolling with the leading rotor, within a turn; those in ``rotors`` are beside them: 32 bits
     would not resolve a backlash after some turns. Forces are the largest since the frame before, so that a short impact is seen.
+    A planetary set is as its carrier sees it, which has turned by ``orbit``, shape [rotor, frame]; 0 for all others.
     """
     at = np.unique(np.linspace(0, len(time) - 1, min(FRAMES, len(time))).astype(np.int64))
     if len(time) == 0:
         at = np.zeros(0, dtype=np.int64)
     lead, ratios = rolling_ratios(case)
-    angles = np.array([run.signal("theta", name)[at] for name in case.rotors])
+    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
+    orbit = frames.speeds[:, None] * run.time[at]
+    angles = np.array([run.signal("theta", name)[at] for name in names])
     rolled = ratios[:, None] * run.signal("theta", lead)[at]
     turns = np.where(ratios[:, None] == 0.0, angles, rolled)
-    places = [[run.signal(axis, name)[at] for axis in "xy"] for name in case.rotors]
+    arms = frames.arms[:, :, None]
+    places = np.array([[run.signal(axis, name)[at] for axis in "xy"] for name in names])
+    places = _turned(places + arms, -orbit) - arms
     sleeves = [
         _strongest([run.signal(f"sleeve_force_{axis}", name) for axis in "xy"], at) for name in case.sleeves
     ]
+    forces = np.array(sleeves).reshape(len(case.sleeves), 2, at.size)
     meshes = [
         [_peaks(run.signal(f"{flank}_force", mesh.label), at) for flank in ("drive", "back")]
         for mesh in case.meshes
     ]
     return {
         "t": time[at],
-        "turns": np.mod(turns, 2.0 * math.pi),
-        "rotors": np.concatenate([np.array(places), (angles - turns)[:, None]], axis=1),
-        "sleeves": np.array(sleeves).reshape(len(case.sleeves), 2, at.size),
+        "orbit": np.mod(orbit, 2.0 * math.pi),
+        "turns": np.mod(turns - orbit, 2.0 * math.pi),
+        "rotors": np.concatenate([places, (angles - turns)[:, None]], axis=1),
+        "sleeves": _turned(forces, -orbit[[names.index(name) for name in case.sleeves]]),
         "meshes": np.array(meshes).reshape(len(case.meshes), 2, at.size),
     }
+
+
+def _turned(vectors: Floats, angle: Floats) -> Floats:
+    """Return vectors, shape [rotor, 2, frame], turned by angles [rad], shape [rotor, frame]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
 
 
 def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
@@ -269,12 +288,17 @@ def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
 
 
 def spectrum_lines(case: Case) -> dict[str, float]:
-    """Return the lines that are marked: ``f_m`` and ``2 f_m`` of the first mesh, shaft speeds [Hz]."""
+    """Return the lines that are marked [Hz]: ``f_m`` and ``2 f_m`` of the first mesh, orders of planetary sets, shaft speeds."""
     found: dict[str, float] = {}
     if case.meshes:
         f_m = mesh_frequency(case, 0)
         found |= {"f_m": f_m, "2 f_m": 2.0 * f_m} if f_m > 0.0 else {}
+    for name in case.planetary:
+        orders = set_frequencies(case, name).orders()
+        found |= {
+            f"{order} of {name}": line for order, line in orders.items() if order not in ("mesh", "carrier")
+        }
     for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
-        if speed != 0.0:
+        if speed != 0.0 and ".planet" not in name:
             found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
     return found

@@ -93,6 +93,7 @@ $("scrub").oninput = () => {
   if (state.result) moved();
 };
 $("slow").onchange = () => { stage.speed = Number($("slow").value); };
+$("carrier").onchange = () => { stage.turning = $("carrier").value === "turning"; stage.draw(); };
 $("magnify").oninput = () => { stage.magnify = 10 ** Number($("magnify").value); stage.draw(); magnified(); };
 $("spectrum-of").onchange = $("spectrum-scale").onchange = redrawSpectrum;
 $("sleeve-of").onchange = $("mesh-of").onchange = redraw;

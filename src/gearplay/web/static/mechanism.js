@@ -77,6 +77,7 @@ export class Stage {
     this.at = 0;
     this.speed = 0.05;
     this.magnify = 1;
+    this.turning = false; // whether carriers turn, or are held
     this.look = {}; // names of the sleeve and the mesh in the close-ups
     this.last = performance.now();
     new ResizeObserver(() => this.draw()).observe(place);
@@ -195,7 +196,7 @@ export class Stage {
   /** Paint what lies in a window of the plane [m] into a place of the canvas [px]. */
   paint(c, view, [x0, y0, w, h], { x, y, width, height, shaft: drawn }, ratio) {
     const { gears, sleeves, meshes } = this.result.mechanism;
-    const { i, t, turns, rotors, sleeves: pressed, meshes: flanks } = view;
+    const { i, t, turns, orbit, rotors, sleeves: pressed, meshes: flanks } = view;
     const scale = 0.96 * Math.min(w / width, h / height);
     const [M, n, thin, reach] = [this.factor, t.length, (1.2 * ratio) / scale, (0.3 * Math.min(w, h)) / scale];
     c.save();
@@ -205,8 +206,21 @@ export class Stage {
     c.clip();
     c.setTransform(scale, 0, 0, -scale, x0 + w / 2 - scale * x, y0 + h / 2 + scale * y);
     const at = (k) => [rotors[3 * k * n + i], rotors[(3 * k + 1) * n + i], rotors[(3 * k + 2) * n + i]];
+    const carried = this.result.mechanism.carried ?? [];
+    /** Draw what belongs to a rotor, its set turned with its carrier where that is wanted. */
+    const within = (index, draw) => {
+      const angle = this.turning ? orbit[index * n + i] : 0;
+      if (!angle) return draw();
+      const axis = this.axisOf(index);
+      c.save();
+      c.translate(axis.x, axis.y);
+      c.rotate(angle);
+      c.translate(-axis.x, -axis.y);
+      draw();
+      c.restore();
+    };
     const layers = [...gears].filter((gear) => gear.teeth && gear.module).sort((a, b) => rimOf(b) - rimOf(a)); // small before large
-    layers.forEach((gear, k) => {
+    layers.forEach((gear, k) => within(gear.index, () => {
       const [dx, dy, theta] = at(gear.index);
       const outlined = this.outlineOf(gear);
       c.save();
@@ -218,8 +232,24 @@ export class Stage {
       c.strokeStyle = view.ink;
       c.stroke(outlined);
       c.restore();
-    });
-    gears.forEach((gear, k) => {
+    }));
+    for (const { rotor, on } of carried) { // arms of a carrier
+      const [pin, hub] = [rotor, on].map((name) => gears.find((gear) => gear.rotor === name));
+      within(pin.index, () => {
+        const [dx, dy] = at(hub.index);
+        c.strokeStyle = view.soft;
+        c.globalAlpha = 0.55;
+        c.lineCap = "round";
+        c.lineWidth = 0.9 * shaftOf(pin);
+        c.beginPath();
+        c.moveTo(hub.x + M * dx, hub.y + M * dy);
+        c.lineTo(pin.x + M * dx, pin.y + M * dy);
+        c.stroke();
+        c.globalAlpha = 1;
+        c.lineCap = "butt";
+      });
+    }
+    gears.forEach((gear, k) => within(gear.index, () => {
       if (gears.findIndex((each) => each.index === gear.index) !== k) return; // one shaft for all its gears
       const [dx, dy] = at(gear.index);
       const sleeve = sleeves.findIndex((each) => each.name === gear.rotor);
@@ -245,7 +275,7 @@ export class Stage {
       if (sleeve < 0) return;
       const force = [pressed[2 * sleeve * n + i], pressed[(2 * sleeve + 1) * n + i]];
       arrow(c, gear.x + M * dx, gear.y + M * dy, ...force, this.peak, reach, 2 * thin, view.alert);
-    });
+    }));
     for (const { between } of this.result.mechanism.couplings ?? []) {
       const [one, other] = between.map((name) => gears.find((gear) => gear.rotor === name));
       if (Math.hypot(one.x - other.x, one.y - other.y) > 1e-6) continue; // two axes joined by a drive
@@ -271,10 +301,18 @@ export class Stage {
       for (const [row, sense] of [[0, 1], [1, -1]]) {
         const force = flanks[(2 * j + row) * n + i];
         const angle = toward(a, b) + sense * turn * (Math.PI / 2 - mesh.pressure_angle);
-        arrow(c, ...pitchPoint(a, b), force * Math.cos(angle), force * Math.sin(angle), this.peak, reach, 2 * thin, view.alert);
+        within(a.index, () => arrow(c, ...pitchPoint(a, b), force * Math.cos(angle), force * Math.sin(angle), this.peak, reach, 2 * thin, view.alert));
       }
     }
     c.restore();
+  }
+
+  /** Centre about which a rotor's set turns: that of its carrier. */
+  axisOf(index) {
+    const { gears, carried } = this.result.mechanism;
+    const gear = gears.find((each) => each.index === index);
+    const on = (carried ?? []).find((each) => each.rotor === gear.rotor)?.on;
+    return (on && gears.find((each) => each.rotor === on)) || gear;
   }
 
   /** Outline of a gear with its backlash drawn; kept, since only the magnification changes it. */

@@ -111,7 +111,7 @@ class LoadSharing(Answer):
 
     def plot(self) -> Figure:
         """Draw factors, forces over the carrier's turn, planets beside their pins and what floats; returns the figure."""
-        from gearplay.planetary.figures import sharing_drawing
+        from gearplay.planets.figures import sharing_drawing
 
         drawn: Figure = sharing_drawing(self.dataset)
         return drawn

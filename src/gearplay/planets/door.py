@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearplay.planetary.sharing import LoadSharing, moving_sharing, static_sharing
+from gearplay.planets.sharing import LoadSharing, moving_sharing, static_sharing
 from gearplay.results.door import Source, case_of
 from gearplay.results.result import Result
 

@@ -1,0 +1,90 @@
+"""`gearplay modes CASE`: natural frequencies about the loaded equilibrium, mode shapes, a Campbell diagram."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gearplay.cli.arguments import Changes
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import progress_bar
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(modes)
+
+
+def modes(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    load: Annotated[
+        str, typer.Option("--load", help="operating: torques and gravity as in the case; none.")
+    ] = "operating",
+    speed: Annotated[
+        str | None,
+        typer.Option("--speed", help="Speed of the leading rotor, for trains with carriers: 800rpm."),
+    ] = None,
+    campbell: Annotated[
+        str | None, typer.Option("--campbell", help="Draw natural frequencies up to a speed: 3000rpm.")
+    ] = None,
+    changes: Changes = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/modes-CASE].")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
+    json: Json = False,
+) -> None:
+    """Show natural frequencies, damping ratios and mode shapes of a case under its load."""
+    import numpy as np
+
+    from gearplay.files.atomic import check_new, write_bytes
+    from gearplay.linear.door import campbell as campbell_of
+    from gearplay.linear.door import modes as modes_of
+    from gearplay.linear.door import speed_of
+    from gearplay.model.reading import load_case
+    from gearplay.pictures.canvas import to_png
+
+    base = load_case(case, changes or ())
+    folder = out if out is not None else Path("out") / f"modes-{Path(case).stem}"
+    names = ["modes.nc", "modes.png"] + (["campbell.nc", "campbell.png"] if campbell is not None else [])
+    places = [folder / name for name in names]
+    for place in places:
+        check_new(place, overwrite=overwrite)
+    highest = speed_of(campbell)
+    with progress_bar(quiet=json) as report:
+        found = modes_of(base, load=load, speed=speed, progress=report)
+    found.save(places[0], overwrite=overwrite)
+    write_bytes(places[1], to_png(found.plot()))
+    lines = [f"{base.title or Path(case).stem}: {found.message}", *_table(found)]
+    document: dict[str, Any] = _document(base, found, places)
+    if highest is not None:
+        diagram = campbell_of(base, np.linspace(highest / 200.0, highest, 200), load=load)
+        diagram.save(places[2], overwrite=overwrite)
+        write_bytes(places[3], to_png(diagram.plot()))
+        crossings = diagram.rows()
+        document["crossings"] = [{"speed": speed, "meets": words} for speed, words in crossings]
+        lines += ["", diagram.message, *(f"  {speed:>12}  {words}" for speed, words in crossings[:20])]
+        if len(crossings) > 20:
+            lines.append(f"  and {len(crossings) - 20} more, in {places[2]}")
+    if json:
+        print_json(document)
+        return
+    print_text("\n".join([*lines, f"Written: {', '.join(map(str, places))}"]))
+
+
+def _table(found: Any) -> list[str]:
+    return [f"  {k:>3}  {frequency:>14}  {words}" for k, (frequency, words) in enumerate(found.rows())]
+
+
+def _document(base: Any, found: Any, places: list[Path]) -> dict[str, Any]:
+    ds = found.ds
+    names = ("frequency", "damping_ratio", "kind", "multiplicity")
+    return {
+        "title": base.title,
+        "case_sha256": base.sha256,
+        "message": found.message,
+        "modes": [
+            {name: ds[name].values[m].item() if name != "kind" else str(ds[name].values[m]) for name in names}
+            for m in range(ds.sizes["mode"])
+        ],
+        "out": str(places[0]),
+        "picture": str(places[1]),
+    }
