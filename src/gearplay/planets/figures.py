@@ -67,7 +67,8 @@ def _forces(ax: Any, ds: xr.Dataset, colors: list[str], *, moving: bool) -> None
         ax.bar(range(len(colors)), 1e-3 * ds["sun_force"].values, color=colors, width=0.6)
         ax.set_xticks(range(len(colors)), [str(k + 1) for k in range(len(colors))])
         ax.set_xlabel("planet", fontsize=SMALL)
-    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(0.0, low), 1.1 * high)
     ax.set_ylabel("force of the sun's mesh [kN]", fontsize=SMALL)
 
 
@@ -82,7 +83,7 @@ def _pins(ax: Any, ds: xr.Dataset, colors: list[str], *, moving: bool) -> None:
             ax.plot(*thinned_path(x, y, MOST_POINTS), color=color, linewidth=0.6)
         ax.plot(*(1e6 * ds["beside_pin"].values[k]), "o", color=color, markersize=4)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("planet beside its pin's place, outwards [µm]", fontsize=SMALL)
+    ax.set_xlabel("planet in its pin, outwards [µm]", fontsize=SMALL)
     ax.set_ylabel("ahead [µm]", fontsize=SMALL)
 
 

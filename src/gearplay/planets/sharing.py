@@ -14,6 +14,7 @@ from gearplay.kernels.layout import FORCE
 from gearplay.linear.system import linear_system
 from gearplay.model import geometry
 from gearplay.model.case import Case
+from gearplay.model.planetary_parts import PinError
 from gearplay.results.answer import Answer, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
@@ -38,9 +39,7 @@ COLUMNS = {
     "load_sharing_factor": Column(("planet",), "1", "load-sharing factor: 1 where all share alike"),
     "sun_force": Column(("planet",), "N", "force along the line of action at the sun, mean"),
     "ring_force": Column(("planet",), "N", "force along the line of action at the ring, mean"),
-    "beside_pin": Column(
-        ("planet", "direction"), "m", "planet beside its pin's place, in the carrier's frame, mean"
-    ),
+    "beside_pin": Column(("planet", "direction"), "m", "planet beside its pin, in the carrier's frame, mean"),
     "floating": Column(("member", "axis"), "m", "displacement of a floating member, mean"),
     "factor_spread": Column(
         ("planet",), "1", "standard deviation of the load-sharing factor, weighed by the load"
@@ -48,7 +47,7 @@ COLUMNS = {
     "factor_peak": Column(("planet",), "1", "largest force over the mean share"),
     "factor_history": Column(("planet", "time"), "1", "load-sharing factor"),
     "beside_pin_history": Column(
-        ("planet", "direction", "time"), "m", "planet beside its pin's place, in the carrier's frame"
+        ("planet", "direction", "time"), "m", "planet beside its pin, in the carrier's frame"
     ),
     "floating_history": Column(("member", "axis", "time"), "m", "displacement of a floating member"),
     "force_over_turn": Column(("planet", "place"), "N", "force of the sun's mesh by place of the carrier"),
@@ -140,16 +139,19 @@ class Members:
         return next(j for j, mesh in enumerate(self.case.meshes) if set(mesh.rotors) == both)
 
     def beside(self, planet: Floats, carrier: Floats, turn: Floats, k: int) -> Floats:
-        """Return how far planet k is beside its place on the carrier, radial and tangential [m], shape [2, time].
+        """Return how far planet k is beside its pin, wherever that is, radial and tangential [m], shape [2, time].
 
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """
-        phi, A = float(self.directions[k]), self.case.planetary[self.name].center_distance
+        table = self.case.planetary[self.name]
+        phi, A = float(self.directions[k]), table.center_distance
         place = A * np.array([np.cos(phi), np.sin(phi)])
         away = planet - carrier + place[:, None]
         out = np.array([np.cos(turn + phi), np.sin(turn + phi)])
         along = np.array([-out[1], out[0]])
-        return np.array([np.sum(away * out, axis=0) - A, np.sum(away * along, axis=0)])
+        off = next((each for each in table.pin_errors if each.planet == k + 1), PinError(planet=k + 1))
+        radial, tangential = np.sum(away * out, axis=0) - A, np.sum(away * along, axis=0)
+        return np.array([radial - off.radial, tangential - off.tangential])
 
     def floating(self) -> list[str]:
         """Return sun, ring and carrier as far as their centres are free."""
