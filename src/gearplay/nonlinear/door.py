@@ -8,9 +8,9 @@ from typing import Any
 from gearplay.model.plan_values import number_in_si
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
+from gearplay.nonlinear.families import along
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
-from gearplay.nonlinear.orbits.period_map import along
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
@@ -31,6 +31,7 @@ def bifurcation(
     directions: Sequence[str] = ("up", "down"),
     carry: bool = True,
     threads: int | None = None,
+    keep_load: bool = False,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Diagram:
@@ -56,6 +57,8 @@ def bifurcation(
         Whether each value goes on from the one before it, so that jumps show where a branch ends.
     threads
         Threads; the cores by default. It changes nothing in the result.
+    keep_load
+        Whether loads stay what they are at the case's own speeds, although drag follows the speed.
     progress
         Called with what is running, how much is done, and of how much.
     stop
@@ -82,7 +85,7 @@ def bifurcation(
     base = case_of(case)
     numbers = [number_in_si(base, (path,), value, f"values.{at}") for at, value in enumerate(values)]
     found = bifurcation_diagram(
-        along(base, path),
+        along(base, path, keep_load=keep_load),
         numbers,
         signals,
         settle=settle,

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
+from gearplay.nonlinear.families import along
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.orbits import Orbit
-from gearplay.nonlinear.orbits.period_map import StrobeMap, along
+from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
@@ -75,6 +76,7 @@ class Branches(Answer):
     branches: tuple[Branch, ...]
     case: Case
     path: str
+    keep_load: bool = False
 
     answer = "branches"
 
@@ -111,7 +113,9 @@ class Branches(Answer):
 
     def levels(self, signals: Sequence[str]) -> list[Floats]:
         """Return signals at the sections of each branch's orbits, shape [orbit, order, signal] each, SI."""
-        family = StrobeMap(along(self.case, self.path), self.branches[0].orbits[0].parameter)
+        family = StrobeMap(
+            along(self.case, self.path, keep_load=self.keep_load), self.branches[0].orbits[0].parameter
+        )
         return [signals_of(family, branch, list(signals)) for branch in self]
 
     def table(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
@@ -146,7 +150,9 @@ class Branches(Answer):
             for at, signal in enumerate(signals):
                 variables[signal] = ("orbit", values[:, at], signal_words(signal))
         ended = json.dumps([each.ended for each in self])
-        return xr.Dataset(variables, attrs=provenance(self.case, ended=ended, path=self.path))
+        return xr.Dataset(
+            variables, attrs=provenance(self.case, ended=ended, path=self.path, keep_load=int(self.keep_load))
+        )
 
     def dataset(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
         """Return `table` with all of every orbit beside it, so that a file holds the branches whole."""
@@ -179,7 +185,8 @@ class Branches(Answer):
                 for k in np.flatnonzero(of == at)
             )
             found.append(Branch(tuple(every[k] for k in own), special, ended, int(orders[own[0]])))
-        return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]))
+        kept = bool(dataset.attrs.get("keep_load", 0))
+        return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]), kept)
 
     def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""

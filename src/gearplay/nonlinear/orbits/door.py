@@ -4,13 +4,15 @@ from typing import Any
 
 import numpy as np
 
+from gearplay.linear.response import FrequencyResponse
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si, value_at
+from gearplay.nonlinear.families import along, resonant_value
 from gearplay.nonlinear.orbits.answers import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
-from gearplay.nonlinear.orbits.period_map import StrobeMap, along
+from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
@@ -71,6 +73,8 @@ def branch(
     size: float | None = None,
     orbits: int = 500,
     upwards: bool = True,
+    start: Any = None,
+    keep_load: bool = False,
     progress: Progress | None = None,
 ) -> OneBranch:
     """Return the branch of periodic orbits over a field of a case, from near what the case itself settles to.
@@ -96,6 +100,11 @@ def branch(
         Most orbits of the branch.
     upwards
         Which way to go.
+    start
+        Value of the field where the first orbit is sought, the case's own if not given; or a `frequency_response` to the error of
+        a mesh: the speed at which that mesh meets its largest resonance.
+    keep_load
+        Whether loads stay what they are at the case's own speeds, although drag follows the speed.
     progress
         Called with what is running, how much is done, and of how much.
 
@@ -125,12 +134,12 @@ def branch(
     base = sharp(case_of(case))
     prepare(base, derivative=True)
     settings = _settings(base, path, low, high, size, orbits)
-    now = _value_now(base, path)
-    family = StrobeMap(along(base, path), now)
-    (start,) = settled_orbits(family, [now], order=order, settle=settle)
+    first = _first_value(base, path, start)
+    family = StrobeMap(along(base, path, keep_load=keep_load), first)
+    (found,) = settled_orbits(family, [first], order=order, settle=settle)
     tick = ticking(progress, "orbits")
-    found = follow_branch(family, start, settings, upwards=upwards, progress=tick)
-    return OneBranch((found,), base, path)
+    whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
+    return OneBranch((whole,), base, path, keep_load)
 
 
 def branches(
@@ -203,6 +212,15 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
     flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))
+
+
+def _first_value(base: Case, path: str, start: Any) -> float:
+    """Return where a branch begins [SI]."""
+    if start is None:
+        return _value_now(base, path)
+    if isinstance(start, FrequencyResponse):
+        return resonant_value(base, path, start)
+    return number_in_si(base, (path,), start, "start")
 
 
 def _value_now(base: Case, path: str) -> float:

@@ -1,7 +1,6 @@
 """The map of a state over one period of the excitation, with its exact derivative: what orbits and branches are made of."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -11,15 +10,13 @@ from numpy.typing import NDArray
 from gearplay.kernels import base_motion
 from gearplay.kernels.elements.table import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.kernels.layout import DRIVE_SPEED
-from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.model.reading import replace
+from gearplay.nonlinear.families import Family
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
-Family = Callable[[float], Case]
 MOST_PERIODS = 2000
 """Most mesh periods that a common period of all excitations may have."""
 
@@ -125,15 +122,6 @@ class StrobeMap:
         matrix = moved[:, rows].T.copy()
         matrix[free:][~found.closed[flow.latched]] = 0.0
         return Image(self._pack(found, parameter), matrix, found.log[:, 1:3].astype(np.int64))
-
-
-def along(case: Case, path: str) -> Family:
-    """Return the family of a case along one of its fields, values in SI."""
-
-    def family(value: float) -> Case:
-        return replace(case, {path: value})
-
-    return family
 
 
 def section_period(packed: Packed, which: str | float = "common") -> float:
