@@ -9,6 +9,7 @@ from typing import Final
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.check_elements import element_findings
+from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
 from gearplay.model.initial import initial_state
@@ -54,10 +55,10 @@ def check_case(case: Case) -> list[Finding]:
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
     found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     found += element_findings(case)
+    found += teeth_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
-            *_contact_ratio(case, index),
             *_center_distance(case, index),
             *_wedging(case, index),
             *_errors(case, index),
@@ -128,17 +129,6 @@ def _excites(rotor: Rotor) -> bool:
         or (isinstance(drive, TorqueDrive) and (drive.torque != 0.0 or bool(drive.terms or drive.table)))
         or isinstance(drive, PositionDrive)
     )
-
-
-def _contact_ratio(case: Case, index: int) -> Iterator[Finding]:
-    ratio = geometry.mesh_contact_ratio(case, index)
-    if ratio < 1.0:
-        yield Finding(
-            "warning",
-            f"meshes.{index}",
-            f"the contact ratio, {ratio:.2f}, is below 1: between two pairs of teeth nothing would be in "
-            "contact. Check teeth, module and pressure angle.",
-        )
 
 
 def _center_distance(case: Case, index: int) -> Iterator[Finding]:

@@ -52,7 +52,7 @@ def test_what_does_not_fit_is_found(changes: dict[str, Any], path: str, words: s
 
 def test_a_contact_ratio_below_one_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     # full-depth teeth cannot have one, so the number is given
-    monkeypatch.setattr("gearplay.model.geometry.mesh_contact_ratio", lambda case, index: 0.97)
+    monkeypatch.setattr("gearplay.model.check_teeth.installed_contact_ratio", lambda case, index: 0.97)
     assert "0.97" in found("han2021-geometric-inertia")["meshes.0"]
 
 
