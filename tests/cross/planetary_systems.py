@@ -1,4 +1,4 @@
-"""Random planetary sets as one table each, and what a table stands for, worked out independently of the package.
+"""Random planetary sets as one table each, and what they stand for, worked out independently of the package.
 
 Twelve seeds, 0 to 11; the seed selects the features, and the numbers too.
 """
@@ -14,24 +14,32 @@ from cross.random_systems import LAWS, _sleeve, _stiffness
 
 NAME = "set"
 
-# n: planets.  by: the input, ring or carrier or sun; kind of its drive.  held: the member that is kept from
-# turning, and how ("fixed", "speed", "spring").  pins: bush | elastic.  free: how sun, ring and carrier are borne,
-# h held, f floating, p support, b sleeve.  odd: teeth of a planet.  errors, own, runout: pins beside their places,
-# planets with a runout of their own, runout of all.  rub: friction of teeth.  load: of the member that is left.
+# n: planets.  by: the input.  servo: its kind of drive.  back: clockwise.  held: the member that is kept from
+# turning, and how ("fixed", "speed", "spring").  pins: bush | elastic.  free: how sun, ring and carrier are
+# borne, h held, f floating, p support, b sleeve.  odd: teeth of a planet.  angles: unequal ones.
+# errors, own, runout: so many pins beside their places, planets with a runout of their own, runout of all.
+# kind, split: of the stiffness.  rub: friction of teeth.  rigid: backlash_model = "uncoupled".
+# load: of the member that is left.  turned: the carrier is, at the start [rad].
 FEATURES: tuple[dict[str, Any], ...] = (
     {"n": 3, "by": "sun", "held": "ring", "pins": "bush", "free": "fhh", "load": 1},
     {"n": 4, "by": "ring", "held": "sun", "pins": "elastic", "free": "hph", "errors": 2, "odd": 1, "load": 1},
-    {"n": 3, "by": "carrier", "held": "sun", "pins": "bush", "free": "hfh", "errors": 1, "kind": "square", "load": 1},
-    {"n": 5, "by": "carrier", "held": "ring", "pins": "bush", "free": "fhp", "runout": 1, "odd": 1, "load": 1},
+    {"n": 3, "by": "carrier", "held": "sun", "pins": "bush", "free": "hfh", "errors": 1,
+     "kind": "square", "load": 1},
+    {"n": 5, "by": "carrier", "held": "ring", "pins": "bush", "free": "fhp", "runout": 1, "odd": 1,
+     "load": 1},
     {"n": 4, "by": "sun", "held": "ring", "pins": "bush", "free": "phh", "rigid": 1, "errors": 1, "load": 1},
     {"n": 5, "by": "sun", "held": "carrier", "pins": "elastic", "free": "hfh", "own": 2, "odd": 1, "load": 1},
-    {"n": 6, "by": "sun", "held": "ring", "pins": "elastic", "free": "bhh", "kind": "square", "own": 1, "load": 1},
+    {"n": 6, "by": "sun", "held": "ring", "pins": "elastic", "free": "bhh", "kind": "square", "own": 1,
+     "load": 1},
     {"n": 3, "by": "sun", "held": "ring", "pins": "bush", "free": "fph", "angles": 1, "rub": 1, "load": 1},
     {"n": 2, "by": "ring", "held": "carrier", "pins": "bush", "free": "bhh", "own": 2, "runout": 1, "odd": 1},
-    {"n": 3, "by": "carrier", "held": "ring", "pins": "elastic", "free": "fhf", "rigid": 1, "errors": 3, "load": 1},
-    {"n": 4, "by": "sun", "held": "ring", "how": "spring", "pins": "bush", "free": "hpb", "runout": 1, "odd": 1},
-    {"n": 3, "by": "sun", "held": "ring", "how": "speed", "pins": "bush", "free": "bff", "servo": 1, "split": 1,
-     "rub": 1, "back": 1, "gravity": 1, "load": 1, "errors": 3, "own": 1},
+    {"n": 3, "by": "carrier", "held": "ring", "pins": "elastic", "free": "fhf", "rigid": 1,
+     "errors": 3, "load": 1},
+    {"n": 4, "by": "sun", "held": "ring", "how": "spring", "pins": "bush", "free": "hpb", "runout": 1,
+     "odd": 1},
+    {"n": 3, "by": "sun", "held": "ring", "how": "speed", "pins": "bush", "free": "bff", "servo": 1,
+     "split": 1,
+     "rub": 1, "back": 1, "gravity": 1, "turned": 0.6, "load": 1, "errors": 3, "own": 1},
 )  # fmt: skip
 SEEDS = tuple(range(len(FEATURES)))
 MEMBERS = ("sun", "ring", "carrier")
@@ -41,11 +49,11 @@ MEMBERS = ("sun", "ring", "carrier")
 
 
 def _teeth(rng: np.random.Generator, count: int, odd: bool) -> tuple[int, int]:
-    """Return teeth of sun and planet of a set that can be assembled, its planets apart."""
+    """Return teeth of sun and planet that can be assembled, the planets apart and not all in phase."""
     while True:
         sun, planet = int(rng.integers(18, 40)), int(rng.integers(12, 28))
         apart = (sun + planet) * math.sin(math.pi / count) > planet + 3 if count > 1 else True
-        if apart and planet % 2 == int(odd) and 2 * (sun + planet) % count == 0:
+        if apart and planet % 2 == int(odd) and 2 * (sun + planet) % count == 0 and sun % count:
             return sun, planet
 
 
@@ -63,7 +71,11 @@ def _springs(rng: np.random.Generator) -> dict[str, Any]:
 def _member(rng: np.random.Generator, how: str, seed: int) -> dict[str, Any]:
     """Return a member without teeth, borne as said, its centre moving a little at the start."""
     mass = float(rng.uniform(0.4, 1.5))
-    made: dict[str, Any] = {"mass": mass, "inertia": mass * float(rng.uniform(0.02, 0.04)) ** 2, "initial": {}}
+    made: dict[str, Any] = {
+        "mass": mass,
+        "inertia": mass * float(rng.uniform(0.02, 0.04)) ** 2,
+        "initial": {},
+    }
     if how == "h":
         return made
     if how == "f":
@@ -142,7 +154,11 @@ def planetary_case(seed: int) -> dict[str, Any]:
     (last,) = set(MEMBERS) - {feature["by"], feature["held"]}
     members[last]["load"] = {"drag": float(rng.uniform(1e-3, 1e-2))}
     if feature.get("load"):
-        members[last]["load"]["torque"] = float(rng.uniform(0.5, 3.0))
+        # With friction, so much that teeth stay in contact while they pass the pitch point.
+        members[last]["load"]["torque"] = float(rng.uniform(0.5, 3.0)) * (10.0 if feature.get("rub") else 1.0)
+    if turned := feature.get("turned"):  # the sun goes along, so that it rolls in the ring that stands
+        members["carrier"]["initial"]["theta"] = turned
+        members["sun"]["initial"]["theta"] = turned * 2.0 * (z_sun + z_planet) / z_sun
     mass = float(rng.uniform(0.1, 0.4))
     planets: dict[str, Any] = {
         "count": count,
@@ -221,10 +237,10 @@ def _directions(table: dict[str, Any]) -> list[float]:
 
 
 def phases_of(table: dict[str, Any]) -> list[float]:
-    """Return the phases of all meshes in closed form, first those of the member that drives the planets [rad].
+    """Return the phases of all meshes in closed form [rad], first those that drive the planets.
 
-    A planet is driven on one flank of a tooth and drives with the other one, half a pitch away; opposite a tooth it has
-    a tooth or, with an odd number, a gap.
+    A planet is driven on one flank of a tooth and drives with the other one, half a pitch away; opposite a
+    tooth it has a tooth or, with an odd number, a gap.
     """
     z_sun, z_ring, angles = table["sun"]["teeth"], table["ring"]["teeth"], _directions(table)
     half = math.pi if table["planets"]["teeth"] % 2 == 0 else 0.0
@@ -248,7 +264,7 @@ def _beside(error: dict[str, Any], direction: float) -> list[float]:
 
 
 def expanded(document: dict[str, Any]) -> dict[str, Any]:
-    """Return a document that says at length what its planetary sets stand for, members called ``set/member``."""
+    """Return the document with what its planetary sets stand for, members called ``set/member``."""
     rotors, meshes = dict(document["rotors"]), list(document["meshes"])
     borne: dict[str, dict[str, Any]] = {"sleeves": {}, "supports": {}}
     for name, table in document["planetary"].items():

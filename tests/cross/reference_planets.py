@@ -1,12 +1,13 @@
 """Gears on carriers and the phases of their teeth, for the reference: `cross.reference` calls it.  SI units.
 
-Nominal speeds roll in the frame of the carrier (Willis): with signed radii, ``r_a (W_a - W_c) + r_b (W_b - W_c) = 0``.
+Nominal speeds roll in the frame of the carrier (Willis), with signed radii:
+``r_a (W_a - W_c) + r_b (W_b - W_c) = 0``.
 
-Phases.  A gear of ``z`` teeth shows its centre's neighbour in direction ``alpha`` the phase ``z (tau - alpha)``,
-which grows by ``z`` as the gear turns by one; ``tau`` is where its pattern begins.  Gears that mesh show each
-other the same phase, with opposite signs where they turn against each other.  A gear that is driven from
-``alpha`` and drives towards the opposite side passes the phase on unchanged, so that a driven pattern begins half
-a turn further.  The gear that drives the first mesh of a train begins at 0.
+Phases.  A gear of ``z`` teeth shows the gear that it meets in direction ``alpha`` the phase
+``z (tau - alpha)``, which grows by ``z`` as the gear turns by one; its pattern begins at ``tau``.  Gears that
+mesh show each other the same phase, with opposite signs where they turn against each other.  A gear that
+is driven from ``alpha`` and drives towards the opposite side passes the phase on unchanged, so that a driven
+pattern begins half a turn further.  The gear that drives the first mesh of a train begins at 0.
 """
 
 from __future__ import annotations

@@ -25,12 +25,15 @@ def ridden(document: dict[str, Any]) -> dict[str, Any]:
     carriers = carriers_of(document)
     if not carriers:
         return document
-    places = {rotor.name: rotor.position for rotor in Reference(document).rotors}
+    reference = Reference(document)
+    places = {rotor.name: rotor.position for rotor in reference.rotors}
+    state = reference.initial_state().tolist()
     for name, carrier in carriers.items():
         start, own = rotors[name]["initial"], rotors[carrier]["initial"]
         assert carrier not in carriers, "one carrier is enough here"
         arm = [places[name][k] - places[carrier][k] for k in range(2)]
-        turned_arm, spin = turned(own.get("theta", 0.0), *arm), own.get("omega", 0.0)
+        turned_arm = turned(own.get("theta", 0.0), *arm)
+        spin = reference.body(reference.index[carrier], 0.0, state).omega
         for key, more in (
             ("x", own.get("x", 0.0) + turned_arm[0] - arm[0]),
             ("y", own.get("y", 0.0) + turned_arm[1] - arm[1]),
