@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,12 @@ from gearplay.linear.kinds import kinds_of
 from gearplay.linear.system import LinearSystem, linear_system
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.results.answer import Answer, check_kind
+from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import xarray as xr
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
@@ -29,7 +28,7 @@ HARMONICS = 2
 
 
 @dataclass(frozen=True, repr=False)
-class Campbell(Answer):
+class Campbell(OfDataset):
     """Natural frequencies over the speed of the leading rotor.
 
     ``ds`` has ``frequency`` (speed, mode) and ``damping_ratio``, modes followed from speed to speed by their shapes;
@@ -37,20 +36,7 @@ class Campbell(Answer):
     (crossing).
     """
 
-    dataset: xr.Dataset
-
     answer = "campbell"
-
-    @property
-    def ds(self) -> xr.Dataset:
-        """The numbers, SI."""
-        return self.dataset
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset) -> Self:
-        """Return the diagram whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
-        return cls(dataset)
 
     @property
     def message(self) -> str:

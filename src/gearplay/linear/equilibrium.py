@@ -57,21 +57,16 @@ class Linear:
         """Return the state with everything at its nominal place, flanks touching, centres riding on their carriers."""
         state = initial_state(self.smooth.case, self.smooth.packed)
         n, spin = self.rotors, self.smooth.speeds
-        names, centres = list(self.smooth.case.rotors), self.smooth.centres
-        for i, on in enumerate(self.smooth.carriers):
-            if on >= 0:
-                arm = np.subtract(centres[names[i]], centres[names[on]])
-                state[3 * (n + i) : 3 * (n + i) + 2] = spin[on] * np.array([-arm[1], arm[0]])
+        for i, on, (x, y) in self.smooth.arms():
+            state[3 * (n + i) : 3 * (n + i) + 2] = spin[on] * np.array([-y, x])
         state[3 * n + 2 : 6 * n : 3] = 0.0
         return state
 
     def riding(self) -> Floats:
         """Return the accelerations [m/s^2, rad/s^2] of free coordinates on carriers that turn steadily, shape [coordinate]."""
-        whole, names, centres = np.zeros(3 * self.rotors), list(self.smooth.case.rotors), self.smooth.centres
-        for i, on in enumerate(self.smooth.carriers):
-            if on >= 0:
-                arm = np.subtract(centres[names[i]], centres[names[on]])
-                whole[3 * i : 3 * i + 2] = -(self.smooth.speeds[on] ** 2) * arm
+        whole = np.zeros(3 * self.rotors)
+        for i, on, arm in self.smooth.arms():
+            whole[3 * i : 3 * i + 2] = -(self.smooth.speeds[on] ** 2) * np.array(arm)
         return whole[self.free]
 
     def accelerations(self, state: Floats) -> Floats | None:
@@ -105,14 +100,11 @@ class Linear:
 
         Centres ride on their carriers.
         """
-        case, names = self.smooth.case, list(self.smooth.case.rotors)
-        turns = rolling.free_turns(case)
+        turns = rolling.free_turns(self.smooth.case)
         whole = np.zeros((3 * self.rotors, turns.shape[1]))
         whole[2::3] = turns
-        for i, on in enumerate(self.smooth.carriers):
-            if on >= 0:
-                arm = np.subtract(self.smooth.centres[names[i]], self.smooth.centres[names[on]])
-                whole[3 * i], whole[3 * i + 1] = -arm[1] * turns[on], arm[0] * turns[on]
+        for i, on, (x, y) in self.smooth.arms():
+            whole[3 * i], whole[3 * i + 1] = -y * turns[on], x * turns[on]
         return whole[self.free]
 
 

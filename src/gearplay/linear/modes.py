@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearplay.linear.kinds import kinds_of, multiplicities
 from gearplay.linear.system import LinearSystem
-from gearplay.results.answer import Answer, check_kind
+from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import xarray as xr
     from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
-class Modes(Answer):
+class Modes(OfDataset):
     """Natural frequencies of a case about its equilibrium, with damping ratios, shapes and shares of energy.
 
     ``ds`` has ``frequency`` (mode) [Hz], ``damping_ratio`` (mode), ``kind`` (mode), ``multiplicity`` (mode), ``shape`` (mode,
@@ -28,20 +27,7 @@ class Modes(Answer):
     ``kinetic_energy_share`` (mode, rotor), ``static_displacement`` (coordinate) from the nominal places, ``closed`` (contact).
     """
 
-    dataset: xr.Dataset
-
     answer = "modes"
-
-    @property
-    def ds(self) -> xr.Dataset:
-        """The numbers, SI."""
-        return self.dataset
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset) -> Self:
-        """Return the modes whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
-        return cls(dataset)
 
     @property
     def message(self) -> str:

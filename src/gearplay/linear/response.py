@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem, places_of
-from gearplay.results.answer import Answer, check_kind
+from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
@@ -27,26 +26,13 @@ BLOCK = 256
 
 
 @dataclass(frozen=True, repr=False)
-class FrequencyResponse(Answer):
+class FrequencyResponse(OfDataset):
     """How coordinates follow a harmonic excitation of amplitude 1.
 
     ``ds`` has ``amplitude`` [m or rad per unit] and ``phase`` [rad] behind the excitation's cosine, both (at, frequency).
     """
 
-    dataset: xr.Dataset
-
     answer = "frequency response"
-
-    @property
-    def ds(self) -> xr.Dataset:
-        """The numbers, SI."""
-        return self.dataset
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset) -> Self:
-        """Return the response whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
-        return cls(dataset)
 
     @property
     def resonances(self) -> dict[str, float]:

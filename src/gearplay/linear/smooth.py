@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +40,14 @@ class Smooth:
     controlled: frozenset[str]
     carriers: tuple[int, ...]
     frames: CarrierFrames
+
+    def arms(self) -> Iterator[tuple[int, int, tuple[float, float]]]:
+        """Yield every rotor that is carried, its carrier, and the vector [m] from the carrier's centre to its own."""
+        names = list(self.case.rotors)
+        for i, on in enumerate(self.carriers):
+            if on >= 0:
+                (x, y), (x_0, y_0) = self.centres[names[i]], self.centres[names[on]]
+                yield i, on, (x - x_0, y - y_0)
 
 
 def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:

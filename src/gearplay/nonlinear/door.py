@@ -1,5 +1,6 @@
 """Nonlinear analysis of a case: diagrams over a field, exponents, kinds of motion, basins."""
 
+import math
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.families import along
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
+from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
@@ -119,7 +121,7 @@ def lyapunov(
     count
         How many, the largest first; all if not given.
     duration, transient
-        Record and time before it [s]; the case's if not given.
+        Record and time before it [s]; the case's if not given. The record must hold 20 mesh periods, for its scatter.
     member
         Member of the ensemble, 0 for the unperturbed start.
     progress
@@ -146,6 +148,9 @@ def lyapunov(
 
     """
     base = sharp(case_of(case))
+    span = base.run.duration if duration is None else duration
+    if isinstance(span, (int, float)) and 0.0 < span < math.inf:
+        check_span(base, "duration", span, span)
     prepare(base, derivative=True)
     return lyapunov_exponents(
         base,
@@ -211,6 +216,8 @@ def motion(
 
     """
     base = sharp(case_of(case))
+    if not isinstance(period, str) and 0.0 < period < math.inf:
+        check_span(base, "period", period, periods * period, per=1.0 / periods)
     prepare(base, derivative=base.run.fixed_step is None)
     return identify_motion(
         base,

@@ -2,20 +2,19 @@
 
 import contextlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import contact_section, stroboscopic_section
-from gearplay.results.answer import Answer, WasDataset, check_kind
+from gearplay.results.answer import OfDataset, WasDataset
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 PARTS = 200
@@ -23,27 +22,14 @@ PARTS = 200
 
 
 @dataclass(frozen=True, repr=False)
-class Portrait(Answer, WasDataset):
+class Portrait(OfDataset, WasDataset):
     """Path, section and onsets of a settled motion.
 
     ``ds`` has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over
     ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on [SI], rotations from the nominal ones.
     """
 
-    dataset: "xr.Dataset"
-
     answer = "portrait"
-
-    @property
-    def ds(self) -> "xr.Dataset":
-        """The numbers, SI."""
-        return self.dataset
-
-    @classmethod
-    def from_dataset(cls, dataset: "xr.Dataset") -> Self:
-        """Return the portrait whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
-        return cls(dataset)
 
     @property
     def message(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from gearplay.linear.system import linear_system
 from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.planetary_parts import PinError
-from gearplay.results.answer import Answer, check_kind
+from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
 from gearplay.results.tabled import Column
@@ -55,7 +55,7 @@ COLUMNS = {
 
 
 @dataclass(frozen=True, repr=False)
-class LoadSharing(Answer):
+class LoadSharing(OfDataset):
     """How the planets of one set share the load.
 
     ``ds``: ``share`` (planet), of the sun's mesh forces, 1/N where they share alike, and ``load_sharing_factor`` (planet), N
@@ -66,20 +66,7 @@ class LoadSharing(Answer):
     force averaged over places of the carrier's turn.
     """
 
-    dataset: xr.Dataset
-
     answer = "load sharing"
-
-    @property
-    def ds(self) -> xr.Dataset:
-        """The numbers, SI."""
-        return self.dataset
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset) -> Self:
-        """Return the sharing whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
-        return cls(dataset)
 
     @property
     def message(self) -> str:

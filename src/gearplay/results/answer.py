@@ -8,6 +8,7 @@ import os
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
@@ -75,6 +76,24 @@ class Answer(ABC):
 
     def _repr_html_(self) -> str:
         return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}"
+
+
+@dataclass(frozen=True, repr=False)
+class OfDataset(Answer):
+    """An answer that is its dataset, with words and a picture of it."""
+
+    dataset: xr.Dataset
+
+    @property
+    def ds(self) -> xr.Dataset:
+        """The numbers, SI."""
+        return self.dataset
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the object whose ``ds`` it was; `InputError` for that of another kind."""
+        check_kind(dataset, cls.answer)
+        return cls(dataset)
 
 
 class WasDataset:
