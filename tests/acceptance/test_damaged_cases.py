@@ -143,7 +143,7 @@ def test_every_fault_of_a_file_is_reported_together(tmp_path: Path) -> None:
     ("name", "named"),
     [
         ("han2012", ("'han2021'", "external-pair")),
-        ("qqq", ("Bundled cases: external-pair", "pinion-idler-ring")),
+        ("qqq", ("Bundled cases: cooley-parker-2012, external-pair", "pinion-idler-ring")),
         ("", ("Bundled cases",)),
         ("no/such/file.toml", ("no such file",)),
         ("missing.toml", ("no such file",)),

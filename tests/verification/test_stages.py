@@ -147,7 +147,13 @@ def test_a_train_turned_as_a_whole_moves_alike() -> None:
     gravity = np.array([3.0, -9.0])
     turn = np.array([[math.cos(phi), -math.sin(phi)], [math.sin(phi), math.cos(phi)]])
     case = reducer(
-        {"meshes.0.angle": 0.3, "meshes.1.angle": 2.0, "gravity": gravity.tolist(), "run.tolerance": 1e-11}
+        {
+            "meshes.0.angle": 0.3,
+            "meshes.1.angle": 2.0,
+            "gravity": gravity.tolist(),
+            "run.tolerance": 1e-11,
+            "mesh_phases": "from_zero",  # teeth turn with the places
+        }
     )
     phases = {f"{path}.runout.phase": _phase(case, path) + phi for path in runouts}
     other = gp.replace(

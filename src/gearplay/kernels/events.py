@@ -82,6 +82,10 @@ def allowance(system: System, run: Run, s: int) -> float:
     )
 
 
+SECANTS = 20
+"""Tries of a root by secants; bisection goes on from there."""
+
+
 @compiled_once
 def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high: float) -> float:
     """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
@@ -89,10 +93,12 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
     side = 0
     width = max(1e-14, 4e-16 * abs(run.clock[T]) / h)
     close = 0.1 * allowance(system, run, k)
-    for _ in range(80):
+    for n in range(80):
         if high - low <= width or 0.0 <= g_high <= close:
             break
         x = (low * g_high - high * g_low) / (g_high - g_low) if g_high > g_low else 0.5 * (low + high)
+        if n >= SECANTS:  # a start that is 0 but for rounding keeps the secant there
+            x = 0.5 * (low + high)
         if not (low + 0.25 * width < x < high - 0.25 * width):
             # The secant sits on an end: step off it by just more than the wanted width.
             x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
@@ -237,11 +243,12 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
     short = x * h
     if slope > 0.0:
         short += min(ahead / slope, 0.01 * h)
-    nudge = max(1e-15 * h, 4e-16 * abs(run.clock[T]))
+    nudge, taken = max(1e-15 * h, 4e-16 * abs(run.clock[T])), short
     for _ in range(8):
-        if attempt(system, run, short) != 0:
+        taken = short
+        if attempt(system, run, taken) != 0:
             return -1.0
-        t = run.clock[T] + short
+        t = run.clock[T] + taken
         switch_values(system, run.roster, t, run.y_new, run.branch, run.loads, run.g_1)
         if run.g_1[s] >= 0.0 or run.g_0[s] > 0.0:
             break
@@ -250,4 +257,4 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
             short += min((ahead + 1.5 * abs(run.g_1[s])) / slope, 0.01 * h)
         short += nudge
         nudge *= 8.0
-    return short
+    return taken

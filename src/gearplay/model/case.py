@@ -9,7 +9,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from gearplay.model.base import Base
 from gearplay.model.consistency import cross_faults
@@ -103,6 +103,10 @@ class Case(Part):
 
     """
 
+    model_config = ConfigDict(
+        json_schema_extra=lambda schema: schema["required"].remove("rotors")
+    )  # sets have their own
+
     title: Annotated[
         str, Field(max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$", description="title, for people")
     ] = ""
@@ -120,7 +124,7 @@ class Case(Part):
         Field(description="rotors by name"),
         Counted(0, 200),
         AfterValidator(FrozenTable),
-    ] = Field(default_factory=FrozenTable)
+    ]
     sleeves: Annotated[
         dict[RotorName, Sleeve],
         Field(description="sleeves by the name of the rotor they support"),
