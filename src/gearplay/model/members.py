@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from pydantic import ValidationError
 
+from gearplay.model.fields import NAME
 from gearplay.model.planetary import Planetary
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
@@ -21,9 +23,9 @@ def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
     sets = given.get("planetary")
     if not isinstance(sets, Mapping) or not sets:
         return dict(given)
-    found = {name: part for name, raw in sets.items() if (part := _valid(raw)) is not None}
-    case = without_members(given, [name for name in sets if isinstance(name, str)])
-    parts = [part.parts(name) for name, part in found.items() if isinstance(name, str)]
+    named = {name: raw for name, raw in sets.items() if isinstance(name, str) and re.fullmatch(NAME, name)}
+    case = without_members(given, named)
+    parts = [part.parts(name) for name, raw in named.items() if (part := _valid(raw)) is not None]
     for k, table in enumerate(TABLES):
         if not isinstance(case.get(table, {}), Mapping):
             return case  # at fault

@@ -175,6 +175,13 @@ def test_names_with_dots_are_for_members_alone() -> None:
     assert "must not be the name of a rotor too" in refusal(document)
 
 
+@pytest.mark.parametrize("name", ["1st", "a b", "", "first.stage", "x" * 33])
+def test_a_set_needs_a_name(name: str) -> None:
+    document = planetary_document()
+    document["planetary"] = {name: document["planetary"]["stage"]}
+    assert "must be a letter followed by at most 31 letters" in refusal(document)
+
+
 def test_stages_in_a_row() -> None:
     """The carrier of one set turns the sun of the next through a coupling: 4 x 4 = 16."""
     document = planetary_document()
