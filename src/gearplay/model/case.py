@@ -39,6 +39,7 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
 JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
 """Lists of parts that connect rotors, by their name in a case; their elements follow in the order of the kernels' table."""
 
+NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 _NOT_PRINTED = "must be 0 as published, where teeth have no friction"
 
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
@@ -168,7 +169,7 @@ class Case(Part):
     def _check(self) -> Case:
         joints = {name: getattr(self, name) for name in JOINTS}
         if not self.rotors:
-            raise InputError(Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries"))
+            raise InputError(NO_ROTORS)
         faults = [
             *cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints),
             *set_faults(self.planetary, self.rotors),

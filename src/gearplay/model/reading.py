@@ -11,7 +11,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from gearplay.model.bundled import bundled, bundled_text
-from gearplay.model.case import JOINTS, Case
+from gearplay.model.case import JOINTS, NO_ROTORS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import FrozenTable, Part
 from gearplay.model.members import with_members
@@ -200,6 +200,8 @@ def _validated(document: dict[str, Any]) -> Case:
         return Case.model_validate(document)
     except ValidationError as error:
         faults = translate(error, document, Case)
+    if document.get("rotors") == {} and not document.get("planetary"):
+        faults.insert(0, NO_ROTORS)
     raise InputError(faults + _faults_between_parts(document, {fault.path for fault in faults}))
 
 
