@@ -40,13 +40,10 @@ def _mesh_kind(case: "Case") -> int:
     return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
-def _pack_mesh(
-    case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], speeds: Floats, senses: Floats
-) -> None:
+def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], moving: Floats) -> None:
     mesh, names = case.meshes[j], list(case.rotors)
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     frame = geometry.mesh_frame(case, j)
-    carried = frame is not None and speeds[names.index(frame)] != 0.0
     m.kind = _mesh_kind(case)
     cosine = math.cos(mesh.pressure_angle)
     m.c0 = abs(r_a + r_b) * cosine
@@ -92,10 +89,8 @@ def _pack_mesh(
         setattr(m, f"runout_{side}", runout.amplitude)
         setattr(m, f"runout_phase_{side}", runout.phase)
     m.frame = names.index(frame) if frame is not None else -1
-    sense = senses[m.driver]
-    if carried:
-        sense = np.sign(speeds[m.driver] - speeds[m.frame])
-    m.sigma = -1.0 if sense < 0.0 else 1.0
+    turning = moving[m.driver] - (moving[m.frame] if frame is not None else 0.0)
+    m.sigma = -1.0 if turning < 0.0 else 1.0
     if mesh.driver == geometry.ring_of(case, mesh):
         m.sigma = -m.sigma
     m.backlash = mesh.backlash
@@ -119,8 +114,7 @@ def pack_meshes(
     assembly: Assembly,
     rotors: Any,
     centres: dict[str, tuple[float, float]],
-    speeds: Floats,
-    senses: Floats,
+    moving: Floats,
 ) -> tuple[Floats, Floats, Floats]:
     """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
     terms: list[list[float]] = []
@@ -129,7 +123,7 @@ def pack_meshes(
     phases = starting_phases(case, centres)
     for j, mesh in enumerate(case.meshes):
         m = blank(mesh_element.RECORD)
-        _pack_mesh(case, j, m, centres, speeds, senses)
+        _pack_mesh(case, j, m, centres, moving)
         m.psi_0 = phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase

@@ -64,7 +64,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         if given.unbalance is not None:
             r.unbalance, r.unbalance_phase = given.unbalance.amount, given.unbalance.phase
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
-        # Of a rotor that is carried it acts beside the pin: `_pack_sleeves`.
+        # Of a rotor that is carried it acts beside the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
         r.drive, r.controller, r.excitation = layout.DRIVE_NONE, -1, -1
         if drive is None or drive.kind == "position":
@@ -202,12 +202,13 @@ def pack(case: "Case") -> Packed:
     case = case.operating
     centres = geometry.centres(case)
     speeds = rolling.nominal_speeds(case)
-    senses = rolling.senses(case, speeds)
+    moving = rolling.moving_speeds(case, speeds)
+    senses = np.sign(moving)
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly, rotors)
     _pack_sleeves(case, assembly, rotors, centres)
-    terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, speeds, senses)
+    terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving)
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     places = {name: i for i, name in enumerate(case.rotors)}
     inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
@@ -215,7 +216,8 @@ def pack(case: "Case") -> Packed:
         joint.pack(assembly, places, inertias)
     for name, support in case.supports.items():
         rotor = case.rotors[name]
-        support.pack(name, assembly, places, centres, rotor.mass, rotor.inertia)
+        beside = rotor.radial_damping if support.on is not None and name not in case.sleeves else 0.0
+        support.pack(name, assembly, places, centres, rotor.mass, rotor.inertia, beside=beside)
     base, record = still(), np.zeros((0, 4))
     if case.base is not None:
         base, record = case.base.pack(case.run.transient + case.run.duration)

@@ -1,6 +1,7 @@
 """How a train rolls: nominal and starting speeds, senses of rotation, ratios, the mesh frequency."""
 
 import math
+from contextlib import suppress
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -171,41 +172,51 @@ def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
     return lead, _roll(case, {lead: 1.0})
 
 
-def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor].
+def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return speeds with which the train turns the way it will, shape [rotor]: their signs are the senses of rotation.
 
-    From the ``nominal`` speeds; in a train that only torques, position servos or initial speeds move, from these.
+    The ``nominal`` ones; in a train that only torques, position servos or initial speeds move, in proportion by rolling, what is
+    kept from turning at 0.
     """
-    speeds = nominal
-    if not np.any(speeds):
-        given: dict[str, float] = {}
-        for name, r in case.rotors.items():
-            if given or r.drive is None:
-                continue
-            if r.drive.kind == "torque":
-                given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
-            elif r.drive.kind == "position":  # towards the angle wanted, which the sensor's rotor has
-                given[r.drive.sensor or name] = math.copysign(1.0, r.drive.angle) if r.drive.angle else 0.0
-        if not any(given.values()):
-            given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
-            given = dict(list(given.items())[:1])
-        speeds = _as_far_as_springs_let(case, given)
-    return np.sign(speeds)
+    if np.any(nominal):
+        return nominal
+    given: dict[str, float] = {}
+    for name, r in case.rotors.items():
+        if given or r.drive is None:
+            continue
+        if r.drive.kind == "torque":
+            given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
+        elif r.drive.kind == "position":  # towards the angle wanted, which the sensor's rotor has
+            given[r.drive.sensor or name] = math.copysign(1.0, r.drive.angle) if r.drive.angle else 0.0
+    if not any(given.values()):
+        given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
+        given = dict(list(given.items())[:1])
+    return _as_far_as_held(case, given)
 
 
-def _as_far_as_springs_let(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
-    """Return the speeds by rolling where torsional springs hold their rotors, or, where that cannot be, give way."""
-    try:
-        return _roll(case, given, held=True)
-    except InputError:
-        return _roll(case, given)
+def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor]: the signs of `moving_speeds`."""
+    return np.sign(moving_speeds(case, nominal))
+
+
+def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+    """Return the speeds by rolling where fixed rotors and torsional springs hold, or, where that cannot be, give way."""
+    still = {
+        n: 0.0
+        for n, r in case.rotors.items()
+        if r.drive is not None and r.drive.kind in ("speed", "servo") and r.drive.speed == 0.0
+    }
+    for all_given, held in ((still | given, True), (given, True)):
+        with suppress(InputError):
+            return _roll(case, all_given, held=held)
+    return _roll(case, given)
 
 
 def sense_between(case: "Case", one: str, other: str) -> float:
     """Return +1 where two rotors turn alike as the train rolls, -1 where they turn against each other, 0 where neither moves the
     other.
     """
-    speeds = _as_far_as_springs_let(case, {one: 1.0})
+    speeds = _as_far_as_held(case, {one: 1.0})
     return float(np.sign(speeds[list(case.rotors).index(other)]))
 
 

@@ -57,11 +57,16 @@ class Support(Part):
         centres: Mapping[str, tuple[float, float]],
         mass: float,
         inertia: float,
+        *,
+        beside: float = 0.0,
     ) -> None:
-        """Add its element to a mechanism: that of rotor ``name`` of ``mass`` [kg] and ``inertia`` [kg m^2]."""
+        """Add its element to a mechanism: that of rotor ``name`` of ``mass`` [kg] and ``inertia`` [kg m^2].
+
+        ``beside`` [N s/m] adds to its damping along both axes.
+        """
         record = blank(support.RECORD)
         record.stiffness_x, record.stiffness_y = self.stiffness or (0.0, 0.0)
-        record.damping_x, record.damping_y = self.damping
+        record.damping_x, record.damping_y = (each + beside for each in self.damping)
         record.torsional_stiffness, record.torsional_damping = (
             self.torsional_stiffness,
             self.torsional_damping,

@@ -204,3 +204,39 @@ def test_any_member_may_drive() -> None:
     assert (carrier.meshes[0].driver, carrier.meshes[-1].driven) == ("stage.ring", "stage.sun")
     speeds = dict(zip(carrier.rotors, nominal_speeds(carrier), strict=True))
     assert speeds["stage.sun"] == pytest.approx(120.0)
+
+
+@pytest.mark.parametrize(
+    ("driven", "fixed"),
+    [("sun", "ring"), ("ring", "sun"), ("carrier", "ring"), ("carrier", "sun"), ("sun", "carrier")],
+)
+def test_torques_turn_a_set_as_speeds_do(driven: str, fixed: str) -> None:
+    """The same flanks drive whether the input has a speed or a torque; loads know which way to oppose."""
+    loaded = next(member for member in ("carrier", "ring", "sun") if member not in (driven, fixed))
+
+    def with_drive(drive: dict[str, Any]) -> Any:
+        members: dict[str, Any] = {
+            m: {"drive": None, "load": None, "fixed": False} for m in ("sun", "ring", "carrier")
+        }
+        members[fixed]["fixed"] = True
+        members[loaded]["load"] = {"torque": 10.0}
+        document = planetary_document(**members)
+        document["planetary"]["stage"][driven]["drive"] = drive
+        return pack(gp.load_case(document)).system
+
+    by_speed, by_torque = (with_drive({"kind": kind, kind: 30.0}) for kind in ("speed", "torque"))
+    assert by_torque.records[MESH]["sigma"].tolist() == by_speed.records[MESH]["sigma"].tolist()
+    np.testing.assert_array_equal(
+        np.where(by_speed.rotors["drive"] == 1, 0.0, np.sign(by_speed.rotors["torque"]))[
+            by_speed.rotors["torque"] != 0.0
+        ],
+        np.sign(by_torque.rotors["torque"])[by_speed.rotors["torque"] != 0.0],
+    )
+
+
+def test_damping_beside_elastic_pins() -> None:
+    plain, damped = (
+        pack(gp.load_case(planetary_document(planets={"radial_damping": extra}))).system.records[4]
+        for extra in (0.0, 300.0)
+    )
+    assert (damped["damping_x"] - plain["damping_x"]).tolist() == [300.0] * 4
