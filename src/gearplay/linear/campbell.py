@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from gearplay.linear.kinds import kinds_of
 from gearplay.linear.system import LinearSystem, linear_system
@@ -95,10 +94,10 @@ def campbell_of(case: Case, speeds: Floats, *, load: str) -> Campbell:
 
     lead, _ = rolling.rolling_ratios(case)
     carried = any(geometry.carrier_of(case, name) is not None for name in case.rotors)
-    still = linear_system(case, load=load)
-    systems = (
-        [linear_system(case, load=load, speed=float(s)) for s in speeds] if carried else [still] * len(speeds)
-    )
+    if carried:
+        systems = [linear_system(case, load=load, speed=float(s)) for s in speeds]
+    else:
+        systems = [linear_system(case, load=load)] * len(speeds)
     frequency, damping = _followed(systems)
     orders = orders_of(case)
     lines = np.abs(speeds)[:, None] * np.array(list(orders.values()))[None, :] / (2.0 * np.pi)
@@ -131,6 +130,8 @@ def campbell_of(case: Case, speeds: Floats, *, load: str) -> Campbell:
 
 def _followed(systems: list[LinearSystem]) -> tuple[Floats, Floats]:
     """Return frequencies and damping ratios, shape [speed, mode], each mode followed by its likeness to that before."""
+    from scipy.optimize import linear_sum_assignment
+
     frequency, damping = [systems[0].eigen.frequency], [systems[0].eigen.damping_ratio]
     before = systems[0].eigen.shape
     for system in systems[1:]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 Floats = NDArray[np.float64]
 
@@ -60,6 +59,8 @@ def _ratios(mass: Floats, stiffness: Floats, damping: Floats, omega: Floats, mod
     moving = omega > 0.0
     ratio = np.zeros_like(omega)
     ratio[moving] = 0.5 * modal[moving] / omega[moving]
+    from scipy.optimize import linear_sum_assignment
+
     light = moving & (ratio < 0.99) & (ratio > 0.0)
     if not light.any():
         return ratio

@@ -112,7 +112,7 @@ class Linear:
 class Equilibrium:
     """Where everything is at rest under its loads.
 
-    ``state`` is the kernels' state, ``matrix`` the derivative of its rates, shape [state, state]; ``closed`` and ``open`` name
+    ``state`` is the kernels' state, ``matrix`` the derivative of its rates, shape [state, state]; ``closed`` names
     contacts; ``unbalanced`` is whether drives and loads would accelerate the train.
     """
 
@@ -120,7 +120,6 @@ class Equilibrium:
     state: Floats
     matrix: Floats
     closed: tuple[str, ...]
-    open: tuple[str, ...]
     unbalanced: bool
 
 
@@ -184,9 +183,7 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     left_over(state)
     modes, labels = linear.branch.modes, linear.smooth.packed.contact_labels
     closed = tuple(name for k, name in enumerate(labels) if modes[k] != OPEN)
-    return Equilibrium(
-        linear, state, linear.matrix(state), closed, tuple(n for n in labels if n not in closed), unbalanced
-    )
+    return Equilibrium(linear, state, linear.matrix(state), closed, unbalanced)
 
 
 def _worst(linear: Linear, shares: Floats) -> str:

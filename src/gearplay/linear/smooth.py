@@ -66,9 +66,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     update: dict[str, object] = {
         "rotors": FrozenTable(
             {
-                name: _rotor(
-                    hot, name, rotor, float(nominal[i]), float(senses[i]), loaded=load == "operating"
-                )
+                name: _rotor(rotor, float(nominal[i]), float(senses[i]), loaded=load == "operating")
                 for i, (name, rotor) in enumerate(hot.rotors.items())
             }
         ),
@@ -113,7 +111,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     return Smooth(still, packed, centres, speeds, servos, carriers, frames)
 
 
-def _rotor(case: Case, name: str, rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
+def _rotor(rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
     """Return a rotor with constant torques only; loads as they are at its nominal speed."""
     drive, torque = rotor.drive, 0.0
     if loaded:
@@ -161,11 +159,9 @@ def _servo_springs(case: Case) -> dict[str, Support]:
 
 def _mesh(case: Case, j: int) -> Mesh:
     """Return a mesh with its mean stiffness, damping as it is, without errors and friction."""
-    stiffness, damping = pack_stiffness(case, j), case.meshes[j].damping
     changes: dict[str, object] = {
-        "stiffness": HarmonicStiffness(mean=stiffness.average),
+        "stiffness": HarmonicStiffness(mean=pack_stiffness(case, j).average),
         "transmission_error": (),
         "friction_coefficient": 0.0,
-        "damping": damping,
     }
     return case.meshes[j].model_copy(update=changes)

@@ -81,19 +81,8 @@ def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
 
 def installed_contact_ratio(case: Case, j: int) -> float:
     """Return the contact ratio of mesh j at the distance of its nominal centres; NaN where these cannot mesh."""
-    mesh, ring = case.meshes[j], geometry.ring_of(case, case.meshes[j]) is not None
-    r_1, r_2 = sorted(geometry.pitch_radius(case, mesh, name) for name in (mesh.driver, mesh.driven))
-    b_1, b_2 = r_1 * math.cos(mesh.pressure_angle), r_2 * math.cos(mesh.pressure_angle)
     at = geometry.centres(case)
-    distance, least = math.dist(*(at[name] for name in mesh.rotors)), abs(b_2 - b_1) if ring else b_1 + b_2
-    if distance <= least:
-        return math.nan
-    across = math.sqrt(distance * distance - least * least)
-    h = geometry.ADDENDUM * mesh.module
-    tip_1 = math.sqrt((r_1 + h) ** 2 - b_1 * b_1)
-    tip_2 = math.sqrt(max((r_2 - h if ring else r_2 + h) ** 2 - b_2 * b_2, 0.0))
-    path = tip_1 - tip_2 + across if ring else tip_1 + tip_2 - across
-    return path / (math.pi * mesh.module * math.cos(mesh.pressure_angle))
+    return geometry.mesh_contact_ratio(case, j, math.dist(*(at[name] for name in case.meshes[j].rotors)))
 
 
 def _fouling(case: Case, j: int) -> Iterator[Finding]:

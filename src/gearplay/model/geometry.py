@@ -73,10 +73,13 @@ def nominal_center_distance(case: "Case", j: int) -> float:
     return abs(r_2 - r_1) if ring_of(case, mesh) else r_1 + r_2
 
 
-def contact_ratio(z_1: int, z_2: int, internal: bool, module: float, alpha: float) -> float:
-    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at the nominal centre distance.
+def contact_ratio(
+    z_1: int, z_2: int, internal: bool, module: float, alpha: float, distance: float | None = None
+) -> float:
+    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at a centre ``distance`` [m], nominal if None.
 
-    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad.
+    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad. NaN at a
+    distance at which they cannot mesh.
     Path of contact between the tip circles over the base pitch, ISO 21771-1. The path of an internal pair is cut
     where the ring's tip would reach inside its base circle.
 
@@ -90,18 +93,26 @@ def contact_ratio(z_1: int, z_2: int, internal: bool, module: float, alpha: floa
     r_1, r_2 = 0.5 * module * z_1, 0.5 * module * z_2
     b_1, b_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
     tip_1 = beyond_base(r_1 + ADDENDUM * module, b_1)
-    if internal:
-        path = tip_1 - beyond_base(r_2 - ADDENDUM * module, b_2) + (r_2 - r_1) * math.sin(alpha)
+    nominal, least = (r_2 - r_1, b_2 - b_1) if internal else (r_1 + r_2, b_1 + b_2)
+    if distance is None:
+        across = nominal * math.sin(alpha)
+    elif distance <= least:
+        return math.nan
     else:
-        path = tip_1 + beyond_base(r_2 + ADDENDUM * module, b_2) - (r_1 + r_2) * math.sin(alpha)
+        across = math.sqrt(distance * distance - least * least)
+    if internal:
+        path = tip_1 - beyond_base(r_2 - ADDENDUM * module, b_2) + across
+    else:
+        path = tip_1 + beyond_base(r_2 + ADDENDUM * module, b_2) - across
     return path / (math.pi * module * math.cos(alpha))
 
 
-def mesh_contact_ratio(case: "Case", j: int) -> float:
-    """Return the contact ratio of mesh j."""
+def mesh_contact_ratio(case: "Case", j: int, distance: float | None = None) -> float:
+    """Return the contact ratio of mesh j at a centre ``distance`` [m], the nominal one if None; see `contact_ratio`."""
     mesh = case.meshes[j]
     z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
-    return contact_ratio(z_1, z_2, ring_of(case, mesh) is not None, mesh.module, mesh.pressure_angle)
+    internal = ring_of(case, mesh) is not None
+    return contact_ratio(z_1, z_2, internal, mesh.module, mesh.pressure_angle, distance)
 
 
 def jam_ratio(case: "Case", j: int) -> float:

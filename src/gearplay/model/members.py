@@ -25,7 +25,9 @@ def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
         return dict(given)
     named = {name: raw for name, raw in sets.items() if isinstance(name, str) and re.fullmatch(NAME, name)}
     case = without_members(given, named)
-    parts = [part.parts(name) for name, raw in named.items() if (part := _valid(raw)) is not None]
+    valid = {name: part for name, raw in named.items() if (part := _valid(raw)) is not None}
+    case["planetary"] = {**sets, **valid}  # need not be validated again
+    parts = [part.parts(name) for name, part in valid.items()]
     for k, table in enumerate(TABLES):
         if not isinstance(case.get(table, {}), Mapping):
             return case  # at fault

@@ -147,6 +147,11 @@ class ErrorTerm(Part):
     phase: Phase = 0.0
 
 
+Module = Annotated[float, Measure(q.LENGTH, "module", gt=0.0, le=10.0)]
+PressureAngle = Annotated[
+    float,
+    Measure(q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)),
+]
 FRICTION_SPEED = 1e-3
 """Sliding speed [m/s] within which friction is smoothed where nothing else is said."""
 
@@ -158,13 +163,8 @@ class Mesh(Part):
         GearName, Field(description="gear whose teeth count the mesh phase: rotor or rotor.gear")
     ]
     driven: Annotated[GearName, Field(description="the other gear")]
-    module: Annotated[float, Measure(q.LENGTH, "module", gt=0.0, le=10.0)]
-    pressure_angle: Annotated[
-        float,
-        Measure(
-            q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)
-        ),
-    ] = math.radians(20.0)
+    module: Module
+    pressure_angle: PressureAngle = math.radians(20.0)
     backlash: Annotated[
         float, Measure(q.LENGTH, "total backlash, normal, at the nominal centre distance", ge=0.0, le=10.0)
     ]

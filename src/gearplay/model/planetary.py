@@ -10,7 +10,17 @@ from pydantic import Field, model_validator
 
 from gearplay.model.fields import Listed, Measure, Part, Problem, refuse
 from gearplay.model.gear import Runout
-from gearplay.model.mesh import FRICTION_SPEED, Damping, ErrorTerm, Mesh, PlanetMesh, Stiffness
+from gearplay.model.geometry import ADDENDUM
+from gearplay.model.mesh import (
+    FRICTION_SPEED,
+    Damping,
+    ErrorTerm,
+    Mesh,
+    Module,
+    PlanetMesh,
+    PressureAngle,
+    Stiffness,
+)
 from gearplay.model.planetary_parts import Eccentricity, Member, PinError, Planets, Toothed, problems_of
 from gearplay.model.rotor import Coordinate, Rotor, SpeedDrive
 from gearplay.model.sleeve import Sleeve
@@ -19,8 +29,6 @@ from gearplay.vocabulary import quantities as q
 
 FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
-TIP: Final = 1.0
-"""Addendum of full-depth teeth, in modules."""
 
 MEMBERS: Final = ("sun", "ring", "carrier")
 SHARED: Final = (
@@ -37,13 +45,8 @@ class Planetary(Part):
     member with a drive is the input: from it power goes through the planets to the other side.
     """
 
-    module: Annotated[float, Measure(q.LENGTH, "module", gt=0.0, le=10.0)]
-    pressure_angle: Annotated[
-        float,
-        Measure(
-            q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)
-        ),
-    ] = math.radians(20.0)
+    module: Module
+    pressure_angle: PressureAngle = math.radians(20.0)
     backlash: Annotated[
         float,
         Measure(
@@ -164,7 +167,7 @@ class Planetary(Part):
                         f"from planet 1, so that teeth mesh; it is {steps:.6g}"
                     )
                     yield Problem(("planets", "angles", k), rule, f"The nearest is {fit:.10g} deg")
-        tips = self.module * (z_p + 2.0 * TIP)
+        tips = self.module * (z_p + 2.0 * ADDENDUM)
         places = sorted(angle % (2.0 * math.pi) for angle in planets.directions)
         gaps = [
             later - earlier

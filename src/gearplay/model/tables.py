@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
+from gearplay.model.planetary import MEMBERS
 from gearplay.model.toml_files import read_text
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
@@ -26,7 +27,7 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
         ways += [("rotors", str(name), part, "table") for part in ("drive", "load")]
     sets = document.get("planetary")
     for name in sets if isinstance(sets, Mapping) else ():
-        for member in ("sun", "ring", "carrier"):
+        for member in MEMBERS:
             ways += [("planetary", str(name), member, part, "table") for part in ("drive", "load")]
     for way in ways:
         place: Any = document

@@ -1,16 +1,18 @@
 """Families of a case along one of its fields, and where on them a resonance lies."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.linear.response import ERROR, FrequencyResponse
 from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.model.rotor import TorqueDrive
 from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.linear.response import FrequencyResponse
 
 Family = Callable[[float], Case]
 
@@ -47,11 +49,13 @@ def _drive_of(name: str) -> str:
     return f"planetary.{table}.{member}.drive" if member else f"rotors.{name}.drive"
 
 
-def resonant_value(case: Case, path: str, response: FrequencyResponse) -> float:
+def resonant_value(case: Case, path: str, response: "FrequencyResponse") -> float:
     """Return the speed [rad/s] that a field prescribes where a mesh meets the largest resonance of a response to its error.
 
     Raises `InputError` for a field that is no speed of a drive, or a response to something else than a mesh's error.
     """
+    from gearplay.linear.response import ERROR
+
     label, _, kind = str(response.ds.attrs["force"]).rpartition(".")
     labels = [mesh.label for mesh in case.meshes]
     if kind != ERROR or label not in labels:

@@ -14,6 +14,7 @@ from gearplay.kernels.layout import FORCE
 from gearplay.linear.system import linear_system
 from gearplay.model import geometry
 from gearplay.model.case import Case
+from gearplay.model.planetary import MEMBERS
 from gearplay.model.planetary_parts import PinError
 from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance
@@ -33,7 +34,6 @@ PLACES = 72
 """Parts of the carrier's turn over which forces are averaged."""
 LEAST = 1e-6
 """Force on the sun [N] that is none."""
-HELD = ("sun", "ring", "carrier")
 COLUMNS = {
     "share": Column(("planet",), "1", "share of the load on the sun"),
     "load_sharing_factor": Column(("planet",), "1", "load-sharing factor: 1 where all share alike"),
@@ -142,7 +142,7 @@ class Members:
 
     def floating(self) -> list[str]:
         """Return sun, ring and carrier as far as their centres are free."""
-        return [m for m in HELD if not geometry.is_held(self.case, f"{self.name}.{m}")]
+        return [m for m in MEMBERS if not geometry.is_held(self.case, f"{self.name}.{m}")]
 
 
 def members_of(case: Case, name: str | None) -> Members:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 from gearplay.results.account import Account
-from gearplay.results.answer import Answer, WasDataset, check_kind
+from gearplay.results.answer import OfDataset, WasDataset
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
@@ -22,28 +22,22 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class SweepResult(Answer, WasDataset):
+class SweepResult(OfDataset, WasDataset):
     """A sweep's product: a dimension per axis, what was kept of each case, ``status`` and ``reason``.
 
-    Attributes: ``ds``, ``plan``, ``account`` (how many cases ended how), ``message``.
+    Attributes: ``ds``, SI, its dimensions the axes, ``sample`` and ``member`` where there are any; ``plan``,
+    ``account`` (how many cases ended how), ``message``.
     """
 
-    dataset: xr.Dataset
-
     answer = "sweep"
-
-    @property
-    def ds(self) -> xr.Dataset:
-        """The product, SI; dimensions are the axes, ``sample`` and ``member`` where there are any."""
-        return self.dataset
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the sweep whose product it is."""
-        check_kind(dataset, cls.answer)
+        found = super().from_dataset(dataset)
         if "plan" not in dataset.attrs:
             raise InputError(Fault("dataset", "no plan", "must be a sweep's product", "Run the sweep again"))
-        return cls(dataset)
+        return found
 
     @cached_property
     def plan(self) -> SweepPlan:

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.linear.response import FrequencyResponse
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.nonlinear.families import along, resonant_value
@@ -218,6 +217,8 @@ def _first_value(base: Case, path: str, start: Any) -> float:
     """Return where a branch begins [SI]."""
     if start is None:
         return _value_now(base, path)
+    from gearplay.linear.response import FrequencyResponse
+
     if isinstance(start, FrequencyResponse):
         return resonant_value(base, path, start)
     return number_in_si(base, (path,), start, "start")
