@@ -1,5 +1,6 @@
 """Calibration against closed forms: a linear model with normal noise has a known posterior and a known evidence."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
 from gearplay.calibration.calibrate import fit_from, fit_model
+from gearplay.calibration.fresh import hold_out, mean_error
 from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.calibration.recovery import recover, summary, synthetic
@@ -107,6 +109,29 @@ def test_a_condition_left_out_is_predicted_by_the_others() -> None:
     assert found.residuals == pytest.approx(matrix[~inside] @ mean - y[~inside], abs=0.02)
 
 
+def test_a_condition_that_is_left_out_has_no_part_in_its_own_prediction() -> None:
+    """Twice what was measured under one condition: the error shows there in full, and nothing else moves."""
+    plan = small_plan()
+    problem = KnownProblem(plan, plan.models[0])
+    truth = problem.run(0, (0.4, 0.6), members=1000)
+    data = data_of(plan, truth.seen)
+    name = data[0].condition
+    doubled = tuple(
+        dataclasses.replace(d, value=2.0 * d.value) if d.condition == name and d.key == "amplitude" else d
+        for d in data
+    )
+    trials = design_trials(problem, 64)
+    honest, wrong = (
+        hold_out(problem, Comparison(each, "absolute"), trials, None) for each in (data, doubled)
+    )
+    assert [each.condition for each in honest] == list(dict.fromkeys(d.condition for d in data))
+    assert mean_error(honest, frequencies=False) < 25.0
+    assert wrong[0].best == honest[0].best
+    for label, before, now in zip(honest[0].labels, honest[0].residuals, wrong[0].residuals, strict=True):
+        moved = -np.log10(2.0) if label.endswith(", amplitude") else 0.0
+        assert now - before == pytest.approx(moved, abs=1e-12)
+
+
 def standing(model: str, evidence: float, densities: list[float], bic: float = 0.0) -> Standing:
     return Standing(model, bic, evidence, 0.2, {f"c{i}": d for i, d in enumerate(densities)})
 
@@ -180,4 +205,4 @@ def test_a_fit_survives_its_json_form() -> None:
     assert fit.best["drag"] == pytest.approx(problem.values((0.4, 0.6))["drag"], rel=0.15)
     assert fit.amplitude_error < 15.0
     assert {row.condition for row in fit.rows} == {"slow", "fast"}
-    assert len(fit.left_out) == 2
+    assert len(fit.left_out) == len(fit.held_out) == 2

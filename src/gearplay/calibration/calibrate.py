@@ -10,10 +10,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.calibration.fresh import HeldOut, best_point, check, held_out_from, hold_out
 from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
-from gearplay.calibration.search import refine, run_search
+from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.calibration.verdict import (
     LeftOut,
@@ -26,8 +27,6 @@ from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
 
-CANDIDATES = 3
-CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's: members the search has not seen
 PICTURE = 400  # posterior points kept for pictures
 
 
@@ -65,6 +64,7 @@ class Fit:
 
     ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
     fresh ones; ``found_errors`` are the mean errors [%] that the search itself saw at its best trial, which are too good.
+    ``left_out`` are predictions of the posterior on the emulator, ``held_out`` simulations.
     """
 
     model: str
@@ -85,6 +85,7 @@ class Fit:
     emulator_degree: int
     emulator_error: tuple[float, ...]  # decades, by datum
     left_out: tuple[LeftOut, ...]
+    held_out: tuple[HeldOut, ...]
     standing: Standing
     history: tuple[float, ...]  # least objective after each trial
 
@@ -98,6 +99,7 @@ def fit_from(part: Mapping[str, Any]) -> Fit:
         LeftOut(**{**each, "residuals": tuple(each["residuals"]), "labels": tuple(each["labels"])})
         for each in part["left_out"]
     )
+    values["held_out"] = tuple(held_out_from(each) for each in part["held_out"])
     values["standing"] = Standing(**part["standing"])
     for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
         values[name] = tuple(part[name])
@@ -185,12 +187,8 @@ def fit_model(
     logs, errors = comparison.logs_of(good)
     values = comparison.objective(logs, errors)
     surrogate = Surrogate.of(comparison, trials)
-    unit = _best_point(problem, surrogate, good, values, stop)
-    checked = Trial(
-        -1,
-        unit,
-        problem.see(unit, seed=plan.effort.seed + CHECK_SEED, members=plan.effort.check_members, stop=stop),
-    )
+    unit = best_point(problem, surrogate, good, stop)
+    checked = check(problem, unit, stop)
     checked_logs, checked_errors = comparison.logs_of([checked])
     posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
@@ -218,6 +216,7 @@ def fit_model(
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
         left_out=tuple(left_out),
+        held_out=tuple(hold_out(problem, comparison, good, stop)),
         standing=Standing(
             problem.model.name,
             information_criterion(surrogate, posterior, free),
@@ -227,33 +226,6 @@ def fit_model(
         ),
         history=tuple(float(v) for v in np.minimum.accumulate(values)),
     )
-
-
-def _best_point(
-    problem: Problem,
-    surrogate: Surrogate,
-    good: Sequence[Trial],
-    values: Floats,
-    stop: threading.Event | None,
-) -> tuple[float, ...]:
-    """Return the best of a few candidates, simulated with fresh members: best trials, and the emulator's best point.
-
-    The trial with the least objective is partly a lucky one, so it is not taken at its word.
-    """
-    effort, order = problem.plan.effort, np.argsort(values)
-    candidates: list[tuple[float, ...]] = [good[i].unit for i in order[: CANDIDATES - 1]]
-    generator = np.random.default_rng(effort.seed)
-    candidates.append(refine(surrogate.emulator, surrogate.comparison, np.array(candidates[0]), generator))
-    seen = [
-        Trial(
-            -1,
-            unit,
-            problem.see(unit, seed=effort.seed + CHOOSE_SEED, members=effort.check_members, stop=stop),
-        )
-        for unit in candidates
-    ]
-    objective = surrogate.comparison.objective(*surrogate.comparison.logs_of(seen))
-    return candidates[int(np.argmin(objective))]
 
 
 def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ...]:

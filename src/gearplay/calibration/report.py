@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from gearplay.calibration import figures as figures_of
-from gearplay.calibration.calibrate import CHECK_SEED, CHOOSE_SEED, Fit
+from gearplay.calibration.calibrate import Fit
+from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED, mean_error
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import KNOWN
 from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
@@ -136,6 +137,8 @@ def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]
     ]
     held["left_out_amplitude_error"] = _mean([each.amplitude_error for each in fit.left_out])
     held["left_out_frequency_error"] = _mean([each.frequency_error for each in fit.left_out])
+    held["held_out_amplitude_error"] = mean_error(fit.held_out, frequencies=False)
+    held["held_out_frequency_error"] = mean_error(fit.held_out, frequencies=True)
     held["standing"]["predictive"] = fit.standing.predictive
     return held
 

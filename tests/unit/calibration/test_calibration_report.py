@@ -12,6 +12,7 @@ import pytest
 
 from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
+from gearplay.calibration.fresh import HeldOut
 from gearplay.calibration.objective import data_of, printed_measurements
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval
@@ -94,6 +95,7 @@ def fit_of(plan: Plan, model: Model, reading: str, *, evidence: float, seed: int
         emulator_degree=2,
         emulator_error=(0.015,) * len(data),
         left_out=left_out,
+        held_out=tuple(HeldOut(x.condition, {}, x.residuals, x.labels) for x in left_out),
         standing=Standing(
             model.name, -2.0 * evidence, evidence, 0.1, {x.condition: x.log_density for x in left_out}
         ),

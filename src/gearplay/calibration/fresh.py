@@ -1,0 +1,104 @@
+"""What is simulated on members that no search has seen: the choice of the best point, its errors, and conditions left out."""
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearplay.calibration.objective import Comparison
+from gearplay.calibration.posterior import Surrogate
+from gearplay.calibration.search import refine
+from gearplay.calibration.trials import Problem, Trial
+
+CANDIDATES = 3
+CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's
+
+
+def best_point(
+    problem: Problem, surrogate: Surrogate, good: Sequence[Trial], stop: threading.Event | None
+) -> tuple[float, ...]:
+    """Return the best of a few candidates, simulated with fresh members: best trials, and the emulator's best point.
+
+    The trial with the least objective is partly a lucky one, so it is not taken at its word.
+    """
+    effort, comparison = problem.plan.effort, surrogate.comparison
+    order = np.argsort(comparison.objective(*comparison.logs_of(good)))
+    candidates: list[tuple[float, ...]] = [good[i].unit for i in order[: CANDIDATES - 1]]
+    generator = np.random.default_rng(effort.seed)
+    candidates.append(refine(surrogate.emulator, comparison, np.array(candidates[0]), generator))
+    seen = [_seen(problem, unit, CHOOSE_SEED, stop) for unit in candidates]
+    objective = comparison.objective(*comparison.logs_of(seen))
+    return candidates[int(np.argmin(objective))]
+
+
+def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
+    """Return what a point shows in members that had no part in choosing it."""
+    return _seen(problem, unit, CHECK_SEED, stop)
+
+
+def _seen(problem: Problem, unit: tuple[float, ...], seed: int, stop: threading.Event | None) -> Trial:
+    effort = problem.plan.effort
+    return Trial(
+        -1, unit, problem.see(unit, seed=effort.seed + seed, members=effort.check_members, stop=stop)
+    )
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """One condition simulated where all the others fit best: point, factor of the ordinate and search know nothing of it.
+
+    ``best`` are the parameters in SI; ``residuals`` [decades] of simulation over measurement, in the order of ``labels``.
+    """
+
+    condition: str
+    best: Mapping[str, float]
+    residuals: tuple[float, ...]
+    labels: tuple[str, ...]
+
+
+def held_out_from(part: Mapping[str, Any]) -> HeldOut:
+    """Return it from its JSON-able form."""
+    return HeldOut(part["condition"], part["best"], tuple(part["residuals"]), tuple(part["labels"]))
+
+
+def hold_out(
+    problem: Problem, comparison: Comparison, trials: Sequence[Trial], stop: threading.Event | None
+) -> list[HeldOut]:
+    """Leave out each condition in turn: choose the best point by the others alone, simulate it with fresh members.
+
+    None for a plan with one condition. Trials are judged by the other conditions only, with their own common factor.
+    """
+    names = list(dict.fromkeys(d.condition for d in comparison.data))
+    good, found = [trial for trial in trials if trial.good], []
+    for name in names if len(names) > 1 else ():
+        inside = tuple(d for d in comparison.data if d.condition != name)
+        rest = Comparison(inside, comparison.reading)
+        unit = best_point(problem, Surrogate.of(rest, good), good, stop)
+        seen = check(problem, unit, stop)
+        logs, errors = rest.logs_of([seen])
+        factor = rest.log_factor(logs, rest.residuals(logs, errors)[1])[0]
+        whole, _ = comparison.logs_of([seen])
+        residuals = whole[0] + factor * comparison.amplitudes - comparison.measured
+        outside = [k for k, d in enumerate(comparison.data) if d.condition == name]
+        found.append(
+            HeldOut(
+                name,
+                problem.values(unit),
+                tuple(float(residuals[k]) for k in outside),
+                tuple(comparison.data[k].label for k in outside),
+            )
+        )
+    return found
+
+
+def mean_error(left_out: Sequence[HeldOut], *, frequencies: bool) -> float:
+    """Return the mean error [%] of the amplitudes (or values), or of the frequencies, of conditions left out; NaN without any."""
+    residuals = [
+        residual
+        for each in left_out
+        for label, residual in zip(each.labels, each.residuals, strict=True)
+        if label.endswith(", frequency") == frequencies
+    ]
+    return float(np.mean(100.0 * np.abs(10.0 ** np.array(residuals) - 1.0))) if residuals else float("nan")
