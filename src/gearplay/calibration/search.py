@@ -1,4 +1,4 @@
-"""The search: evenly spread trials, a guided global search (optuna's TPE), then refinement on an emulator.
+"""The search: evenly spread trials, a global search (optuna's TPE) in turn with an emulator's guesses, then these alone.
 
 The point of trial n is a function of the plan's seed, n and the trials before it, and only finished trials are
 stored: a search that was killed goes on to the same list of trials.
@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 
 CANDIDATES = 64  # that TPE weighs for one trial
 STARTUP, SEARCH, POLISH = "startup", "search", "polish"
+BLOCK = 8  # trials between two fits of the emulator
+TURN = 3  # of so many trials of the search one is TPE's, the others are the emulator's
+TOP = 50  # best trials among which the emulator chooses where it begins
 
 
 class Search:
@@ -36,6 +39,9 @@ class Search:
         self.trials: list[Trial] = []
         self._studies = [self._new_study() for _ in self.comparisons]
         self._asked: tuple[optuna.Study, optuna.Trial] | None = None
+        self._near: dict[
+            int, tuple[int, tuple[Emulator, Floats]]
+        ] = {}  # by turn: after how many trials, and what
         for trial in trials:
             self.tell(trial)
 
@@ -79,11 +85,11 @@ class Search:
     def ask(self) -> tuple[float, ...]:
         """Return the point of the next trial."""
         number = len(self.trials)
-        turn = number % len(self.comparisons)
+        turn = number // TURN % len(self.comparisons)
         phase = self.phase(number)
         if phase == STARTUP:
             return even_point(number, len(self.names), self.effort.seed)
-        if phase == POLISH:
+        if phase == POLISH or number % TURN:
             point = self._refined(number, turn)
             if point is not None:
                 return point
@@ -110,16 +116,30 @@ class Search:
 
     def _refined(self, number: int, turn: int) -> tuple[float, ...] | None:
         """Return the best point of an emulator fitted to the trials near the best, or None where it cannot be fitted."""
+        near = self._emulator(number // BLOCK * BLOCK, turn)
+        if near is None:
+            return None
+        generator = np.random.default_rng(_seed(self.effort.seed, number))
+        return refine(near[0], self.comparisons[turn], near[1], generator)
+
+    def _emulator(self, after: int, turn: int) -> tuple[Emulator, Floats] | None:
+        """Return the emulator of the first ``after`` trials, and the best of them by its own account."""
+        known = self._near.get(turn)
+        if known is not None and known[0] == after:
+            return known[1]
         comparison = self.comparisons[turn]
-        good = [trial for trial in self.trials if trial.good]
+        good = [trial for trial in self.trials[:after] if trial.good]
         if len(good) < 4 * len(self.names):
             return None
         logs, errors = comparison.logs_of(good)
         units = np.array([trial.unit for trial in good])
         values = comparison.objective(logs, errors)
-        best = int(np.argmin(values))
-        generator = np.random.default_rng(_seed(self.effort.seed, number))
-        return refine(Emulator.near(units, logs, values), comparison, units[best], generator)
+        emulator = Emulator.near(units, logs, values)
+        top = units[np.argsort(values, kind="stable")[:TOP]]
+        seen = emulator(top)
+        centre = top[int(np.argmin(comparison.objective(seen, np.zeros_like(seen))))]
+        self._near[turn] = after, (emulator, centre)
+        return emulator, centre
 
 
 def even_point(number: int, parameters: int, seed: int) -> tuple[float, ...]:

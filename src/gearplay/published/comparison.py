@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.published.article import LINES, Condition, PrintedRow, printed, printed_rows
-from gearplay.published.han2021 import MODELS, ConditionResult
+from gearplay.published.han2021 import ConditionResult
+from gearplay.published.settings import MODELS
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400

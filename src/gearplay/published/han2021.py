@@ -12,16 +12,15 @@ import numpy as np
 
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.model.reading import load_case, replace
-from gearplay.published.article import Condition, conditions, printed
+from gearplay.published.article import Condition, conditions
+from gearplay.published.settings import Settings, Variant, base_case, condition_case
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.signals.lines import find_hump, find_line
+from gearplay.signals.lines import Line, find_hump, find_line
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory, work_of
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Progress, Tick
 
-MODELS = ("coupled", "uncoupled")
 HUMP_BAND = (0.6, 6.0)  # Hz, where the swing of the driven gear is looked for
 HUMP_WIDTH = 0.08  # relative width of its smoothing
 HIGHEST = 200.0  # Hz, end of the spectra that are kept
@@ -36,19 +35,6 @@ class Store(Protocol):
 
     def put(self, key: str, part: dict[str, Any]) -> None:
         """Store a part under a key."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How the study is run."""
-
-    case: str = "han2021"
-    members: int = 64
-    duration: float = 16.0  # s, per member
-    transient: float = 2.0  # s
-    sampling: float = 4000.0  # Hz, of the recorded mean acceleration
-    history: float = 1.0  # s, of the recorded orbit
-    drag: float | None = None  # N m s/rad, replaces the case's
 
 
 @dataclass(frozen=True)
@@ -81,7 +67,7 @@ class ConditionResult:
 
     case: str
     condition: Condition
-    model: str
+    model: str  # name of the variant
     members: int
     failed: tuple[str, ...]  # messages of members that did not finish
     frequency: tuple[float, ...]  # Hz
@@ -96,20 +82,6 @@ class ConditionResult:
     steps: int
     events: int
     wall_time: float
-
-
-def condition_case(base: Case, condition: Condition, model: str) -> Case:
-    """Return the base case at one condition with one backlash model."""
-    return replace(
-        base,
-        {
-            "title": f"Han 2021, {condition.label}, {model}",
-            "backlash_model": model,
-            "rotors.pinion.drive.speed": f"{condition.speed_rpm:g} rpm",
-            "sleeves.ring.radial_clearance": f"{condition.radial_clearance_um:g} um",
-            "meshes.0.backlash": f"{condition.backlash_um:g} um",
-        },
-    )
 
 
 def swing_frequency(case: Case) -> float:
@@ -141,13 +113,19 @@ def _levels(spectrum: Spectrum, frequency: float, half_width: float) -> tuple[fl
     return tuple(float(v) for v in np.sqrt(np.mean(spectrum.each[:, near] ** 2, axis=1)))
 
 
+def find_lines(spectrum: Spectrum, condition: Condition) -> dict[str, Line]:
+    """Find f_r, f_m and 2 f_m in a spectrum of the ring's acceleration."""
+    return {
+        "radial": find_hump(spectrum, *HUMP_BAND, width=HUMP_WIDTH),
+        "mesh_1x": find_line(spectrum, condition.mesh_frequency),
+        "mesh_2x": find_line(spectrum, 2.0 * condition.mesh_frequency),
+    }
+
+
 def simulated_lines(spectrum: Spectrum, condition: Condition) -> dict[str, SimulatedLine]:
     """Find f_r, f_m and 2 f_m in an ensemble spectrum of the ring's acceleration."""
-    found = {"radial": find_hump(spectrum, *HUMP_BAND, width=HUMP_WIDTH)}
-    found["mesh_1x"] = find_line(spectrum, condition.mesh_frequency)
-    found["mesh_2x"] = find_line(spectrum, 2.0 * condition.mesh_frequency)
     result = {}
-    for name, line in found.items():
+    for name, line in find_lines(spectrum, condition).items():
         half = HUMP_WIDTH * line.frequency if name == "radial" else 1.5 * spectrum.resolution
         levels = _levels(spectrum, line.frequency, half)
         result[name] = SimulatedLine(line.frequency, line.amplitude, line.prominence, levels)
@@ -184,16 +162,16 @@ def _history(case: Case, settings: Settings) -> dict[str, tuple[float, ...]]:
 def run_condition(
     base: Case,
     condition: Condition,
-    model: str,
+    variant: Variant,
     settings: Settings,
     progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> ConditionResult:
-    """Simulate one condition with one model; members that fail are left out and named.
+    """Simulate one condition with one variant; members that fail are left out and named.
 
     Raises `KeyboardInterrupt` where the run was interrupted, `SimulationError` where no member finished.
     """
-    case = condition_case(base, condition, model)
+    case = condition_case(base, condition, variant.model)
     stop = stop or threading.Event()
     runs = run_members(
         case,
@@ -214,9 +192,9 @@ def run_condition(
     keep, work = spectrum.frequency <= HIGHEST, work_of(runs)
     spread = spectrum.spread if spectrum.spread is not None else np.zeros_like(spectrum.amplitude)
     return ConditionResult(
-        case=settings.case,
+        case=variant.case,
         condition=condition,
-        model=model,
+        model=variant.name,
         members=len(good),
         failed=tuple(run.message for run in runs if not run.success),
         frequency=tuple(float(f) for f in spectrum.frequency[keep]),
@@ -243,36 +221,33 @@ def _from_part(part: dict[str, Any]) -> ConditionResult:
     return ConditionResult(**fields)
 
 
-def base_case(settings: Settings) -> Case:
-    """Return the study's base case with the settings' drag."""
-    base = load_case(settings.case)
-    return base if settings.drag is None else replace(base, {"rotors.ring.load.drag": settings.drag})
-
-
 def run_study(
     settings: Settings,
     *,
-    models: Sequence[str] = MODELS,
+    names: Sequence[str] | None = None,
     progress: Progress | None = None,
     store: Store | None = None,
     stop: threading.Event | None = None,
 ) -> list[ConditionResult]:
-    """Simulate all conditions with all models; finished ones come from ``store`` where it has them.
+    """Simulate all conditions with all variants, or those with ``names``; finished ones come from ``store`` where it has them.
 
     Raises `KeyboardInterrupt` soon after ``stop`` is set or Ctrl-C is pressed, `SimulationError` where a condition
     has no member that finished.
     """
-    base = base_case(settings)
-    work = [(condition, model) for condition in conditions() for model in models]
+    variants = [each for each in settings.variants if names is None or each.name in names]
+    work = [(condition, variant) for condition in conditions() for variant in variants]
     span = (settings.duration + settings.transient) * settings.members
     results = []
     stop = stop or threading.Event()
-    for at, (condition, model) in enumerate(work):
+    for at, (condition, variant) in enumerate(work):
         if stop.is_set():
             raise KeyboardInterrupt
-        label = f"{condition.label}, {model}"
-        case_digest = condition_case(base, condition, model).sha256
-        key = hashlib.sha256(json.dumps([case_digest, asdict(settings)]).encode()).hexdigest()[:24]
+        label = f"{condition.label}, {variant.name}"
+        base = base_case(variant, settings)
+        case_digest = condition_case(base, condition, variant.model).sha256
+        key = hashlib.sha256(json.dumps([case_digest, variant.name, asdict(settings)]).encode()).hexdigest()[
+            :24
+        ]
         part = store.get(key) if store is not None else None
         if part is None:
 
@@ -280,7 +255,7 @@ def run_study(
                 if progress is not None:
                     progress(label, at * span + done, len(work) * span)
 
-            result = run_condition(base, condition, model, settings, report, stop)
+            result = run_condition(base, condition, variant, settings, report, stop)
             if store is not None:
                 store.put(key, asdict(result))
         else:
@@ -289,46 +264,3 @@ def run_study(
             progress(label, (at + 1) * span, len(work) * span)
         results.append(result)
     return results
-
-
-@dataclass(frozen=True)
-class DragTrial:
-    """One step of the fit: drag [N m s/rad], the six ratios f_r simulated / measured, mean error."""
-
-    drag: float
-    ratios: tuple[float, ...]
-
-    @property
-    def mean_error(self) -> float:
-        """Mean of |f_r simulated / measured - 1|."""
-        return float(np.mean(np.abs(np.array(self.ratios) - 1.0)))
-
-
-def fit_drag(
-    settings: Settings,
-    *,
-    trials: int = 5,
-    progress: Progress | None = None,
-    stop: threading.Event | None = None,
-) -> list[DragTrial]:
-    """Fit the one constant, the ring's drag, to the six measured radial frequencies; best trial first.
-
-    The swing of the driven gear has f_r proportional to sqrt(drag) (docs/theory), so each trial scales the drag by the squared
-    geometric mean of measured over simulated. Only the coupled model is used.
-    """
-    drag = settings.drag if settings.drag is not None else load_case(settings.case).rotors["ring"].load.drag
-    done = []
-    for trial in range(trials):
-        tried = Settings(**{**asdict(settings), "drag": drag, "history": 0.01})
-
-        def report(label: str, part: float, total: float, trial: int = trial) -> None:
-            if progress is not None:
-                progress(f"drag trial {trial + 1}: {label}", trial * total + part, trials * total)
-
-        results = run_study(tried, models=("coupled",), progress=report, stop=stop)
-        ratios = tuple(
-            r.lines["radial"].frequency / printed(r.condition, "radial", "frequency_hz").test for r in results
-        )
-        done.append(DragTrial(drag, ratios))
-        drag *= math.exp(-2.0 * float(np.mean(np.log(ratios))))
-    return sorted(done, key=lambda t: t.mean_error)

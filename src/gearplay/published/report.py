@@ -16,7 +16,8 @@ from gearplay.published.article import LINE_WORDS, conditions
 from gearplay.published.assumptions import Assumption, assumptions
 from gearplay.published.comparison import line_differences, model_amplitudes, table_rows
 from gearplay.published.findings import Finding, findings
-from gearplay.published.han2021 import MODELS, ConditionResult, Settings, base_case
+from gearplay.published.han2021 import ConditionResult
+from gearplay.published.settings import MODELS, Settings, base_case
 
 
 def _csv_text(rows: Sequence[dict[str, Any]]) -> str:

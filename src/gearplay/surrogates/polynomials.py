@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 DEGREES = (1, 2, 3, 4, 5)
 POINTS_PER_TERM = 2.0  # trials that a term of the polynomial needs at least
 
+NEAR = 8  # trials near the best for each term of a quadratic
+
 
 @lru_cache(maxsize=64)
 def terms(parameters: int, degree: int) -> NDArray[np.int64]:
@@ -83,8 +85,12 @@ class Emulator:
 
     @classmethod
     def near(cls, units: Floats, logs: Floats, values: Floats) -> "Emulator":
-        """Fit to trials with weights that fall with their objective ``values`` [trial] above the least: see `nearness`."""
-        return cls.fit(units, logs, nearness(values))
+        """Fit to the trials of least objective ``values`` [trial], with weights that fall with it: see `nearness`.
+
+        As many trials as settle a quadratic: more would cost time, and lie where the polynomial need not fit.
+        """
+        order = np.argsort(values, kind="stable")[: NEAR * len(terms(units.shape[1], 2))]
+        return cls.fit(units[order], logs[order], nearness(values[order]))
 
 
 def nearness(values: Floats) -> Floats:
