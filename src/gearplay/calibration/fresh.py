@@ -17,7 +17,7 @@ CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's
 
 
 def best_point(
-    problem: Problem, surrogate: Surrogate, good: Sequence[Trial], stop: threading.Event | None
+    problem: Problem, surrogate: Surrogate, good: Sequence[Trial], members: int, stop: threading.Event | None
 ) -> tuple[float, ...]:
     """Return the best of a few candidates, simulated with fresh members: best trials, and the emulator's best point.
 
@@ -28,14 +28,14 @@ def best_point(
     candidates: list[tuple[float, ...]] = [good[i].unit for i in order[: CANDIDATES - 1]]
     generator = np.random.default_rng(effort.seed)
     candidates.append(refine(surrogate.emulator, comparison, np.array(candidates[0]), generator))
-    seen = [_seen(problem, unit, CHOOSE_SEED, stop) for unit in candidates]
+    seen = [_seen(problem, unit, CHOOSE_SEED, members, stop) for unit in candidates]
     objective = comparison.objective(*comparison.logs_of(seen))
     return candidates[int(np.argmin(objective))]
 
 
 def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
     """Return what a point shows in members that had no part in choosing it."""
-    return _seen(problem, unit, CHECK_SEED, stop)
+    return _seen(problem, unit, CHECK_SEED, problem.plan.effort.check_members, stop)
 
 
 def _seen(problem: Problem, unit: tuple[float, ...], seed: int, stop: threading.Event | None) -> Trial:
@@ -75,7 +75,7 @@ def hold_out(
     for name in names if len(names) > 1 else ():
         inside = tuple(d for d in comparison.data if d.condition != name)
         rest = Comparison(inside, comparison.reading)
-        unit = best_point(problem, Surrogate.of(rest, good), good, stop)
+        unit = best_point(problem, Surrogate.of(rest, good), good, problem.plan.effort.polish_members, stop)
         seen = check(problem, unit, stop)
         logs, errors = rest.logs_of([seen])
         factor = rest.log_factor(logs, rest.residuals(logs, errors)[1])[0]

@@ -1,0 +1,42 @@
+"""What the calibration against the article's test found, as it came with the package: the provenance of the calibrated cases."""
+
+import json
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED
+from gearplay.published.article import Condition
+
+SHIPPED = "han2021_calibration.json"
+KEYS = {"frequency_hz": "frequency", "amplitude_as_printed": "amplitude"}
+
+
+@lru_cache(maxsize=1)
+def calibration() -> dict[str, Any]:
+    """Return the document: plan, seed and trials, and for each model its errors, best point and conditions left out."""
+    document: dict[str, Any] = json.loads(
+        files("gearplay.published").joinpath(SHIPPED).read_text(encoding="utf-8")
+    )
+    return document
+
+
+def fit_of(model: str) -> dict[str, Any]:
+    """Return what was found of one model.
+
+    "coupled", "uncoupled", "coupled_as_published" or "uncoupled_as_published".
+    """
+    found: dict[str, Any] = calibration()["fits"][model]
+    return found
+
+
+def seeds_seen() -> frozenset[int]:
+    """Return the seeds whose initial states the calibration has simulated: of its search, of its choice, of its check."""
+    seed = int(calibration()["seed"])
+    return frozenset({seed, seed + CHOOSE_SEED, seed + CHECK_SEED})
+
+
+def left_out_error(model: str, condition: Condition, line: str, quantity: str) -> float:
+    """Return the error [%] of one number where its whole condition was left out of the fit, on fresh members."""
+    residual = fit_of(model)["left_out"][condition.label][f"{line}, {KEYS[quantity]}"]
+    return 100.0 * abs(10.0 ** float(residual) - 1.0)
