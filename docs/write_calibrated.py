@@ -110,6 +110,7 @@ def main(folder: Path) -> None:
     plan = load_plan("han2021")
     digest, seed = digest_of(plan)[:16], plan.effort.seed
     fits = {fit["model"]: fit for fit in document["fits"] if fit["reading"] == "unnormalised"}
+    winner = document["statement"]["overall"]
     provenance = {
         "plan": "han2021",
         "digest": digest,
@@ -117,6 +118,7 @@ def main(folder: Path) -> None:
         "readings": list(plan.readings),
         "check_members": plan.effort.check_members,
         "statement": document["statement"]["words"],
+        "winner": winner if winner in fits else None,
         "versions": document["versions"],
         "fits": {name: fit_part(fit) for name, fit in fits.items()},
     }

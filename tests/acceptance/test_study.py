@@ -1,6 +1,7 @@
 """The study command: complete output, resumable when stopped, never overwriting unasked."""
 
 import csv
+import html
 import json
 import os
 import re
@@ -10,8 +11,14 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from gearplay.published.calibrated import seeds_seen
+from gearplay.published.findings import GROUPS
+from gearplay.published.story import QUESTIONS
+
+FIGURES = 16
 COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "3", "--duration", "3"]
 
 
@@ -22,7 +29,7 @@ def run(*words: str, timeout: float = 240.0) -> subprocess.CompletedProcess[str]
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     folder = tmp_path_factory.mktemp("study") / "han"
-    done = run("--out", str(folder), "--json")
+    done = run("--out", str(folder), "--json", "--pdf")
     assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
@@ -36,22 +43,89 @@ def test_the_folder_holds_report_tables_and_figures(finished: tuple[Path, dict])
         for column in ("test", "article_coupled", "article_uncoupled", "ours_coupled", "ours_uncoupled"):
             assert float(row[column]) > 0.0
         assert float(row["ours_coupled_error_pct"]) >= 0.0
+        assert float(row["ours_coupled_left_out_error_pct"]) >= 0.0
     assert sum(row["article_coupled_error_follows"] == "False" for row in rows) == 4
-    assert len(list((folder / "figures").glob("*.png"))) == 10
-    assert json.loads((folder / "tables.json").read_text())["findings"]
+    assert len(list((folder / "figures").glob("*.png"))) == FIGURES
+    summary = json.loads((folder / "tables.json").read_text())
+    assert {f["figure"] for f in summary["findings"]} <= {
+        "",
+        *(p.stem for p in (folder / "figures").glob("*.png")),
+    }
+    assert json.loads((folder / "claims.json").read_text())["shares"]
 
 
 def test_the_report_is_one_self_contained_page(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 10
+    assert page.count("data:image/png;base64,") == FIGURES
     sources = re.findall(r'(?:src|href)="([^"#][^"]*)"', page)
     assert all(source.startswith("data:") for source in sources), "nothing is fetched from elsewhere"
     for finding in document["findings"]:
-        assert finding["verdict"] in ("holds", "fails", "cannot be told")
-    for word in ("assumed", "jam ratio", "un-normalised FFT", "Hann"):
+        assert finding["verdict"] in GROUPS
+        assert not finding["figure"] or f'id="fig-{finding["figure"]}"' in page or finding["figure"] == "lead"
+    for word in ("assumed", "jam ratio", "un-normalised FFT", "Hann", "members that no fit has seen"):
         assert word in page
     assert "nan" not in re.sub(r"data:image[^\"]*", "", page).lower().split()
+
+
+def test_the_first_screen_answers_five_questions(finished: tuple[Path, dict]) -> None:
+    """What was simulated, does it agree, where not, why not, what should I believe: each a sentence, before any table."""
+    folder, document = finished
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    first = html.unescape(page[page.index("<h1>") : page.index('<h2 id="findings">')])
+    assert [each["question"] for each in document["story"]] == list(QUESTIONS)
+    for each in document["story"]:
+        answer = each["answer"]
+        assert f"<dt>{each['question']}</dt><dd>{answer}</dd>" in first
+        assert answer.endswith(".")
+        assert len(re.findall(r"[.!?](?= [A-Z])", answer)) == 0, "one sentence"
+    simulated, agrees, where, why, believe = (each["answer"] for each in document["story"])
+    assert "6 test conditions" in simulated
+    assert "3 runs of 3 s" in simulated
+    for number in (7.3, 16.2):
+        assert f"{number:g}" in agrees
+    fresh = document["errors"][0]["fresh"]
+    assert f"{fresh[0]:.0f} %" in agrees
+    assert f"{fresh[1]:.0f} %" in agrees
+    assert "times too" in where
+    assert "chaotic" in why
+    assert "swing of the driven gear" in believe
+    assert first.count("<img ") == 1
+
+
+def test_what_is_reported_comes_from_this_runs_members(finished: tuple[Path, dict]) -> None:
+    """The errors of fresh members follow from the table of this run, and are none of the search's own."""
+    _, document = finished
+    rows = [row for row in document["tables"] if row["quantity"] == "amplitude_as_printed"]
+    for errors in document["errors"]:
+        own = sum(row[f"ours_{errors['model']}_error_pct"] for row in rows) / len(rows)
+        assert errors["fresh"][0] == pytest.approx(own)
+        assert errors["fresh"][0] != pytest.approx(errors["in_sample"][0], rel=1e-6)
+    assert document["seed"] not in seeds_seen()
+
+
+def test_every_figure_shows_something(finished: tuple[Path, dict]) -> None:
+    """Ink in the middle of every picture, and none cut off at its edges."""
+    from PIL import Image
+
+    folder, _ = finished
+    for path in (folder / "figures").glob("*.png"):
+        pixels = np.asarray(Image.open(path).convert("L"), dtype=float)
+        height, width = pixels.shape
+        middle = pixels[height // 6 : -height // 6, width // 6 : -width // 6]
+        assert np.mean(middle < 200.0) > 2e-3, path.name
+        edges = np.concatenate(
+            [pixels[:2].ravel(), pixels[-2:].ravel(), pixels[:, :2].ravel(), pixels[:, -2:].ravel()]
+        )
+        assert np.mean(edges < 128.0) < 1e-3, path.name
+
+
+def test_the_report_as_pdf(finished: tuple[Path, dict]) -> None:
+    folder, _ = finished
+    written = (folder / "report.pdf").read_bytes()
+    assert written.startswith(b"%PDF-")
+    assert written.count(b"/Type/Page") + written.count(b"/Type /Page") >= 3
+    assert len(written) > 200_000  # with its figures
 
 
 def test_a_second_run_refuses_to_overwrite(finished: tuple[Path, dict]) -> None:
@@ -73,12 +147,50 @@ def test_a_stopped_study_goes_on_where_it_was(tmp_path: Path) -> None:
     assert process.returncode == 130, errors
     assert "goes on there" in errors
     kept = {f.name: f.stat().st_mtime_ns for f in folder.glob("parts/*.json")}
-    assert 0 < len(kept) < 12
+    assert 0 < len(kept) < 18
     assert run("--out", str(folder)).returncode == 0
     after = {f.name: f.stat().st_mtime_ns for f in folder.glob("parts/*.json")}
-    assert len(after) == 12
+    assert len(after) == 18
     assert {name: after[name] for name in kept} == kept, "finished conditions are not run again"
     assert not [f for f in os.listdir(folder) if f.endswith(".part")]
+
+
+@pytest.mark.deep
+def test_the_assumed_parameters_on_request(tmp_path: Path) -> None:
+    done = run("--out", str(tmp_path / "a"), "--json", "--parameters", "assumed")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["case"] == "han2021"
+    assert "left_out" not in document["errors"][0]
+    page = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
+    assert "with assumed parameters" in page
+    assert page.count("data:image/png;base64,") == FIGURES
+
+
+@pytest.mark.deep
+def test_claims_are_tried_afresh(tmp_path: Path) -> None:
+    done = run("--out", str(tmp_path / "c"), "--json", "--claims", "--points", "8", timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    claims = json.loads((tmp_path / "c" / "claims.json").read_text())
+    assert claims["settings"]["points"] == 8
+    assert claims["floors"][0]["pairs"] == 64 * 63
+    assert "8 Sobol points" in (tmp_path / "c" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--parameters", "guessed"), "must be one of calibrated, assumed, geometric-inertia, all"),
+        (("--fit-drag",), "must go with assumed parameters"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_cure(
+    tmp_path: Path, words: tuple[str, ...], said: str
+) -> None:
+    done = run("--out", str(tmp_path / "x"), *words)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+    assert not (tmp_path / "x").exists()
 
 
 def test_unknown_studies_are_named(tmp_path: Path) -> None:

@@ -38,11 +38,11 @@ def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | Non
     return _seen(problem, unit, CHECK_SEED, problem.plan.effort.check_members, stop)
 
 
-def _seen(problem: Problem, unit: tuple[float, ...], seed: int, stop: threading.Event | None) -> Trial:
-    effort = problem.plan.effort
-    return Trial(
-        -1, unit, problem.see(unit, seed=effort.seed + seed, members=effort.check_members, stop=stop)
-    )
+def _seen(
+    problem: Problem, unit: tuple[float, ...], seed: int, members: int, stop: threading.Event | None
+) -> Trial:
+    whole = problem.plan.effort.seed + seed
+    return Trial(-1, unit, problem.see(unit, seed=whole, members=members, stop=stop))
 
 
 @dataclass(frozen=True)

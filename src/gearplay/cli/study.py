@@ -1,7 +1,8 @@
 """`gearplay study han2021`: reproduce the published study and write its report."""
 
+import threading
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,7 +11,11 @@ from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
-BOTH = "both"
+if TYPE_CHECKING:
+    from gearplay.published.settings import Settings
+    from gearplay.vocabulary.progress import Progress
+
+ALL = "all"
 
 
 def register(app: typer.Typer) -> None:
@@ -21,44 +26,63 @@ def register(app: typer.Typer) -> None:
 def study(
     name: Annotated[str, typer.Argument(help="The published study: han2021.")] = "han2021",
     out: Annotated[Path | None, typer.Option("--out", help="Output folder [default: out/NAME].")] = None,
+    parameters: Annotated[
+        str,
+        typer.Option(
+            "--parameters",
+            help="calibrated (fitted to the test) | assumed | geometric-inertia (assumed, inertias of discs) | all.",
+        ),
+    ] = "calibrated",
     members: Annotated[
         int, typer.Option("--members", min=2, max=10_000, help="Ensemble members per condition and model.")
     ] = 64,
     duration: Annotated[
         float, typer.Option("--duration", min=1.0, max=1e4, help="Record length of each member [s].")
-    ] = 16.0,
-    inertia: Annotated[
-        str, typer.Option("--inertia", help="printed | geometric | both: which moments of inertia.")
-    ] = "printed",
+    ] = 4.0,
+    claims: Annotated[
+        bool,
+        typer.Option(
+            "--claims",
+            help="Try the article's claims afresh over ranges of its unknown parameters (10 minutes).",
+        ),
+    ] = False,
+    points: Annotated[
+        int, typer.Option("--points", min=8, max=100_000, help="Sobol points of --claims.")
+    ] = 128,
     fit_drag: Annotated[
-        bool, typer.Option("--fit-drag", help="Fit the drag to the six measured f_r first (slow).")
+        bool, typer.Option("--fit-drag", help="Fit the assumed drag to the six measured f_r first (slow).")
+    ] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Write report.pdf too (pip install 'gearplay[pdf]').")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing report.")] = False,
     json: Json = False,
 ) -> None:
-    """Reproduce the article's study: six conditions, both models, tables, figures, findings and a report."""
+    """Reproduce the article's study: six conditions, both models, tables, figures, verdicts and a report."""
+    from gearplay.published.settings import CALIBRATED, PARAMETERS, Settings
+
     if name != "han2021":
         raise InputError(
             [Fault("study", name, "must be a study that is known", "The one there is: han2021.")]
         )
-    cases = {"printed": ["han2021"], "geometric": ["han2021-geometric-inertia"]}
-    cases[BOTH] = cases["printed"] + cases["geometric"]
-    if inertia not in cases:
-        raise InputError(
-            [
-                Fault(
-                    "--inertia",
-                    inertia,
-                    "must be printed, geometric or both",
-                    "Leave it out for the printed set.",
-                )
-            ]
-        )
+    chosen = list(PARAMETERS) if parameters == ALL else [parameters]
+    if chosen[0] not in PARAMETERS:
+        known = f"must be one of {', '.join(PARAMETERS)}, {ALL}"
+        raise InputError([Fault("--parameters", parameters, known, "Leave it out for the calibrated set.")])
+    if fit_drag and CALIBRATED in chosen:
+        rule = "must go with assumed parameters: the calibrated drag is fitted already"
+        raise InputError([Fault("--fit-drag", parameters, rule, "Say --parameters assumed.")])
+    if pdf:
+        from gearplay.published.pdf import check_typst
+
+        check_typst()
     folder = out if out is not None else Path("out") / name
     documents = []
-    for case in cases[inertia]:
-        place = folder if case == cases[inertia][0] else folder / case
-        documents.append(_one(case, place, members, duration, fit_drag, overwrite, json))
+    for each in chosen:
+        place = folder if each == chosen[0] else folder / each
+        settings = Settings(parameters=each, members=members, duration=duration)
+        wanted = points if claims and each == chosen[0] else 0
+        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
     else:
@@ -70,48 +94,73 @@ def study(
 
 
 def _one(
-    case: str, folder: Path, members: int, duration: float, fit: bool, overwrite: bool, quiet: bool
+    settings: "Settings", folder: Path, points: int, fit: bool, pdf: bool, overwrite: bool, quiet: bool
 ) -> dict[str, Any]:
-    from dataclasses import replace
-
     from gearplay.files.atomic import check_new, make_folder
-    from gearplay.files.parts import FolderStore
-    from gearplay.published.han2021 import Settings, base_case, fit_drag, run_study
-    from gearplay.published.report import write_study
+    from gearplay.published.settings import base_case
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)
-    settings = Settings(case=case, members=members, duration=duration)
-    fitted: dict[str, Any] = {}
-    compile_kernels(base_case(settings), quiet=quiet)
+    compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
-            if fit:
-                trials = fit_drag(settings, progress=report, stop=stop)
-                settings = replace(settings, drag=trials[0].drag)
-                fitted = {
-                    "drag_trials": [
-                        {"drag": t.drag, "mean_error": t.mean_error, "ratios": t.ratios} for t in trials
-                    ]
-                }
-            results = run_study(settings, progress=report, store=FolderStore(folder / "parts"), stop=stop)
-            if report is not None:
-                report("report", 1.0, 1.0)
-            document = write_study(results, settings, folder)
+            document = _written(settings, folder, points, fit, pdf, report, stop)
     except KeyboardInterrupt:
-        say(
-            f"Interrupted. Finished conditions are kept in {folder / 'parts'}: the same command goes on there."
-        )
+        say(f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there.")
         raise typer.Exit(INTERRUPTED) from None
-    return {**document, **fitted, "report": str(folder / "report.html")}
+    return {
+        **document,
+        "report": str(folder / "report.html"),
+        "pdf": str(folder / "report.pdf") if pdf else None,
+    }
+
+
+def _written(
+    settings: "Settings",
+    folder: Path,
+    points: int,
+    fit: bool,
+    pdf: bool,
+    report: "Progress | None",
+    stop: threading.Event,
+) -> dict[str, Any]:
+    """Run what is wanted and write it; finished parts are kept beside it."""
+    from dataclasses import replace
+
+    from gearplay.files.parts import FolderStore
+    from gearplay.published.claims.points import ClaimSettings
+    from gearplay.published.claims.summary import run_claims, shipped_claims
+    from gearplay.published.drag import fit_drag
+    from gearplay.published.han2021 import run_study
+    from gearplay.published.report import Study, write_study
+
+    store, fitted = FolderStore(folder / "parts"), {}
+    if fit:
+        trials = fit_drag(settings, progress=report, stop=stop)
+        settings = replace(settings, drag=trials[0].drag)
+        fitted["drag_trials"] = [
+            {"drag": t.drag, "mean_error": t.mean_error, "ratios": t.ratios} for t in trials
+        ]
+    results = run_study(settings, progress=report, store=store, stop=stop)
+    document = shipped_claims()
+    if points:
+        document = run_claims(ClaimSettings(points=points), settings, progress=report, store=store, stop=stop)
+    if report is not None:
+        report("report", 1.0, 1.0)
+    return {**write_study(Study(results, settings, document), folder, pdf=pdf), **fitted}
 
 
 def _words(document: dict[str, Any]) -> str:
-    lines = [f"Study {document['case']}, {document['members']} members per condition and model."]
+    lines = [
+        f"Study han2021, {document['parameters']} parameters, {document['members']} members per condition and model."
+    ]
     for trial in document.get("drag_trials", []):
         lines.append(
             f"  drag {trial['drag']:.4g} N m s/rad: mean error of f_r {100 * trial['mean_error']:.1f} %"
         )
-    lines += [f"  {f['verdict']:<15} {f['claim']}" for f in document["findings"]]
+    lines += [each["answer"] for each in document["story"][1:]]
+    lines += [f"  {f['verdict']:<13} {f['claim']}" for f in document["findings"]]
     lines.append(f"Report: {document['report']}")
+    if document["pdf"]:
+        lines.append(f"PDF: {document['pdf']}")
     return "\n".join(lines)

@@ -1,6 +1,7 @@
 """What the calibration against the article's test found, as it came with the package: the provenance of the calibrated cases."""
 
 import json
+import math
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
@@ -38,5 +39,5 @@ def seeds_seen() -> frozenset[int]:
 
 def left_out_error(model: str, condition: Condition, line: str, quantity: str) -> float:
     """Return the error [%] of one number where its whole condition was left out of the fit, on fresh members."""
-    residual = fit_of(model)["left_out"][condition.label][f"{line}, {KEYS[quantity]}"]
-    return 100.0 * abs(10.0 ** float(residual) - 1.0)
+    residual = float(fit_of(model)["left_out"][condition.label][f"{line}, {KEYS[quantity]}"])
+    return 100.0 * abs(math.pow(10.0, residual) - 1.0)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.published.article import LINES, Condition, PrintedRow, printed, printed_rows
+from gearplay.published.calibrated import left_out_error
 from gearplay.published.han2021 import ConditionResult
-from gearplay.published.settings import MODELS
+from gearplay.published.settings import MODELS, SWITCHED
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400
@@ -66,11 +67,12 @@ def _error(value: float, test: float) -> float:
     return 100.0 * abs(value - test) / test
 
 
-def table_rows(results: Sequence[ConditionResult]) -> list[dict[str, Any]]:
+def table_rows(results: Sequence[ConditionResult], *, calibrated: bool) -> list[dict[str, Any]]:
     """Return every row of Tables 3-6 beside ours, with recomputed errors [%], spreads and marks.
 
     Amplitude rows carry our acceleration [m/s^2], the same times the fitted factor (the un-normalised reading), and our
-    displacement [um] (the displacement reading). ``spread`` is the members' standard deviation in decades.
+    displacement [um] (the displacement reading). ``spread`` is the members' standard deviation in decades. With
+    ``calibrated`` parameters each error is joined by that of a fit that did not know the condition.
     """
     factors = {model: model_amplitudes(results, model).factor for model in MODELS}
     rows = []
@@ -98,6 +100,9 @@ def table_rows(results: Sequence[ConditionResult]) -> list[dict[str, Any]]:
                 entry[f"ours_{model}_um"] = micrometres
                 entry[f"ours_{model}_um_error_pct"] = _error(micrometres, row.test)
                 entry[f"ours_{model}_spread_decades"] = line.spread
+            if calibrated:
+                error = left_out_error(model, row.condition, row.line, row.quantity)
+                entry[f"ours_{model}_left_out_error_pct"] = error
             entry[f"ours_{model}_prominence"] = line.prominence
         entry["note"] = row.note
         rows.append(entry)
@@ -130,11 +135,13 @@ class LineDifference:
 def line_differences(results: Sequence[ConditionResult], level: float = 0.05) -> list[LineDifference]:
     """Test at each line whether the two models' members differ: Welch's t on log10 levels, Holm's correction.
 
-    Needs at least two members a model; otherwise p is NaN and nothing is significant.
+    Both have the same parameters: the uncoupled model is the switched one where there is one. Needs at least two members a
+    model; otherwise p is NaN and nothing is significant.
     """
     from scipy.stats import ttest_ind_from_stats
 
-    coupled, uncoupled = by_condition(results, "coupled"), by_condition(results, "uncoupled")
+    coupled = by_condition(results, "coupled")
+    uncoupled = by_condition(results, SWITCHED) or by_condition(results, "uncoupled")
     found: list[LineDifference] = []
     for condition in coupled:
         for line in LINES:

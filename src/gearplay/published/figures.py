@@ -14,39 +14,51 @@ COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
 
 
 def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) -> bytes:
-    """Draw one condition in the manner of Figures 5-10: both models, and the test's lines by the fitted factor."""
-    figure, axes = make_figure(1, 2, 3.8, width=10.0)
-    for ax, model in zip(axes[0], COLORS, strict=True):
+    """Draw one condition: on the article's axes (linear, its ordinate) and in m/s^2 with the members' spread."""
+    figure, axes = make_figure(2, 2, 5.6, width=10.0)
+    top = 2.6 * condition.mesh_frequency
+    for column, model in enumerate(COLORS):
         result = by_condition(results, model)[condition]
         factor = model_amplitudes(results, model).factor
-        top = 2.6 * condition.mesh_frequency
         f, a = np.array(result.frequency), np.array(result.amplitude)
-        s = np.array(result.spread)
         inside = (f > 0.4) & (f <= top)
-        ax.fill_between(
-            f[inside], (a * 10**-s)[inside], (a * 10**s)[inside], color=COLORS[model], alpha=0.15, linewidth=0,
+        linear, decades = axes[:, column]
+        linear.plot(f[inside], factor * a[inside], color=COLORS[model], linewidth=0.9)
+        s = np.array(result.spread)[inside]
+        decades.fill_between(
+            f[inside], a[inside] * 10**-s, a[inside] * 10**s, color=COLORS[model], alpha=0.15, linewidth=0,
             label="± 1 standard deviation of the members",
         )  # fmt: skip
         plot_spectrum(
-            ax, f[inside], a[inside], "m/s²", color=COLORS[model], label=f"{model}, {result.members} members"
+            decades,
+            f[inside],
+            a[inside],
+            "m/s²",
+            color=COLORS[model],
+            label=f"{model}, {result.members} members",
         )
         for i, line in enumerate(LINES):
             frequency = printed(condition, line, "frequency_hz").test
-            height = printed(condition, line, "amplitude_as_printed").test / factor
-            ax.plot([frequency], [height], marker="o", markersize=5, color=TEST, linestyle="none", markerfacecolor="none",
-                    label=f"test ÷ {factor:.0f}" if i == 0 else None)  # fmt: skip
-            ax.annotate(
-                LINE_WORDS[line], (frequency, height), textcoords="offset points", xytext=(7, 7), fontsize=8, color=TEST,
-                bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
-            )  # fmt: skip
-        ax.set_xlim(0.0, top)
-        ax.legend(fontsize=7, loc="lower right", framealpha=0.9)
-        ax.set_title(f"{model}", fontsize=9, loc="left")
-    low = min(ax.get_ylim()[0] for ax in axes[0])
-    high = max(ax.get_ylim()[1] for ax in axes[0])
-    for ax in axes[0]:
-        ax.set_ylim(low, high * 2.0)
-    axes[0, 1].set_ylabel("")
+            height = printed(condition, line, "amplitude_as_printed").test
+            for ax, value in ((linear, height), (decades, height / factor)):
+                ax.plot([frequency], [value], marker="o", markersize=5, color=TEST, linestyle="none", markerfacecolor="none",
+                        label="test" if i == 0 else None)  # fmt: skip
+                ax.annotate(
+                    LINE_WORDS[line], (frequency, value), textcoords="offset points", xytext=(7, 5), fontsize=8, color=TEST,
+                    bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+                )  # fmt: skip
+        for ax in (linear, decades):
+            ax.set_xlim(0.0, top)
+            ax.legend(fontsize=7, loc="upper right" if ax is linear else "lower right", framealpha=0.9)
+        linear.set_ylim(0.0, None)
+        linear.set_title(f"{model}, as the article draws it", fontsize=9, loc="left")
+        linear.set_xlabel("")
+    axes[0, 0].set_ylabel("amplitude, in the article's ordinate", fontsize=8)
+    for row in axes:
+        low, high = min(ax.get_ylim()[0] for ax in row), max(ax.get_ylim()[1] for ax in row)
+        for ax in row:
+            ax.set_ylim(low, high * (1.05 if row is axes[0] else 2.0))
+    axes[1, 1].set_ylabel("")
     figure.suptitle(
         f"Acceleration of the driven gear along the centre line, {condition.label.replace('um', 'µm')}",
         fontsize=10,
@@ -127,21 +139,26 @@ def radial_frequency_figure(results: Sequence[ConditionResult]) -> bytes:
 
 
 def difference_figure(differences: Sequence[LineDifference]) -> bytes:
-    """Draw the ratio coupled over uncoupled at each line with its 95 % interval."""
-    figure, axes = make_figure(1, 1, 3.4, width=8.0)
+    """Draw the ratio coupled over uncoupled at each line [dB] with its 95 % interval, grouped by condition."""
+    figure, axes = make_figure(1, 1, 3.4, width=8.6)
     ax = axes[0, 0]
     for at, d in enumerate(differences):
         color = COUPLED if d.significant else "#9aa0a8"
         ax.errorbar(
-            [at], [d.decades], yerr=[1.96 * d.standard_error], fmt="o", color=color, markersize=4, linewidth=1
-        )
+            [at + at // len(LINES)], [20.0 * d.decades], yerr=[20.0 * 1.96 * d.standard_error], fmt="o", color=color,
+            markersize=4, linewidth=1,
+        )  # fmt: skip
     ax.axhline(0.0, color=TEST, linewidth=0.8)
-    ax.set_xticks(range(len(differences)))
-    ax.set_xticklabels(
-        [f"{d.condition.label.replace('um', 'µm')}\n{LINE_WORDS[d.line]}" for d in differences],
-        rotation=60,
-        ha="right",
-        fontsize=6,
+    groups = len(differences) // len(LINES)
+    ax.set_xticks(
+        [at + at // len(LINES) for at in range(len(differences))],
+        [LINE_WORDS[d.line] for d in differences],
+        fontsize=6.5,
     )
-    ax.set_ylabel("coupled over uncoupled [decades]", fontsize=8)
+    for group in range(groups):
+        label = differences[group * len(LINES)].condition.label.replace("um", "µm").replace(", ", "\n")
+        ax.annotate(
+            label, (group * (len(LINES) + 1) + 1, 1.01), xycoords=("data", "axes fraction"), ha="center", fontsize=7.5
+        )  # fmt: skip
+    ax.set_ylabel("coupled over uncoupled,\nsame parameters [dB]", fontsize=8)
     return to_png(figure)

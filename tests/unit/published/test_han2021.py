@@ -6,7 +6,8 @@ import pytest
 
 from gearplay.model.reading import load_case, replace
 from gearplay.published.article import conditions
-from gearplay.published.han2021 import condition_case, swing_frequency
+from gearplay.published.han2021 import swing_frequency
+from gearplay.published.settings import condition_case
 
 
 def test_swing_frequency_is_that_of_a_pendulum_under_the_drags_mesh_force() -> None:

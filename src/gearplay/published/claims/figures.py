@@ -72,7 +72,7 @@ def ratios_figure(document: dict[str, Any]) -> bytes:
         figure,
         {
             "exact flanks": legend_mark(COUPLED, marker="o"),
-            "as printed": legend_mark(COUPLED, marker="$\\square$"),
+            "as printed": legend_mark(COUPLED, marker="s"),
             "bars: half of the points": legend_mark(COUPLED, line="-"),
         },
     )

@@ -12,6 +12,7 @@ from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions
 from gearplay.published.claims.points import MODELS, PointResult
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 Z_95 = 1.959964
 OVERALL = "vibration"
 """The mean of the three lines' logarithms: how strongly the driven gear vibrates."""
@@ -37,11 +38,11 @@ def levels(amplitudes: Floats, measure: str) -> Floats:
     return np.asarray(logs.mean(axis=-1) if measure == OVERALL else logs[..., LINES.index(measure)])
 
 
-def _largest(level: Floats, first: int, others: Sequence[int]) -> Floats:
+def _largest(level: Floats, first: int, others: Sequence[int]) -> Bools:
     return np.asarray(np.all([level[..., first] > level[..., k] for k in others], axis=0))
 
 
-PATTERNS: dict[str, tuple[str, Callable[[Floats], Floats]]] = {
+PATTERNS: dict[str, tuple[str, Callable[[Floats], Bools]]] = {
     "peak_120": ("largest at 120 rpm", lambda v: _largest(v, MIDDLE, (SLOW, FAST))),
     "growth": ("grows with the speed", lambda v: _largest(v, FAST, (MIDDLE,)) & _largest(v, MIDDLE, (SLOW,))),
     "peak_200_100": ("largest at 200/100 um", lambda v: _largest(v, WIDE_SLEEVE, (WIDE_TEETH, WIDE_BOTH))),
@@ -82,7 +83,7 @@ class Share:
         return {**asdict(self), "share": self.share, "low": low, "high": high}
 
 
-def _share(seen: NDArray[Any]) -> Share:
+def _share(seen: Bools) -> Share:
     return Share(int(np.count_nonzero(seen)), int(seen.size))
 
 
@@ -186,7 +187,7 @@ def dropped(results: Sequence[PointResult]) -> list[dict[str, Any]]:
     return [{"model": r.model, "point": r.point, "reason": r.reason} for r in results if r.reason]
 
 
-def test_shows() -> dict[str, bool]:
+def shown_by_the_test() -> dict[str, bool]:
     """Return whether the measured amplitudes, as printed, show each pattern in the vibration."""
     from gearplay.published.article import printed
 

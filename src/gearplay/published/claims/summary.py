@@ -17,7 +17,7 @@ from gearplay.published.claims.shares import (
     is_favoured,
     pattern_shares,
     share_of,
-    test_shows,
+    shown_by_the_test,
     wedging,
 )
 from gearplay.published.comparison import article_error
@@ -43,7 +43,7 @@ def summarise(
             {"name": p.name, "path": p.path, "low": p.low, "high": p.high, "scale": p.scale}
             for p in claims_plan().parameters
         ],
-        "test_shows": test_shows(),
+        "test_shows": shown_by_the_test(),
         "shares": pattern_shares(results),
         "ratios": coupling_ratios(results),
         "wedging": wedging(results),
@@ -99,7 +99,8 @@ def rare_words(document: dict[str, Any]) -> str:
     words = f"Largest at 120 rpm in {_words(row)} of the points with exact flanks, coupled"
     if row["high"] < RARE:
         return f"{words}: fewer than {100.0 * RARE:.0f} % with 95 % confidence."
-    return f"{words}; seen at points {', '.join(map(str, row['points']))}."
+    seen = f"; seen at points {', '.join(map(str, row['points']))}" if row["points"] else ""
+    return f"{words}, so that {100.0 * RARE:.0f} % cannot be excluded{seen}."
 
 
 def _words(row: dict[str, Any]) -> str:

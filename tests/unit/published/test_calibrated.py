@@ -1,0 +1,59 @@
+"""The calibrated cases hold what the calibration found, and what the study reports comes from members that it has not seen."""
+
+import numpy as np
+import pytest
+
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.store import digest_of
+from gearplay.calibration.trials import Problem
+from gearplay.model.initial import initial_state
+from gearplay.model.pack import pack
+from gearplay.model.plan_values import value_at
+from gearplay.model.reading import load_case, replace
+from gearplay.published.article import LINES, conditions
+from gearplay.published.calibrated import calibration, fit_of, left_out_error, seeds_seen
+from gearplay.published.settings import PARAMETERS, SWITCHED, Settings, base_case
+
+CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}
+
+
+@pytest.mark.parametrize("model", CASES)
+def test_the_cases_hold_the_best_values(model: str) -> None:
+    plan = load_plan(calibration()["plan"])
+    document = load_case(CASES[model]).resolved()
+    best = {p["name"]: p["best"] for p in fit_of(model)["parameters"]}
+    for parameter in plan.parameters:
+        assert float(value_at(document, parameter.path)) == pytest.approx(best[parameter.name], rel=1e-3)
+    problem = Problem(plan, next(m for m in plan.models if m.name == model))
+    simulated = problem.cases_at(best)[1]  # 120 rpm, 100/100 um
+    for name in ("rotors", "sleeves", "meshes"):
+        for path in ("0.stiffness", "0.damping") if name == "meshes" else ("ring",):
+            ours, theirs = (value_at(each, f"{name}.{path}") for each in (document, simulated.resolved()))
+            assert set(ours) == set(theirs)
+
+
+def test_the_provenance_is_that_of_the_bundled_plan() -> None:
+    plan = load_plan("han2021")
+    held = calibration()
+    assert held["digest"] == digest_of(plan)[:16]
+    assert held["seed"] == plan.effort.seed
+    assert all(fit["trials"] == plan.effort.evaluations for fit in held["fits"].values())
+    assert {condition.label for condition in conditions()} == set(fit_of("coupled")["left_out"])
+    for line in LINES:
+        assert left_out_error("coupled", conditions()[0], line, "amplitude_as_printed") >= 0.0
+
+
+def test_the_studys_members_are_not_those_of_any_search() -> None:
+    settings = Settings()
+    assert settings.seed not in seeds_seen()
+    case = base_case(settings.variants[0], settings)
+    own = initial_state(case, pack(case), member=1)
+    for seed in seeds_seen():
+        other = replace(case, {"run.seed": seed})
+        assert not np.allclose(own, initial_state(other, pack(other), member=1), rtol=1e-6, atol=0.0)
+
+
+def test_what_the_choice_of_the_model_changes_is_seen_with_equal_parameters() -> None:
+    coupled, uncoupled, switched = PARAMETERS["calibrated"]
+    assert (switched.name, switched.model, switched.case) == (SWITCHED, "uncoupled", coupled.case)
+    assert uncoupled.case != coupled.case
