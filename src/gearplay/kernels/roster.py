@@ -48,7 +48,7 @@ class Roster(Group):
     near: Ints  # flying rotors beside a watched element
     switches: Ints  # switch functions of acting and watched elements
     hiding: Ints  # those of them that a step may hide
-    grounded: Ints  # [1]: 1 where nobody flies, touched or not
+    grounded: Ints  # [1]: 1 where nobody flies, touched or not, 2 where every element acts too
 
 
 def make_roster(system: System, states: int) -> Roster:
@@ -138,7 +138,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
         touched[i + 1] = 0
     for e in range(elements):
         acts[e + 1] = 0
-        if is_acting(system, e, modes):
+        if roster.grounded[0] == 2 or is_acting(system, e, modes):
             acts[e + 1] = 1
             a, b, c = members(system, e)
             touched[a + 1] = 1
@@ -155,7 +155,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
         ramping = modes[ramp_of(system, modes, i)]
         if is_known(system, i, y, ramping):
             roster.roles[i] = KNOWN
-        elif touched[i + 1] == 1 or roster.grounded[0] == 1 or must_be_integrated(system, i, t, y, ramping):
+        elif touched[i + 1] == 1 or roster.grounded[0] != 0 or must_be_integrated(system, i, t, y, ramping):
             roster.roles[i] = ACTIVE
         else:
             take_off(system, roster, i, t, y)

@@ -36,6 +36,7 @@ class Run(Group):
 
     roster: Roster
     branch: Branch
+    modes_0: Ints  # at the start of a step whose stages judge
     clock: Floats  # [s], slots above
     counts: Ints
     y: Floats
@@ -102,11 +103,12 @@ def make_run(
     log_capacity: int,
     tolerance: float,
     fixed_step: float | None = None,
+    judged: bool = False,
 ) -> Run:
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
     ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
-    that length (`fixed_steps`).
+    that length, and where it is ``judged`` contacts are so at every stage (`fixed_steps`).
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
@@ -121,11 +123,12 @@ def make_run(
     roster = make_roster(system, n)
     if fixed_step is not None:
         clock[FIXED] = fixed_step
-        roster.grounded[0] = 1
-    loads = make_loads(system)
+        roster.grounded[0] = 2 if judged else 1
+    loads, branch = make_loads(system), make_branch(system)
     return Run(
         roster=roster,
-        branch=make_branch(system),
+        branch=branch,
+        modes_0=branch.modes.copy(),
         clock=clock,
         counts=counts,
         y=np.array(y_0, dtype=np.float64),

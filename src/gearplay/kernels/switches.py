@@ -105,6 +105,18 @@ def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> Non
 
 
 @compiled_once
+def judge_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set the modes of contacts and elements from the state alone; neither ramps nor samples, which times decide."""
+    for k in range(system.contacts.size):
+        touches = system.contacts[k].closed == 1 or loads.contacts[k, PENETRATION] > 0.0
+        branch.modes[k] = LOADED if touches else OPEN
+    for e in range(system.elements.size):
+        settle_partners(system, e, branch, loads)
+        if not table.takes_samples(system, e):
+            table.settle(system, e, t, y, branch, loads)
+
+
+@compiled_once
 def settle_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 
@@ -115,21 +127,23 @@ def settle_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loa
         contact = system.contacts[k]
         if contact.latch >= 0 and branch.latch[contact.latch] <= contact.floor:
             latch_speed(system, k, loads.contacts[k, RATE], branch)
-        touches = contact.closed == 1 or loads.contacts[k, PENETRATION] > 0.0
-        modes[k] = LOADED if touches else OPEN
     for i in range(system.rotors.size):
         modes[ramp_of(system, modes, i)] = 1 if t < system.rotors[i].ramp_time else 0
+    judge_modes(system, t, y, branch, loads)
     for e in range(system.elements.size):
-        settle_partners(system, e, branch, loads)
-        table.settle(system, e, t, y, branch, loads)
+        if table.takes_samples(system, e):
+            table.settle(system, e, t, y, branch, loads)
 
 
 @compiled
-def settle_margins(system: System, branch: Branch, loads: Loads) -> None:
-    """Mark contacts that would pull as separating; used once, after `settle_modes`."""
+def settle_margins(system: System, branch: Branch, loads: Loads) -> bool:
+    """Mark contacts that would pull as separating, after `judge_modes`; return whether there are any."""
+    pulls = False
     for k in range(system.contacts.size):
         if branch.modes[k] == LOADED and loads.contacts[k, MARGIN] < 0.0:
             branch.modes[k] = SEPARATING
+            pulls = True
+    return pulls
 
 
 @compiled

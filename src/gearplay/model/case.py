@@ -25,10 +25,12 @@ from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
     LIMITS,
     FixedStep,
+    FixedStepContacts,
     MostSteps,
     MostWallTime,
     Policy,
     Tolerance,
+    check_contacts,
 )
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
@@ -57,8 +59,14 @@ class Run(Part):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
     tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
+    fixed_step_contacts: FixedStepContacts = "step"
     max_steps: MostSteps | None = None
     max_wall_time: MostWallTime | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Run:
+        check_contacts(self.fixed_step, self.fixed_step_contacts)
+        return self
 
 
 class Case(Part):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
-from gearplay.model.fields import Measure, Part
+from gearplay.model.fields import Measure, Part, Problem, refuse
 from gearplay.model.wording import translate
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
@@ -21,6 +21,14 @@ FixedStep = Annotated[
         le=1.0,
     ),
 ]
+FixedStepContacts = Annotated[
+    Literal["step", "stage"],
+    Field(
+        description="where contacts are judged with a fixed step: frozen over the step, or at every stage of it, as a "
+        "script does whose right-hand side asks if delta > 0",
+        exclude_if=lambda given: given == "step",
+    ),
+]
 MostSteps = Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")]
 MostWallTime = Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)]
 
@@ -29,6 +37,13 @@ DEFAULT_TOLERANCE: Final = 1e-6
 
 LIMITS: Final = ("max_steps", "max_wall_time")
 """Fields that may end a run and change nothing else: no part of a case's digest."""
+
+
+def check_contacts(step: float | None, contacts: str) -> None:
+    """Refuse a place where contacts are judged without a fixed step: located contacts are judged where they change."""
+    if contacts != "step" and step is None:
+        rule = "must not be given without fixed_step: contacts that are located are judged where they change"
+        refuse([Problem(("fixed_step_contacts",), rule, "Give fixed_step too, or remove it")])
 
 
 class Policy(Part):
@@ -40,6 +55,9 @@ class Policy(Part):
         Error tolerance on scaled states [1], 1e-13 to 1e-2.
     fixed_step
         Length of all steps [s], contacts noticed at their ends; None locates contacts.
+    fixed_step_contacts
+        Where contacts are judged with a fixed step: "step" freezes them over the step, "stage" judges them at every stage
+        of it, as a script does whose right-hand side asks ``if delta > 0``.
     max_steps
         Limit on steps per run; None for none.
     max_wall_time
@@ -52,13 +70,15 @@ class Policy(Part):
 
     Examples
     --------
-    >>> Policy(tolerance=1e-8, max_wall_time=10.0).changes()
-    {'run.tolerance': 1e-08, 'run.fixed_step': None, 'run.max_steps': None, 'run.max_wall_time': 10.0}
+    >>> Policy(tolerance=1e-8, max_steps=1000).changes()  # doctest: +NORMALIZE_WHITESPACE
+    {'run.tolerance': 1e-08, 'run.fixed_step': None, 'run.fixed_step_contacts': 'step', 'run.max_steps': 1000,
+     'run.max_wall_time': None}
 
     """
 
     tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
+    fixed_step_contacts: FixedStepContacts = "step"
     max_steps: MostSteps | None = None
     max_wall_time: MostWallTime | None = None
 
@@ -67,6 +87,11 @@ class Policy(Part):
             super().__init__(**given)
         except ValidationError as error:
             raise InputError(translate(error, given, Policy)) from None
+
+    @model_validator(mode="after")
+    def _check(self) -> Policy:
+        check_contacts(self.fixed_step, self.fixed_step_contacts)
+        return self
 
     def changes(self) -> dict[str, Any]:
         """Return the policy as changes of a case, by path."""

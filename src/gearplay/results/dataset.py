@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 METHOD = "Dormand-Prince 5(4), located events"
 FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
+JUDGED_METHOD = "Dormand-Prince 5(4) formula, equal steps, contacts judged at every stage"
 
 
 def _version(package: str) -> str:
@@ -32,6 +33,12 @@ def _version(package: str) -> str:
         return "unknown"
 
 
+def _method(case: Case) -> str:
+    if case.run.fixed_step is None:
+        return METHOD
+    return JUDGED_METHOD if case.run.fixed_step_contacts == "stage" else FIXED_METHOD
+
+
 def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     """Return the attributes that say where a result comes from and how it went."""
     worst = worst_of(runs)
@@ -39,7 +46,7 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "numba_version": _version("numba"),
-        "method": METHOD if case.run.fixed_step is None else FIXED_METHOD,
+        "method": _method(case),
         "tolerance": case.run.tolerance,
         "seed": case.run.seed,
         "status": worst.status.name,

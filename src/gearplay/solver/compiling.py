@@ -34,7 +34,8 @@ _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance"
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_power_column", "mesh_powers", "friction_loss")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
 _LINEAR = {
-    "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "rates_of", "rate_of_change",
+    "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "judge_modes", "rates_of",
+    "rate_of_change",
 }  # fmt: skip
 """Questions that the matrices of the linear view need."""
 _ELEMENTS = "gearplay.kernels.elements."

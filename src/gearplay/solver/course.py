@@ -75,6 +75,7 @@ class Course:
             LOG_CAPACITY,
             settings.tolerance,
             settings.fixed_step,
+            judged=settings.fixed_step_contacts == "stage",
         )
         self.tangent: tangent_state.Tangent | None = None
         self.log: list[Floats] = []

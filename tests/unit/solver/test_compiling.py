@@ -48,7 +48,9 @@ def test_a_case_wants_its_kinds_and_no_derivative() -> None:
     assert {name.split(".")[1] for name in all_ - few} == {"servo", "coupling"}
     more = names("sleeve", "mesh", derivative=True)
     assert {"tangent.retrace", "elements.sleeve.linearise"} <= more - few
-    assert names("sleeve", "mesh", fixed=True) - few == {"fixed_steps.take_fixed_step"}
+    plain = names("sleeve", "mesh", fixed=True) - few
+    assert {name.split(".")[0] for name in plain} == {"fixed_steps"}
+    assert "fixed_steps.take_fixed_step" in plain
 
 
 @pytest.mark.skipif(compiling.INTERPRETED, reason="nothing is compiled here")

@@ -146,6 +146,12 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
     branch.modes[each.mode] = limit_of(torque) if abs(torque) > limit else 0
 
 
+@compiled_inline
+def takes_samples(system: System, n: int) -> bool:
+    """Return whether servo n is a sampled one."""
+    return bool(system.records[KIND][n].sample_time > 0.0)
+
+
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Return 0: a servo is linear on each of its modes."""

@@ -236,6 +236,13 @@ def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled_inline
+def takes_samples(system: System, e: int) -> bool:
+    """Return whether `settle` takes a sample of element e, which only its times may do, where it would set its modes."""
+    kind, n = system.elements[e].kind, system.elements[e].index
+    return bool(kind == POSITIONER and positioner.takes_samples(system, n))
+
+
+@compiled_inline
 def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch) -> None:
     """Set the own modes of element e with which a touch of its contact k begins."""
     kind, n = system.elements[e].kind, system.elements[e].index

@@ -259,7 +259,7 @@ def _changes(flow: Flow) -> dict[str, tuple[Mapping[str, Any], float]]:
     if run.fixed_step is not None:
         return output | {
             "half the step": ({"run.fixed_step": 0.5 * run.fixed_step}, PLAIN),
-            "located contacts": ({"run.fixed_step": None}, PLAIN),
+            "located contacts": ({"run.fixed_step": None, "run.fixed_step_contacts": "step"}, PLAIN),
         }
     plain = PLAIN_STEP * flow.packed.restart_step
     return output | {
