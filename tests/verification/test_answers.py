@@ -19,6 +19,8 @@ SPAN = 5e-3  # s
 POLICY = {"run.duration": SPAN, "run.transient": 0.0, "run.sampling": 1e3, "run.tolerance": 1e-11}
 LIVELY = {
     "han2021": {"rotors.ring.initial.vx": 0.3},
+    "han2021-calibrated": {"rotors.ring.initial.vx": 0.3},
+    "han2021-calibrated-uncoupled": {"rotors.ring.initial.vx": 0.3},
     "han2021-geometric-inertia": {"rotors.ring.initial.vx": 0.3},
 }
 

@@ -33,7 +33,9 @@ MostSteps = Annotated[int, Field(ge=1, le=2**62, description="limit on steps per
 MostWallTime = Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)]
 
 DEFAULT_TOLERANCE: Final = 1e-6
-"""The largest at which no statistic of an ensemble differs and loaded pairs err by less than 1e-11 m (docs/performance)."""
+"""The largest at which no statistic of an ensemble differs and loaded pairs err by less than 1e-11 m (docs/performance).
+
+The article's equations as printed at a negative backlash need 1e-7: their force jumps there."""
 
 LIMITS: Final = ("max_steps", "max_wall_time")
 """Fields that may end a run and change nothing else: no part of a case's digest."""

@@ -17,6 +17,8 @@ BUNDLED = [
     "cooley-parker-2012",
     "external-pair",
     "han2021",
+    "han2021-calibrated",
+    "han2021-calibrated-uncoupled",
     "han2021-geometric-inertia",
     "lin-parker-1999",
     "pinion-idler-ring",
