@@ -12,25 +12,31 @@ from gearplay.calibration.posterior import Surrogate
 from gearplay.calibration.search import refine
 from gearplay.calibration.trials import Problem, Trial
 
-CANDIDATES = 3
+CANDIDATES, FINALISTS = 8, 3
 CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's
 
 
 def best_point(
     problem: Problem, surrogate: Surrogate, good: Sequence[Trial], members: int, stop: threading.Event | None
 ) -> tuple[float, ...]:
-    """Return the best of a few candidates, simulated with fresh members: best trials, and the emulator's best point.
+    """Return the best of a few candidates on fresh members: a short heat of all of them, then the finalists with ``members``.
 
-    The trial with the least objective is partly a lucky one, so it is not taken at its word.
+    Half of the candidates are the best trials by the objective, the others the best by the emulator, which averages over
+    their noise: the trial with the least objective is partly a lucky one, so it is not taken at its word.
     """
     effort, comparison = problem.plan.effort, surrogate.comparison
-    order = np.argsort(comparison.objective(*comparison.logs_of(good)))
-    candidates: list[tuple[float, ...]] = [good[i].unit for i in order[: CANDIDATES - 1]]
+
+    def ordered(units: Sequence[tuple[float, ...]], count: int) -> list[tuple[float, ...]]:
+        seen = [_seen(problem, unit, CHOOSE_SEED, count, stop) for unit in units]
+        return [units[k] for k in np.argsort(comparison.objective(*comparison.logs_of(seen)))]
+
+    trials = np.argsort(comparison.objective(*comparison.logs_of(good)))[: CANDIDATES // 2]
+    emulated = surrogate.emulator(np.array([trial.unit for trial in good]))
+    smooth = np.argsort(comparison.objective(emulated, np.zeros_like(emulated)))[: CANDIDATES // 2 - 1]
+    units = [good[k].unit for k in dict.fromkeys((*trials, *smooth))]
     generator = np.random.default_rng(effort.seed)
-    candidates.append(refine(surrogate.emulator, comparison, np.array(candidates[0]), generator))
-    seen = [_seen(problem, unit, CHOOSE_SEED, members, stop) for unit in candidates]
-    objective = comparison.objective(*comparison.logs_of(seen))
-    return candidates[int(np.argmin(objective))]
+    units.append(refine(surrogate.emulator, comparison, np.array(good[smooth[0]].unit), generator))
+    return ordered(ordered(units, effort.polish_members)[:FINALISTS], members)[0]
 
 
 def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
