@@ -187,7 +187,7 @@ def fit_model(
     logs, errors = comparison.logs_of(good)
     values = comparison.objective(logs, errors)
     surrogate = Surrogate.of(comparison, trials)
-    unit = best_point(problem, surrogate, good, plan.effort.check_members, stop)
+    unit = best_point(problem, surrogate, good, stop)
     checked = check(problem, unit, stop)
     checked_logs, checked_errors = comparison.logs_of([checked])
     posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)

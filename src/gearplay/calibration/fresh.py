@@ -12,14 +12,19 @@ from gearplay.calibration.posterior import Surrogate
 from gearplay.calibration.search import refine
 from gearplay.calibration.trials import Problem, Trial
 
-CANDIDATES, FINALISTS = 8, 3
+CANDIDATES, FINALISTS = 7, 3
 CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's
 
 
 def best_point(
-    problem: Problem, surrogate: Surrogate, good: Sequence[Trial], members: int, stop: threading.Event | None
+    problem: Problem,
+    surrogate: Surrogate,
+    good: Sequence[Trial],
+    stop: threading.Event | None,
+    *,
+    candidates: int = CANDIDATES,
 ) -> tuple[float, ...]:
-    """Return the best of a few candidates on fresh members: a short heat of all of them, then the finalists with ``members``.
+    """Return the best of a few candidates on fresh members: a short heat of all of them, then of more than 3 the finalists.
 
     Half of the candidates are the best trials by the objective, the others the best by the emulator, which averages over
     their noise: the trial with the least objective is partly a lucky one, so it is not taken at its word.
@@ -30,13 +35,14 @@ def best_point(
         seen = [_seen(problem, unit, CHOOSE_SEED, count, stop) for unit in units]
         return [units[k] for k in np.argsort(comparison.objective(*comparison.logs_of(seen)))]
 
-    trials = np.argsort(comparison.objective(*comparison.logs_of(good)))[: CANDIDATES // 2]
+    trials = np.argsort(comparison.objective(*comparison.logs_of(good)))[: candidates // 2]
     emulated = surrogate.emulator(np.array([trial.unit for trial in good]))
-    smooth = np.argsort(comparison.objective(emulated, np.zeros_like(emulated)))[: CANDIDATES // 2 - 1]
+    smooth = np.argsort(comparison.objective(emulated, np.zeros_like(emulated)))[: candidates // 2]
     units = [good[k].unit for k in dict.fromkeys((*trials, *smooth))]
     generator = np.random.default_rng(effort.seed)
     units.append(refine(surrogate.emulator, comparison, np.array(good[smooth[0]].unit), generator))
-    return ordered(ordered(units, effort.polish_members)[:FINALISTS], members)[0]
+    first = ordered(units, effort.polish_members)
+    return first[0] if len(first) <= FINALISTS else ordered(first[:FINALISTS], effort.check_members)[0]
 
 
 def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
@@ -81,7 +87,7 @@ def hold_out(
     for name in names if len(names) > 1 else ():
         inside = tuple(d for d in comparison.data if d.condition != name)
         rest = Comparison(inside, comparison.reading)
-        unit = best_point(problem, Surrogate.of(rest, good), good, problem.plan.effort.polish_members, stop)
+        unit = best_point(problem, Surrogate.of(rest, good), good, stop, candidates=2)
         seen = check(problem, unit, stop)
         logs, errors = rest.logs_of([seen])
         factor = rest.log_factor(logs, rest.residuals(logs, errors)[1])[0]

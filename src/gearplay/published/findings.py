@@ -11,6 +11,7 @@ import numpy as np
 from gearplay.model.geometry import amplitude_bound
 from gearplay.published import audit
 from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
+from gearplay.published.calibrated import calibration
 from gearplay.published.claims.floor import runs_needed
 from gearplay.published.claims.summary import favoured_words, rare_words
 from gearplay.published.comparison import (
@@ -154,20 +155,21 @@ def _median(differences: Sequence[LineDifference]) -> float:
     return float(np.median([abs(d.decades) for d in differences]))
 
 
-def _coupled_is_better(results: Sequence[ConditionResult]) -> Finding:
+def _coupled_is_better(results: Sequence[ConditionResult], *, calibrated: bool) -> Finding:
+    claim = "The coupled model is nearer to the test than the uncoupled one (conclusion 3)."
     verdict = amplitude_verdict(results)
     words = (
         f"Mean error of the 18 amplitudes, each model with its own parameters and one factor: coupled {verdict.coupled:.3f},"
         f" uncoupled {verdict.uncoupled:.3f} decades; difference {verdict.difference:+.3f}, 95 % interval of the members"
-        f" {verdict.low:+.3f} to {verdict.high:+.3f}. A fit has more freedom than that: the calibration's verdict below decides."
+        f" {verdict.low:+.3f} to {verdict.high:+.3f}."
     )
-    answer = {"coupled": REPRODUCED, "uncoupled": CONTRADICTED}.get(verdict.better, OPEN)
-    return Finding(
-        "The coupled model is nearer to the test than the uncoupled one (conclusion 3).",
-        answer,
-        words,
-        "lead",
-    )
+    if not calibrated:
+        return Finding(
+            claim, OPEN, f"{words} The parameters are assumed: a fit decides, not this comparison.", "lead"
+        )
+    winner, said = calibration()["winner"], calibration()["statement"][-1]
+    answer = {None: OPEN, "coupled": REPRODUCED}.get(winner, CONTRADICTED)
+    return Finding(claim, answer, f"{words} The calibration, where both were fitted alike: {said}", "lead")
 
 
 def _impossible_amplitudes(results: Sequence[ConditionResult]) -> Finding:
@@ -288,7 +290,9 @@ def _floor(claims: Mapping[str, Any]) -> Finding:
     )
 
 
-def findings(results: Sequence[ConditionResult], claims: Mapping[str, Any]) -> list[Finding]:
+def findings(
+    results: Sequence[ConditionResult], claims: Mapping[str, Any], *, calibrated: bool
+) -> list[Finding]:
     """Return every claim with its verdict, by group; `conditions` and both models must all be in ``results``."""
     assert len(by_condition(results, "coupled")) == len(conditions())
     peak, growth = _peak_at_120(results, "coupled"), _grows_with_speed(results)
@@ -319,7 +323,7 @@ def findings(results: Sequence[ConditionResult], claims: Mapping[str, Any]) -> l
             *_largest_clearance(results, "uncoupled", (200.0, 200.0)),
             "lead",
         ),
-        _coupled_is_better(results),
+        _coupled_is_better(results, calibrated=calibrated),
         _slope(),
         _printed_errors(),
     ]

@@ -60,7 +60,7 @@ class Study:
     @cached_property
     def findings(self) -> list[Finding]:
         """Every claim with its verdict."""
-        return findings(self.results, self.claims)
+        return findings(self.results, self.claims, calibrated=self.calibrated)
 
     @cached_property
     def story(self) -> list[tuple[str, str]]:

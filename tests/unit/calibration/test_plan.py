@@ -21,7 +21,6 @@ def test_bundled_plans_fit_their_cases(name: str) -> None:
 
 def test_the_bundled_article_plan_holds_the_printed_test_values() -> None:
     plan = load_plan("han2021")
-    assert plan.effort.evaluations >= 3000  # for each model
     for condition, planned in zip(conditions(), plan.conditions, strict=True):
         for line, values in planned.measured.items():
             assert values.amplitude == printed(condition, line, "amplitude_as_printed").test
