@@ -111,7 +111,7 @@ def pattern_shares(results: Sequence[PointResult]) -> list[dict[str, Any]]:
                         "measure": measure,
                         **_share(seen).to_dict(),
                         "single_runs": float(np.mean(test(levels(single, measure)))),
-                        "points": [good[k].point for k in np.flatnonzero(seen)],
+                        "points": [good[k].point for k in np.flatnonzero(seen)] if measure == OVERALL else [],
                     }
                 )
     return rows
