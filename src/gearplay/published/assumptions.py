@@ -11,6 +11,8 @@ from gearplay.model.contact_laws import delivered_restitution
 from gearplay.model.pack import Packed
 
 ARTICLE = "article, Table 2"
+FITTED = "fitted to the test"
+STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,9 @@ def _um(value: float) -> str:
     return f"{1e6 * value:.4g} µm"
 
 
-def assumptions(case: Case, packed: Packed) -> list[Assumption]:
-    """Return the table of parameters of a `han2021`-like case."""
+def assumptions(case: Case, packed: Packed, *, calibrated: bool) -> list[Assumption]:
+    """Return the table of parameters of a `han2021`-like case; with ``calibrated`` what was free is said to be fitted."""
+    free = FITTED if calibrated else "assumed"
     pinion, ring, mesh, sleeve = (
         case.rotors["pinion"],
         case.rotors["ring"],
@@ -80,26 +83,45 @@ def assumptions(case: Case, packed: Packed) -> list[Assumption]:
         ),
         Assumption(
             "sleeve restitution",
-            f"{sleeve.restitution:g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}",
-            "assumed",
+            f"{sleeve.restitution:.4g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}",
+            free,
         ),
         Assumption(
             "drag on the ring",
             f"{ring.load.drag:.4g} N m s/rad",
-            "the one constant fitted, to the six measured f_r",
+            FITTED if calibrated else "the one constant fitted, to the six measured f_r",
         ),
         Assumption(
-            "static transmission error", errors, "assumed: without an error source nothing excites the rig"
+            "static transmission error",
+            errors,
+            FITTED if calibrated else "assumed: without an error source nothing excites the rig",
         ),
         Assumption(
             "runout of pinion and ring",
             f"{_um(pinion.runout.amplitude)} and {_um(ring.runout.amplitude)} (eccentricity)",
-            "assumed",
+            free,
         ),
         Assumption(
             "initial states",
             f"seed {case.run.seed}: drawn within 0.9 of the clearance circle, 1 mm/s",
             "assumed",
         ),
-        Assumption("gravity", "none: the plane of the rig is horizontal", "article"),
+        *_small_things(case),
     ]
+
+
+def _small_things(case: Case) -> list[Assumption]:
+    """Return damping of the ring's centre, tilt of the rig and ripple of the drive, where there are any."""
+    ring, ripple, found = case.rotors["ring"], getattr(case.rotors["pinion"].drive, "ripple", ()), []
+    if ring.radial_damping:
+        found.append(Assumption("radial damping of the ring", f"{ring.radial_damping:.3g} N s/m", FITTED))
+    if ripple:
+        terms = " + ".join(f"{100.0 * term.amplitude:.2g} % of order {term.order}" for term in ripple)
+        found.append(Assumption("ripple of the drive's speed", terms, FITTED))
+    pull = math.hypot(*case.gravity)
+    if pull == 0.0:
+        return [*found, Assumption("gravity", "none: the plane of the rig is horizontal", "article")]
+    tilt = math.degrees(math.asin(pull / STANDARD_GRAVITY))
+    along, across = (1e3 * float(g) for g in case.gravity)
+    words = f"{along:.2g} and {across:.2g} mm/s² along and across the line of centres: a tilt of {tilt:.2g}°"
+    return [*found, Assumption("gravity", words, f"{FITTED}; the article's rig is horizontal")]

@@ -177,7 +177,7 @@ def render(study: Study) -> str:
         claims=study.claims,
         measures=MEASURE_WORDS,
         statistics=study.statistics,
-        assumptions=assumptions(case, pack(case)),
+        assumptions=assumptions(case, pack(case), calibrated=study.calibrated),
         largest_share=_largest_share(results),
         record=results[0].record,
         failures=study.failures,
