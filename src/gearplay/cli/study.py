@@ -43,7 +43,7 @@ def study(
         bool,
         typer.Option(
             "--claims",
-            help="Try the article's claims afresh over ranges of its unknown parameters (10 minutes).",
+            help="Try the article's claims afresh over ranges of its unknown parameters (a quarter of an hour).",
         ),
     ] = False,
     points: Annotated[
