@@ -35,7 +35,7 @@ def study(
     ] = "calibrated",
     members: Annotated[
         int, typer.Option("--members", min=2, max=10_000, help="Ensemble members per condition and model.")
-    ] = 32,
+    ] = 24,
     duration: Annotated[
         float, typer.Option("--duration", min=1.0, max=1e4, help="Record length of each member [s].")
     ] = 4.0,

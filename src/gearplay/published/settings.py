@@ -44,7 +44,7 @@ class Settings:
     """How the study is run. Record, transient and sampling are those of the calibration."""
 
     parameters: str = CALIBRATED
-    members: int = 32
+    members: int = 24
     duration: float = 4.0  # s, per member
     transient: float = 5.0  # s
     sampling: float = 1000.0  # Hz, of the recorded mean acceleration
