@@ -204,8 +204,8 @@ def slider(value: float, measure: Measure) -> tuple[float, float, bool]:
         return max(low, value - WARMER), min(high, value + WARMER), False
     if measure.quantity is q.ANGLE and low == 0.0:  # of a play
         return 0.0, min(high, max(4.0 * value, 0.01)), False
-    if measure.quantity is q.ANGLE:
-        return max(low, min(value, -math.pi)), min(high, max(value, math.pi)), False  # of more than half a turn too
+    if measure.quantity is q.ANGLE:  # of more than half a turn too
+        return max(low, min(value, -math.pi)), min(high, max(value, math.pi)), False
     if value == 0.0:
         name = measure.quantity.name if measure.quantity is not None else q.RATIO.name
         first, last = SPANS.get(name, (0.0, 1.0))
