@@ -1,6 +1,5 @@
 """`run_calibration`: search, check on fresh members, posterior, hold-out and verdict, for every model and reading."""
 
-import hashlib
 import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +21,7 @@ from gearplay.calibration.verdict import (
     information_criterion,
     leave_one_out,
 )
+from gearplay.files.parts import part_key
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Progress
 
@@ -161,7 +161,7 @@ def _stored(
         comparison.reading,
         [asdict(d) for d in comparison.data],
     ]
-    key = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:24]
+    key = part_key(identity)
     part = parts.get(key) if parts is not None else None
     if part is None:
         part = json.loads(json.dumps(asdict(fit_model(problem, comparison, trials, stop=stop))))

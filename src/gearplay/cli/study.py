@@ -142,9 +142,11 @@ def _written(
             {"drag": t.drag, "mean_error": t.mean_error, "ratios": t.ratios} for t in trials
         ]
     results = run_study(settings, progress=report, store=store, stop=stop)
-    document = shipped_claims()
-    if points:
-        document = run_claims(ClaimSettings(points=points), settings, progress=report, store=store, stop=stop)
+    document = (
+        run_claims(ClaimSettings(points=points), settings, progress=report, store=store, stop=stop)
+        if points
+        else shipped_claims()
+    )
     if report is not None:
         report("report", 1.0, 1.0)
     return {**write_study(Study(results, settings, document), folder, pdf=pdf), **fitted}

@@ -1,10 +1,16 @@
 """Finished parts of long work, kept as JSON files in a folder."""
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
 from gearplay.files.atomic import make_folder, write_text
+
+
+def part_key(identity: Any) -> str:
+    """Return the key of a part: the digest of all that decides it, JSON-able."""
+    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:24]
 
 
 class FolderStore:

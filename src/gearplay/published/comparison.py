@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.published.article import LINES, Condition, PrintedRow, printed, printed_rows
+from gearplay.published.audit import mean_error
 from gearplay.published.calibrated import left_out_error
 from gearplay.published.han2021 import ConditionResult
 from gearplay.published.settings import MODELS, SWITCHED
@@ -40,7 +41,7 @@ class ModelAmplitudes:
     def mean_error(self, reading: str) -> float:
         """Mean error [%] of the 18 amplitudes in one reading."""
         ours = self.factor * self.acceleration if reading == "unnormalised" else self.displacement
-        return float(100.0 * np.mean(np.abs(ours - self.test) / self.test))
+        return mean_error(self.test, ours)
 
     def log_error(self) -> float:
         """Mean |log10 (factor x simulated / test)| [decades], the error that does not favour small values."""

@@ -264,7 +264,7 @@ def _artefact(claims: Mapping[str, Any]) -> Finding:
     return Finding(
         "Coupled clearances make the pair loudest at 200/100 µm (section 3.2).",
         EXPLAINED,
-        favoured_words(dict(claims))
+        favoured_words(claims)
         + " Only there does (6) leave a negative backlash, for which (19) makes the force jump.",
         "claims-shares",
     )
@@ -309,7 +309,7 @@ def findings(
         Finding(
             "Coupled: the vibration is largest at 120 rpm (section 3.1).",
             peak[0],
-            f"{peak[1]} Over the parameters' ranges: {rare_words(dict(claims))}",
+            f"{peak[1]} Over the parameters' ranges: {rare_words(claims)}",
             "claims-shares",
         ),
         Finding("Uncoupled: the amplitude grows with speed (section 3.1).", *growth, "lead"),

@@ -1,7 +1,5 @@
 """The article's study, run: six conditions, both backlash models, seeded ensembles."""
 
-import hashlib
-import json
 import math
 import threading
 from collections.abc import Sequence
@@ -10,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from gearplay.files.parts import part_key
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.published.article import Condition, conditions
@@ -235,6 +234,7 @@ def run_study(
     has no member that finished.
     """
     variants = [each for each in settings.variants if names is None or each.name in names]
+    bases = {each.name: base_case(each, settings) for each in variants}
     work = [(condition, variant) for condition in conditions() for variant in variants]
     span = (settings.duration + settings.transient) * settings.members
     results = []
@@ -243,11 +243,9 @@ def run_study(
         if stop.is_set():
             raise KeyboardInterrupt
         label = f"{condition.label}, {variant.name}"
-        base = base_case(variant, settings)
+        base = bases[variant.name]
         case_digest = condition_case(base, condition, variant.model).sha256
-        key = hashlib.sha256(json.dumps([case_digest, variant.name, asdict(settings)]).encode()).hexdigest()[
-            :24
-        ]
+        key = part_key([case_digest, variant.name, asdict(settings)])
         part = store.get(key) if store is not None else None
         if part is None:
 

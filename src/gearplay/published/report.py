@@ -108,7 +108,7 @@ class Study:
         figures["backlash"] = study_figures.backlash_figure(results)
         figures["radial-frequency"] = study_figures.radial_frequency_figure(results)
         figures["coupled-over-uncoupled"] = study_figures.difference_figure(line_differences(results))
-        return figures | claim_figures(dict(self.claims))
+        return figures | claim_figures(self.claims)
 
     @cached_property
     def statistics(self) -> list[dict[str, Any]]:

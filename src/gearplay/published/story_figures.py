@@ -19,10 +19,10 @@ from gearplay.published.audit import (
     reading_scatter,
 )
 from gearplay.published.comparison import by_condition, model_amplitudes
+from gearplay.published.figures import COLORS
 from gearplay.published.han2021 import ConditionResult
 from gearplay.published.settings import MODELS
 
-COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
 ARTICLE = "#777777"
 
 

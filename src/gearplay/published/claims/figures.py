@@ -1,5 +1,6 @@
 """Figures of the claims, drawn from their document."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ COLORS = {
 WORDS = {name: name.replace("_as_published", ", as printed") for name in MODELS}
 
 
-def shares_figure(document: dict[str, Any]) -> bytes:
+def shares_figure(document: Mapping[str, Any]) -> bytes:
     """Draw the share of points that show each pattern, with 95 % intervals, and the probability in single runs."""
     figure, axes = make_figure(1, 1, 3.8, width=9.0)
     ax = axes[0, 0]
@@ -42,7 +43,7 @@ def shares_figure(document: dict[str, Any]) -> bytes:
     ax.set_ylim(0.0, 112.0)
     ax.set_ylabel("points that show it [%]", fontsize=SMALL)
     handles = {
-        f"{WORDS[model]}": legend_mark(
+        WORDS[model]: legend_mark(
             COLORS[model], marker="o" if not model.endswith("published") else "$\\circ$"
         )
         for model in MODELS
@@ -51,7 +52,7 @@ def shares_figure(document: dict[str, Any]) -> bytes:
     return to_png(figure)
 
 
-def ratios_figure(document: dict[str, Any]) -> bytes:
+def ratios_figure(document: Mapping[str, Any]) -> bytes:
     """Draw coupled over uncoupled by condition [dB]: median and quartiles over the points, both formulations."""
     figure, axes = make_figure(1, 1, 3.2, width=9.0)
     ax, labels = axes[0, 0], document["conditions"]
@@ -79,7 +80,7 @@ def ratios_figure(document: dict[str, Any]) -> bytes:
     return to_png(figure)
 
 
-def floor_figure(document: dict[str, Any]) -> bytes:
+def floor_figure(document: Mapping[str, Any]) -> bytes:
     """Draw how near the best of n single runs of the true model comes to another of its runs."""
     figure, axes = make_figure(1, 1, 3.4, width=7.4)
     ax, handles = axes[0, 0], {}
@@ -106,7 +107,7 @@ def floor_figure(document: dict[str, Any]) -> bytes:
     return to_png(figure)
 
 
-def claim_figures(document: dict[str, Any]) -> dict[str, bytes]:
+def claim_figures(document: Mapping[str, Any]) -> dict[str, bytes]:
     """Draw every figure of the claims: name -> PNG."""
     return {
         "claims-shares": shares_figure(document),

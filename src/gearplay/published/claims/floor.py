@@ -13,7 +13,7 @@ from gearplay.published.audit import best_factor, mean_error
 from gearplay.published.claims.points import read_lines
 from gearplay.published.han2021 import mean_acceleration
 from gearplay.published.settings import Settings, base_case, condition_case
-from gearplay.solver.simulate import run_batch
+from gearplay.solver.simulate import run_members
 from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
@@ -39,14 +39,15 @@ def single_runs(
     base, found = base_case(variant, settings), np.full((members, len(conditions()), len(LINES)), np.nan)
     for at, condition in enumerate(conditions()):
         case = condition_case(base, condition, variant.model)
-        runs = run_batch(
-            [(case, range(1, members + 1))],
+        runs = run_members(
+            case,
+            range(1, members + 1),
             signals=["ring.vx"],
             duration=duration,
             transient=settings.transient,
             sampling=settings.sampling,
             stop=stop,
-        )[0]
+        )
         if stop.is_set():
             raise KeyboardInterrupt
         for m, run in enumerate(runs):

@@ -1,7 +1,5 @@
 """Points of the unknown parameters, simulated with each formulation and model under all six conditions."""
 
-import hashlib
-import json
 import threading
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -14,6 +12,7 @@ from gearplay.calibration.plan import Plan
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.search import even_point
 from gearplay.calibration.trials import Problem
+from gearplay.files.parts import part_key
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.published.article import LINES, Condition, conditions
@@ -180,14 +179,13 @@ def run_points(
     plan = claims_plan()
     problems = problems_of(plan)
     ranges = [p.model_dump(mode="json") for p in plan.parameters]
+    own = {k: v for k, v in asdict(settings).items() if k != "points"}
     total, found = settings.points * len(problems), []
     for point in range(settings.points):
         for name, problem in problems.items():
             if stop is not None and stop.is_set():
                 raise KeyboardInterrupt
-            own = {k: v for k, v in asdict(settings).items() if k != "points"}
-            identity = [ranges, problem.cases[0].sha256, own, name, point]
-            key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:24]
+            key = part_key([ranges, problem.cases[0].sha256, own, name, point])
             part = store.get(key) if store is not None else None
             if part is None:
                 part = run_point(problem, point, settings, stop).to_part()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions
+from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed
 from gearplay.published.claims.points import MODELS, PointResult
 
 Floats = NDArray[np.float64]
@@ -189,8 +189,6 @@ def dropped(results: Sequence[PointResult]) -> list[dict[str, Any]]:
 
 def shown_by_the_test() -> dict[str, bool]:
     """Return whether the measured amplitudes, as printed, show each pattern in the vibration."""
-    from gearplay.published.article import printed
-
     table = np.array(
         [[printed(c, line, "amplitude_as_printed").test for line in LINES] for c in conditions()]
     )

@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from importlib.resources import files
@@ -77,7 +77,7 @@ def shipped_claims() -> dict[str, Any]:
     return document
 
 
-def favoured_words(document: dict[str, Any]) -> str:
+def favoured_words(document: Mapping[str, Any]) -> str:
     """Return in one sentence whether the printed, coupled equations favour the peak at 200/100 um, or that it cannot be told."""
     rows, controls = document["shares"], ("uncoupled_as_published", "coupled")
     printed = share_of(rows, "peak_200_100", "coupled_as_published")
@@ -93,7 +93,7 @@ def favoured_words(document: dict[str, Any]) -> str:
     )
 
 
-def rare_words(document: dict[str, Any]) -> str:
+def rare_words(document: Mapping[str, Any]) -> str:
     """Return in one sentence how rare the peak at 120 rpm is with exact flanks, naming the points that show it."""
     row = share_of(document["shares"], "peak_120", "coupled")
     words = f"Largest at 120 rpm in {_words(row)} of the points with exact flanks, coupled"
