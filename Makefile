@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study test test-all verification lint format bench docs clean
+.PHONY: help study test test-all test-beyond verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -36,6 +36,10 @@ test: $(VENV)/dev.stamp ## set up, then run the tests: the whole width at small 
 
 test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once wholly without the compiler
 	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+
+test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
+	GEARPLAY_DEEP=beyond $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from depth import DEEP, SHARE
+from depth import BEYOND, DEEP, SHARE
 
 TESTS = Path(__file__).resolve().parent
 KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
@@ -87,10 +87,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             name = item.nodeid.partition("[")[0]
             seen[name] = seen.get(name, -1) + 1
             small = seen[name] % SHARE == 0
-        (kept if DEEP or small else left).append(item)
+        again = small and BEYOND and not _asks_its_size(item)
+        (kept if (DEEP or small) and not again else left).append(item)
     items[:] = sorted(kept, key=lambda item: _turn(item.path))
     if left:
         config.hook.pytest_deselected(items=left)
+
+
+def _asks_its_size(item: pytest.Item) -> bool:
+    """Return whether a test's module has something of `depth`, or its parameters are thinned out."""
+    module = getattr(item, "module", None)
+    return item.get_closest_marker("many") is not None or any(
+        getattr(value, "__module__", None) == "depth" for value in vars(module or object).values()
+    )
 
 
 def _place(path: Path) -> str:

@@ -1,14 +1,16 @@
 """Two depths of the tests: `make test` has the whole width at small size, `make test-all` the full depth.
 
 A test that repeats something many times asks here how often; one that is marked `deep` is left to the full depth; of a test
-marked `many`, which pytest repeats for many parameters, the small size keeps every tenth.
+marked `many`, which pytest repeats for many parameters, the small size keeps every tenth. `make test-beyond` runs in full depth
+only what `make test` left out or did small: after `make test` it makes the rest of `make test-all`.
 """
 
 import os
 from collections.abc import Sequence
 from typing import TypeVar
 
-DEEP = os.environ.get("GEARPLAY_DEEP") == "1"
+BEYOND = os.environ.get("GEARPLAY_DEEP") == "beyond"
+DEEP = BEYOND or os.environ.get("GEARPLAY_DEEP") == "1"
 SHARE = 10
 
 Each = TypeVar("Each")
