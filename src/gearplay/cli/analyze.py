@@ -38,7 +38,10 @@ def analyze(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Show the statistics, the lines with their uncertainty, and figures of one channel."""
+    """Show statistics, lines and figures of a measured channel.
+
+    Lines come with their uncertainty.
+    """
     from gearplay.files.measurements import read_measurement
     from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics

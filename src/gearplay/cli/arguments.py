@@ -4,9 +4,14 @@ from typing import Annotated
 
 import typer
 
+CaseName = Annotated[
+    str, typer.Argument(help="A case file, or a bundled case: gearplay copy lists them.", show_default=False)
+]
 Changes = Annotated[
     list[str] | None,
-    typer.Option("--set", help="Change the case: --set meshes.0.backlash=200um. May be repeated."),
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Change the case: --set meshes.0.backlash=200um. May be repeated."
+    ),
 ]
 Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
 

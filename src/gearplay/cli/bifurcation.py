@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import Changes, Period, period_of
+from gearplay.cli.arguments import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
@@ -19,7 +19,7 @@ def register(app: typer.Typer) -> None:
 
 
 def bifurcation(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     path: Annotated[str, typer.Argument(help="The field to vary: rotors.pinion.drive.speed.")],
     low: Annotated[str, typer.Option("--low", help="Its least value, with a unit: 60rpm.")],
     high: Annotated[str, typer.Option("--high", help="Its largest value.")],
@@ -40,7 +40,10 @@ def bifurcation(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
 ) -> None:
-    """Draw a bifurcation diagram: signals once per period after the motion has settled, at each value of a field."""
+    """Draw what a motion settles to over a range of one field.
+
+    A bifurcation diagram: signals once per period after the motion has settled, at each value of the field.
+    """
     import numpy as np
 
     from gearplay.files.atomic import check_new, write_bytes, write_dataset

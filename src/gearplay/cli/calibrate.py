@@ -31,7 +31,7 @@ def calibrate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget trials that are there.")] = False,
     json: Json = False,
 ) -> None:
-    """Fit the free parameters of every model of a plan, and say which model explains the data.
+    """Fit a plan's parameters; say which model explains the data.
 
     The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
     finds its parameters again.

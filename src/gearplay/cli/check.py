@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
+from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.vocabulary.errors import escape_controls
 
@@ -16,14 +15,11 @@ def register(app: typer.Typer) -> None:
 
 
 def check(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Change a field: path=value. May be repeated.", metavar="PATH=VALUE"),
-    ] = None,
+    case: CaseName,
+    changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Validate a case and warn about numbers that do not fit each other."""
+    """Validate a case, and warn where its numbers do not fit."""
     from gearplay.model.check import check_case
     from gearplay.model.reading import load_case
 

@@ -15,6 +15,8 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputErro
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
 
 COMMANDS: Final = (
+    "check",
+    "copy",
     "run",
     "study",
     "sweep",
@@ -26,10 +28,15 @@ COMMANDS: Final = (
     "analyze",
     "calibrate",
     "serve",
-    "check",
     "schema",
 )
 """Modules of `gearplay.cli`, each with ``register(app)``; they import what is heavy only when they run."""
+
+FIRST_STEP: Final = """\
+Begin with: gearplay run han2021 --set sleeves.ring.radial_clearance=50um
+
+Bundled cases and plans: gearplay copy
+"""
 
 
 class _CommandModule(Protocol):
@@ -40,6 +47,7 @@ def _make_app() -> typer.Typer:
     made = typer.Typer(
         name="gearplay",
         help="Dynamics of gear mechanisms whose small clearances are coupled.",
+        epilog=FIRST_STEP,
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
@@ -116,7 +124,8 @@ def _report(error: Exception, wants_json: bool) -> int:
         code, shown = error.exit_code, str(error)
     elif isinstance(error, _UsageError):
         code = InputError.exit_code
-        error = InputError(Fault("gearplay", NO_VALUE, _sentence(error), "Run gearplay --help"))
+        where = getattr(getattr(error, "ctx", None), "command_path", "gearplay")
+        error = InputError(Fault("gearplay", NO_VALUE, _sentence(error), f"Run {where} --help"))
         shown = str(error)
     else:
         shown = f"gearplay failed: {type(error).__name__}: {error}. Run again with --debug and report it."

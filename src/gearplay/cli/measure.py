@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 
@@ -15,15 +16,12 @@ def register(app: typer.Typer) -> None:
 
 
 def measure(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     out: Annotated[Path, typer.Option("--out", help="Write the record here; the ending names the format.")],
     rig: Annotated[
         Path | None, typer.Option("--rig", help="A rig file; the article's rig if not given.")
     ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Change a value: --set meshes.0.backlash=200um. May be repeated."),
-    ] = None,
+    changes: Changes = None,
     duration: Annotated[
         float | None, typer.Option("--duration", help="Length of the record [s]; the rig's or the case's.")
     ] = None,

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import Changes
+from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import progress_bar
 
@@ -16,7 +16,7 @@ def register(app: typer.Typer) -> None:
 
 
 def modes(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     load: Annotated[
         str, typer.Option("--load", help="operating: torques and gravity as in the case; none.")
     ] = "operating",
@@ -32,7 +32,7 @@ def modes(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
 ) -> None:
-    """Show natural frequencies, damping ratios and mode shapes of a case under its load."""
+    """Show natural frequencies, damping and shapes under load."""
     import numpy as np
 
     from gearplay.files.atomic import check_new, write_bytes

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import Changes, Period, period_of
+from gearplay.cli.arguments import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.exit_codes import INTERRUPTED
@@ -17,7 +17,7 @@ def register(app: typer.Typer) -> None:
 
 
 def motion(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     periods: Annotated[int, typer.Option("--periods", help="Periods looked at, 100 or more.")] = 1000,
     settle: Annotated[int, typer.Option("--settle", help="Periods before.")] = 300,
     period: Period = "common",

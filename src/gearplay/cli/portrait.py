@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import Changes, Period, period_of
+from gearplay.cli.arguments import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels
 
@@ -16,7 +16,7 @@ def register(app: typer.Typer) -> None:
 
 
 def portrait(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     rotor: Annotated[
         list[str] | None, typer.Option("--rotor", help="A rotor to draw; all if not given. May be repeated.")
     ] = None,
@@ -29,7 +29,10 @@ def portrait(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
 ) -> None:
-    """Draw the orbits and phase portraits of a settled motion, once per period and at each onset of a contact."""
+    """Draw orbits, phase portraits and sections of a motion.
+
+    The motion has settled; sections are taken once per period and at each onset of a contact.
+    """
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.model.reading import load_case
     from gearplay.nonlinear.portraits import portrait_figure

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import SimulationError
@@ -18,23 +19,32 @@ def register(app: typer.Typer) -> None:
     app.command()(run)
 
 
+def _short(name: str, example: str) -> Any:
+    """Return the option that is short for ``--set run.NAME``."""
+    help_text = f"Short for --set run.{name}={example}."
+    return typer.Option(f"--{name}", metavar="VALUE", help=help_text, show_default=False)
+
+
 def run(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a bundled case.")],
+    case: CaseName,
     out: Annotated[Path | None, typer.Option("--out", help="Write the result here, as netCDF-4.")] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Change a value: --set meshes.0.backlash=200um. May be repeated."),
-    ] = None,
+    changes: Changes = None,
+    duration: Annotated[str | None, _short("duration", "2s")] = None,
+    transient: Annotated[str | None, _short("transient", "1s")] = None,
+    ensemble: Annotated[str | None, _short("ensemble", "16")] = None,
+    seed: Annotated[str | None, _short("seed", "1")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")] = False,
     json: Json = False,
 ) -> None:
     """Simulate a case and save the result."""
+    short = {"duration": duration, "transient": transient, "ensemble": ensemble, "seed": seed}
+    given = [*(changes or ()), *(f"run.{name}={value}" for name, value in short.items() if value is not None)]
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
         from gearplay.model.reading import load_case
         from gearplay.results.door import simulate
 
-        chosen = load_case(case, changes or ())
+        chosen = load_case(case, given)
         if out is not None:
             check_new(out, overwrite=overwrite)
             _check_size(chosen)

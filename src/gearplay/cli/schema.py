@@ -13,7 +13,10 @@ def register(app: typer.Typer) -> None:
 
 
 def schema(json: Json = False) -> None:
-    """Print the JSON schema of case files, for editors; it is JSON with --json or without."""
+    """Print the JSON schema of case files, for editors.
+
+    It is JSON with --json or without.
+    """
     from gearplay.model.schema import json_schema
 
     print_json(json_schema())

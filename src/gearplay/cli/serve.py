@@ -32,7 +32,7 @@ def serve(
         bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
     ] = True,
 ) -> None:
-    """Serve the interactive page: move a slider, watch the shaft rattle."""
+    """Serve the interactive page: move sliders, watch the shaft."""
     from gearplay.web.serve import Address
     from gearplay.web.serve import serve as serve_page
 

@@ -58,7 +58,10 @@ def study(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing report.")] = False,
     json: Json = False,
 ) -> None:
-    """Reproduce the article's study: six conditions, both models, tables, figures, verdicts and a report."""
+    """Reproduce the article's study and write its report.
+
+    Six conditions, both models, tables, figures and verdicts.
+    """
     from gearplay.published.settings import CALIBRATED, PARAMETERS, Settings
 
     if name != "han2021":

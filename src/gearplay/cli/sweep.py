@@ -36,7 +36,11 @@ def sweep(
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/sweep-PLAN].")] = None,
     changes: Annotated[
         list[str] | None,
-        typer.Option("--set", help="Change the base case: --set run.duration=0.2s. May be repeated."),
+        typer.Option(
+            "--set",
+            metavar="PATH=VALUE",
+            help="Change the base case: --set run.duration=0.2s. May be repeated.",
+        ),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say how many cases, how long and how large; write nothing.")
@@ -90,7 +94,10 @@ def resume(
     zarr: Zarr = False,
     json: Json = False,
 ) -> None:
-    """Go on with a sweep in its folder, and gather what its shards have done."""
+    """Go on with a stopped sweep, and gather what shards have done.
+
+    FOLDER is the --out of the sweep.
+    """
     from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.running.folder import plan_in
