@@ -123,6 +123,7 @@ def _run(
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
     from gearplay.sweeps.tolerances.answer import answer
+    from gearplay.sweeps.tolerances.page import PAGE
     from gearplay.vocabulary.optional import load_optional
 
     large = zarr and made.is_large
@@ -157,7 +158,7 @@ def _run(
                     document |= ended.as_document() | written
                 if made.plan.tolerance is not None:
                     found = answer(made, product, folder, engine=chosen, progress=report, stop=stop)
-                    document["tolerance"] = found
+                    document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
         except KeyboardInterrupt:
             say(f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there.")
             raise typer.Exit(INTERRUPTED) from None
@@ -171,30 +172,34 @@ def _words(d: dict[str, Any]) -> str:
     if d["missing"]:
         lines[0] += f", {d['missing']} not run yet"
     lines += [f"  {reason}" for reason in d["reasons"]]
-    for each in d.get("tolerance", {}).get("conditions", [])[:10]:
-        lines += _sentences(each["words"])
-    if d.get("tolerance", {}).get("search"):
-        lines += _sentences(d["tolerance"]["search"]["words"])
-    lines.append("Written: " + ", ".join(d[key] for key in ("out", "cube", "report") if key in d))
+    if "tolerance" in d:
+        told = [*d["tolerance"]["answer"]]
+        for each in d["tolerance"]["conditions"][:10]:
+            told += each["words"]
+        if d["tolerance"]["search"]:
+            told += d["tolerance"]["search"]["words"]
+        lines += dict.fromkeys(told)  # the answer first, no sentence twice
+    lines.append(
+        "Written: " + ", ".join(d[key] for key in ("report", "tolerance_page", "out", "cube") if key in d)
+    )
     return "\n".join(lines)
-
-
-def _sentences(words: Any) -> list[str]:
-    return [words] if isinstance(words, str) else list(words)
 
 
 def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from dataclasses import asdict
 
     from gearplay.sweeps.running.forecast import forecast
+    from gearplay.sweeps.tolerances.allowable import search_cases
 
     compile_kernels(made.template.base, quiet=json)
-    found = forecast(made, workers=workers)
+    found = forecast(made, search=search_cases(made.plan), workers=workers)
     if json:
         print_json({"title": made.plan.title, **asdict(found)})
         return
     print_text(
-        f"{made.plan.title or 'Sweep'}: {found.cases} cases, about {_duration(found.seconds)} on {found.workers} workers "
+        f"{made.plan.title or 'Sweep'}: {found.cases} cases"
+        + (f" and at most {found.search} of the search for a safe size" if found.search else "")
+        + f", about {_duration(found.seconds)} on {found.workers} workers "
         f"(from {found.pilots} of them), {found.bytes / 1e6:.3g} MB. Nothing was written."
     )
     if found.failed:

@@ -230,18 +230,27 @@ def test_a_dataset_put_together_by_hand_has_its_directions_drawn() -> None:
 
 def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figures: list[Any]) -> None:
     plan = plan_of(design={**DESIGN, "count": 2500}, reduce=[RMS])
-    sweep, dataset = made(plan)
+    sweep, dataset = made(plan, lambda k, values, member: values["speed"])
     first, again = (sweep_figures_of(sweep, dataset) for _ in range(2))
     assert first == again
-    lines = panels(figures[0])[0].collections[0]
-    segments = np.array(lines.get_segments())
-    assert segments.shape == (2000, 4, 2)
-    assert (segments[..., 1].min(), segments[..., 1].max()) == (
-        pytest.approx(0.0, abs=0.01),
-        pytest.approx(1.0, abs=0.01),
-    )
+    ax = panels(figures[1])[0]
+    rest, low, high = (np.array(each.get_segments()) for each in ax.collections)
+    assert (len(rest), len(low), len(high)) == (400, 150, 150)
+    assert rest.shape[1:] == (4, 2)
+    assert min(part[..., 1].min() for part in (rest, low, high)) >= 0.0
+    assert max(part[..., 1].max() for part in (rest, low, high)) <= 1.0
+    assert high[:, 0, 1].min() > low[:, 0, 1].max()  # the numbers rise with the first axis
+    told = [text.get_text() for text in figures[1].legends[0].get_texts()]
+    assert told[0].startswith("lowest tenth: ")
+    assert told[1].startswith("highest tenth: ")
+    assert "2000 of 2500 cases" in figures[1].get_suptitle()
+
+
+def test_few_cases_are_coloured_by_their_values(figures: list[Any]) -> None:
+    sweep_figures_of(*made(plan_of(design=DESIGN, reduce=[RMS])))
+    (lines,) = panels(figures[1])[0].collections
+    assert len(lines.get_segments()) == 40
     assert (np.diff(lines.get_array()) >= 0.0).all()  # the highest on top
-    assert "2000 of 2500 cases" in figures[0].get_suptitle()
 
 
 def test_the_band_of_a_curve_is_the_range_of_its_members(figures: list[Any]) -> None:

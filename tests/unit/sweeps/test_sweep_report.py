@@ -14,6 +14,7 @@ import pytest
 from gearplay.sweeps.door import sweep as run_sweep
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.report import curves as sweep_lines
+from gearplay.sweeps.report.conclusion import explained
 from gearplay.sweeps.report.page import failures_of, summary_of, varied_of, write_sweep_report
 from gearplay.sweeps.running.evaluate import Sweep
 from sweep_products import BOUNCE, DRAG, MODEL, PLAY, RMS, SPECTRUM, SPEED, made, plan_of
@@ -79,6 +80,27 @@ def test_a_page_of_a_real_sweep_says_how_it_was_computed(tmp_path: Path) -> None
     assert load_sweep(tomllib.loads(unescape(text[1]))) == plan
 
 
+def test_the_page_begins_with_what_the_sweep_says(tmp_path: Path) -> None:
+    plan = plan_of(SPEED, PLAY, members=2, reduce=[RMS])
+    sweep, dataset = made(plan, lambda k, v, member: v["speed"] + 1e-3 * member)
+    write_sweep_report(sweep, dataset, tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    low, high = (f"{rpm * math.pi / 30.0:.3g}" for rpm in (60.0, 300.0))
+    assert f"lies between {low} and {high} m/s²" in page
+    assert "Of its variance one quantity alone explains: speed 100 %; scatter among members is 0 %." in page
+    assert page.index("lies between") < page.index("data:image/png") < page.index("What was varied</h2>")
+
+
+def test_what_explains_a_number_and_what_chance_would() -> None:
+    generator = np.random.default_rng(1)
+    groups, signal = np.repeat(np.arange(10), 100), np.repeat(np.arange(10.0), 100)
+    noise = generator.normal(size=(200, 1000))
+    assert explained(signal + signal.std() * noise[0], groups) == pytest.approx(0.5, abs=0.05)
+    few = np.repeat(np.arange(10), 3)  # unadjusted, groups of three explain a third of noise
+    assert np.mean([explained(row[:30], few) for row in noise]) < 0.15
+    assert math.isnan(explained(np.array([1.0, np.nan]), np.array([0, 1])))
+
+
 def test_missing_and_failed_cases_are_counted_on_the_page(tmp_path: Path) -> None:
     sweep, dataset = made(plan_of(SPEED), lambda k, v, m: f"reason <{v['speed']:.4g}>")
     dataset["status"][0] = -1
@@ -87,7 +109,7 @@ def test_missing_and_failed_cases_are_counted_on_the_page(tmp_path: Path) -> Non
     assert "4 failed." in page
     assert "1 not run yet." in page
     assert page.count("reason &lt;") == 4
-    assert "None: no case was finished." in page
+    assert "No case was finished." in page
     assert not (tmp_path / "figures").exists()
 
 
@@ -97,4 +119,4 @@ def test_a_single_case_has_a_page_without_pictures(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "1 case of <code>han2021</code>" in page
     assert "Nothing: one case." in page
-    assert "None: no number differs between cases." in page
+    assert "No number differs between cases." in page

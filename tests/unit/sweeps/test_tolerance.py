@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from gearplay.model.reading import load_case
 from gearplay.sweeps.cases.draws import draw, sample_size, unit_points
-from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.kept import scalar_names
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
@@ -20,8 +20,10 @@ from gearplay.sweeps.tolerances.allowable import (
     NONE,
     UNKNOWN,
     largest_scale,
+    search_cases,
     scaled,
     search_plan,
+    size_words,
     step_of,
 )
 from gearplay.sweeps.tolerances.distribution import distribution
@@ -259,7 +261,38 @@ def test_the_fresh_sample_can_contradict_the_search() -> None:
     found = largest_scale(lambda f: f * sample, 2.0, check=lambda f: 3.0 * f * sample)
     assert found.confirmed is False
     assert found.check is not None
-    assert found.check.factor == found.factor
+    assert found.check.factor == found.advised == found.span[0] < found.factor
+
+
+def test_advice_is_the_factor_whose_whole_interval_keeps_to_the_limit() -> None:
+    sample = np.abs(np.random.default_rng(4).normal(size=400))
+    found = largest_scale(lambda f: f * sample, 2.0)
+    (advised,) = [step for step in found.steps if step.factor == found.advised]
+    assert found.safe
+    assert advised.low >= found.wanted
+    assert all(step.low < found.wanted for step in found.steps if step.factor > found.advised)
+    few = largest_scale(lambda f: f * sample[:20], 2.0)
+    assert not few.safe
+    assert few.advised == few.factor
+
+
+def test_the_cases_of_the_search_are_foretold() -> None:
+    plan = load_sweep("han2021-tolerances")
+    assert search_cases(plan) == (12 + 1) * 128 * 4  # twelve factors and the fresh sample, of 128 points and 4 members
+    assert search_cases(load_sweep("han2021-map")) == 0
+
+
+def test_sizes_are_told_in_the_units_of_the_plan() -> None:
+    error = Random(name="e", path="p", distribution="triangular", low="0.1 um", high="2 um", peak="0.5 um")
+    assert size_words(error, "high", 0.5) == "0.1 to 1 µm, peak 0.5 µm"
+    mixed = Random(name="e", path="p", low="500 nm", high="2 um")
+    assert size_words(mixed) == "500 nm to 2 µm"
+    assert (
+        size_words(Random(name="e", path="p", mode="scale", low=0.5, high=2.0), "size", 0.5)
+        == "0.25 to 1 times the case's"
+    )
+    logs = Random(name="e", path="p", distribution="log-normal", mean="10 um", deviation=0.3)
+    assert size_words(logs, "size", 2.0) == "median 20 µm, deviation of its logarithm 0.3"
 
 
 def test_scaling_multiplies_what_is_drawn_at_the_same_points() -> None:

@@ -81,6 +81,12 @@ def product_of(plan: SweepPlan, *, failed: bool = False) -> xr.Dataset:
     return found if plan.members > 1 else found.isel(member=0)
 
 
+def drawn_from() -> Any:
+    design = plan_of("monte-carlo", 30).design
+    assert design is not None
+    return design.parameters
+
+
 def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> None:
     plan = plan_of("saltelli", 64, members=2)
     tolerance = Tolerance(measure="mesh_amplitude", limit="13 um", probability=0.6, scale=("play",))
@@ -96,6 +102,11 @@ def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> 
     assert found["indices"]["names"] == ["play", "drag"]
     assert found["indices"]["total"][0] > 0.9
     assert document["search"]["factor"] == search.factor
+    assert document["search"]["advised"] == search.advised
+    (size,) = document["search"]["sizes"]
+    assert (size["name"], size["planned"]) == ("play", "50 to 150 µm")
+    assert document["answer"] == [found["words"][0], document["search"]["words"][0], found["words"][1]]
+    assert f"play of {50 * search.advised:.3g} to {150 * search.advised:.3g} µm" in document["answer"][1]
     assert sorted(f.name for f in (tmp_path / "figures").iterdir()) == [
         "distribution.png",
         "indices.png",
@@ -106,9 +117,10 @@ def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> 
     assert "within 13 µm with probability 60 %" in page
     assert "without draws" in page
     assert page.count("data:image/png;base64,") == 3
+    assert page.index(document["answer"][1]) < page.index("data:image/png") < page.index("as planned")
     for line in found["words"] + document["search"]["words"]:
         assert line.replace("'", "&#39;") in page
-    assert "play matters most" in " ".join(found["words"])
+    assert "Play matters most" in " ".join(found["words"])
     assert "µm (a fifth of them)" in " ".join(found["words"])
 
 
@@ -157,7 +169,7 @@ def test_the_verdict_allows_for_what_failed() -> None:
 
 def test_a_parameter_matters_only_beyond_the_scatter_among_members() -> None:
     found = Indices("sobol", ("a",), 0.95, 50, 0, (0.1,), (0.2,), (0.5,), (0.1,), noise=0.3)
-    assert indices_words(found)[0].startswith("a matters most: total index 0.50")
+    assert indices_words(found)[0].startswith("A matters most: total index 0.50")
     noisy = dataclasses.replace(found, noise=0.45)
     assert indices_words(noisy)[0].startswith("No parameter can be told to matter; first comes a")
     assert indices_words(dataclasses.replace(found, reason="why"))[0] == "No Sobol indices: why."
@@ -181,9 +193,9 @@ def test_any_sample_can_be_drawn(values: Any) -> None:
 @pytest.mark.parametrize(
     ("limit", "power", "said"),
     [
-        (1e-3, 1.0, "No factor of a and b from 0.25 to 4"),
+        (1e-3, 1.0, "No factor of play and drag from 0.25 to 4"),
         (99.0, 1.0, "the largest factor of the range"),
-        (2.0, 1.0, "lies between"),
+        (2.0, 1.0, "Safe with 95 % confidence: play of "),
         (2.0, -1.0, "the largest factor of the range"),
     ],
 )
@@ -191,13 +203,13 @@ def test_any_search_can_be_drawn_and_told(limit: float, power: float, said: str)
     sample = np.abs(np.random.default_rng(0).normal(size=300))
     found = largest_scale(lambda f: f**power * sample, limit, check=lambda f: f**power * sample[::-1])
     assert search_figure(found, SCRIPT).startswith(b"\x89PNG")
-    assert said in " ".join(search_words(found, "a and b"))
+    assert said in " ".join(search_words(found, drawn_from()))
 
 
 def test_a_search_whose_smaller_factors_fail_warns() -> None:
     sample = np.abs(np.random.default_rng(0).normal(size=300))
     found = largest_scale(lambda f: 5.0 * np.abs(f - 1.1875) * sample, 2.0)
-    words = " ".join(search_words(found, "a"))
+    words = " ".join(search_words(found, drawn_from()[:1]))
     assert "Smaller factors exceed the limit too often as well" in words
     assert "not checked" in words
     assert search_figure(found, "t").startswith(b"\x89PNG")

@@ -12,7 +12,7 @@ from gearplay.pictures.scales import spread_places
 from gearplay.sweeps.report.curves import PER_PAGE, carried_axis, hysteresis_figure, line_figure
 from gearplay.sweeps.report.drawable import DIRECTION, View
 from gearplay.sweeps.report.maps import map_figure
-from gearplay.sweeps.report.scatter import MOST_LINES, parallel_figure, scatter_figure
+from gearplay.sweeps.report.scatter import parallel_figure, scatter_figure
 from gearplay.sweeps.report.spectra import curves_figure, order_figure, waterfall_figure
 from gearplay.sweeps.running.evaluate import Sweep
 
@@ -47,9 +47,9 @@ def sweep_figures_of(sweep: Sweep, dataset: "xr.Dataset") -> dict[str, bytes]:
 
 
 def pictures_of(sweep: Sweep, dataset: "xr.Dataset") -> list[Picture]:
-    """Return at most `MOST` pictures: hysteresis, maps, spectra, parallel coordinates, drawn parameters, curves."""
+    """Return at most `MOST` pictures: hysteresis, maps, spectra, drawn parameters, parallel coordinates, curves."""
     view = View(sweep, dataset)
-    kinds = (_hysteresis, _maps, _spectra, _parallels, _scatters, _lines)
+    kinds = (_hysteresis, _maps, _spectra, _scatters, _parallels, _lines)
     found = (
         Picture(name, png, caption) for kind in kinds for name, png, caption in kind(view) if png is not None
     )
@@ -162,6 +162,7 @@ def _parallels(view: View) -> Drawn:
     for name in view.scalars[:MOST_PARALLEL]:
         caption = (
             f"Every line is a case across all that varies, coloured by {_sentence(view, name)[:1].lower()}"
-            f"{_sentence(view, name)[1:]}; of many cases {MOST_LINES} drawn at random, the same each time."
+            f"{_sentence(view, name)[1:]}; of many cases some are drawn at random, the same each time. Where a colour gathers "
+            "on an axis, that quantity matters."
         )
         yield f"parallel-{name}", parallel_figure(view, name), caption

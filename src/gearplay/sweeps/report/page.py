@@ -14,7 +14,8 @@ from gearplay.pictures.pages import data_uri, render_page
 from gearplay.pictures.words import shown_in
 from gearplay.results.account import Account
 from gearplay.sweeps.plans.design import Random
-from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, along_of
+from gearplay.sweeps.report.conclusion import conclusion_of
+from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, View, along_of
 from gearplay.sweeps.report.figures import Picture, pictures_of
 from gearplay.sweeps.running.evaluate import Sweep
 
@@ -68,6 +69,7 @@ def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> 
         failures=failures[:MOST_REASONS],
         reasons=len(failures),
         rows=summary_of(dataset),
+        conclusion=conclusion_of(View(sweep, dataset)),
         pictures=[(p, data_uri(p.png)) for p in pictures],
         document=plan_text(sweep),
         version=dataset.attrs.get("gearplay_version", ""),

@@ -19,12 +19,14 @@ from gearplay.pictures.canvas import (
     to_png,
 )
 from gearplay.pictures.scales import logarithmic_range
+from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain, short, wrapped
 from gearplay.sweeps.report.drawable import SAMPLE, Along, View
 from gearplay.sweeps.report.maps import MAP, color_bar, norm_of, round_ticks, title_of
 
 Floats = NDArray[np.float64]
 MOST_LINES, MOST_DOTS, FEW = 2000, 4000, 100
+FROM_TENTHS, MOST_GREY, MOST_OF_TENTH = 60, 400, 150
 MOST_PANELS, MOST_ACROSS, MOST_TICKS = 12, 14, 12
 SEED = 20210623
 JITTER = 0.012  # of an axis, so that lines through the same value are seen side by side
@@ -44,7 +46,7 @@ def scatter_figure(view: View, name: str) -> bytes | None:
         return None
     drawn = list(view.drawn.values())
     drawn = [drawn[at] for at in strongest([axis.values for axis in drawn], found[0], MOST_PANELS)]
-    columns = min(3, len(drawn))
+    columns = 2 if len(drawn) == 4 else min(3, len(drawn))
     rows = -(-len(drawn) // columns)
     figure, axes = make_figure(
         rows, columns, 0.9 + (2.3 if columns > 1 else 3.3) * rows, width=WIDTH if columns > 1 else 7.0
@@ -117,7 +119,7 @@ def chosen_cases(count: int) -> NDArray[np.int64]:
 
 
 def parallel_figure(view: View, name: str) -> bytes | None:
-    """Draw cases as lines across all axes and drawn parameters, coloured by a variable, the highest on top.
+    """Draw cases as lines across all axes and drawn parameters: few coloured by a variable, of many the extreme tenths.
 
     None where no case has a number. Lines are spread a little around the values of an axis.
     """
@@ -144,7 +146,9 @@ def parallel_figure(view: View, name: str) -> bytes | None:
     order = np.argsort(values[known], kind="stable")
     figure, axes = make_figure(1, 1, 4.9)
     ax = axes[0, 0]
-    _draw_lines(ax, lines[order], values[known][order], scale[0])
+    many = len(lines) >= FROM_TENTHS
+    draw = _draw_tenths if many else _draw_lines
+    handles = draw(ax, lines[order], values[known][order], scale[0], view.unit(name))
     for at, axis in enumerate(across):
         _axis(ax, at, axis, listed=axis.name not in view.drawn and len(axis.values) <= MOST_TICKS)
     labels = [plain(wrapped(short(axis.label, 60), max(9, 84 // len(across)))) for axis in across]
@@ -155,7 +159,10 @@ def parallel_figure(view: View, name: str) -> bytes | None:
     ax.spines[:].set_visible(False)
     ax.tick_params(length=0)
     ax.grid(False)
-    color_bar(figure, axes, ax.collections[0], view.label(name), scale[1])
+    if many:
+        set_legend(figure, handles)
+    else:
+        color_bar(figure, axes, ax.collections[0], view.label(name), scale[1])
     left_out = _left_out(len(across), len(view.axes) + len(view.drawn))
     count = f"{int(known.sum())} of {math.prod(sizes)} cases{left_out}"
     told = ", ".join(words for words in (count, view.member_words) if words)
@@ -163,16 +170,34 @@ def parallel_figure(view: View, name: str) -> bytes | None:
     return to_png(figure)
 
 
-def _draw_lines(ax: Any, lines: Floats, values: Floats, norm: Any) -> None:
+def _draw_lines(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -> dict[str, Any]:
+    """Draw every line in the colour of its value."""
+    _add(ax, lines, 1.2, 0.7, array=np.maximum(values, norm.vmin), norm=norm, cmap=MAP)
+    return {}
+
+
+def _draw_tenths(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -> dict[str, Any]:
+    """Draw the tenth of the highest values and that of the lowest over the rest; lines and values rise together."""
+    tenth, told = max(1, len(lines) // 10), "" if unit == "1" else f" {unit}"
+    shown = np.random.default_rng(SEED).permutation(np.arange(tenth, len(lines) - tenth))[:MOST_GREY]
+    _add(ax, lines[shown], 0.5, 0.35, color=CLEARANCE)
+    handles = {}
+    for words, part, color in (
+        ("lowest", slice(0, tenth), COUPLED),
+        ("highest", slice(-tenth, None), UNCOUPLED),
+    ):
+        _add(ax, lines[part][-MOST_OF_TENTH:], 0.8, 0.6, color=color)
+        ends = f"{values[part].min():.3g} to {values[part].max():.3g}{told}"
+        handles[f"{words} tenth: {ends}"] = legend_mark(color, line="-")
+    return handles | {"the rest": legend_mark(CLEARANCE, line="-")}
+
+
+def _add(ax: Any, lines: Floats, width: float, alpha: float, **style: Any) -> None:
     from matplotlib.collections import LineCollection
 
     x = np.arange(lines.shape[1], dtype=np.float64)
     paths = [np.column_stack([x, line]) for line in lines]
-    width = 1.2 if len(lines) < 200 else 0.6
-    drawn = LineCollection(
-        paths, array=np.maximum(values, norm.vmin), norm=norm, cmap=MAP, linewidth=width, alpha=0.7
-    )
-    ax.add_collection(drawn)
+    ax.add_collection(LineCollection(paths, linewidth=width, alpha=alpha, **style))
 
 
 def _unit(axis: Along, values: Floats) -> Floats:

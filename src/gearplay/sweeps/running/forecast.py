@@ -11,9 +11,13 @@ from gearplay.vocabulary.cores import worker_count
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps; how many of the pilots failed."""
+    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps; how many of the pilots failed.
+
+    ``search`` counts the cases of the search for a safe size, which come on top and are in the seconds too.
+    """
 
     cases: int
+    search: int
     pilots: int
     seconds: float
     workers: int
@@ -22,8 +26,11 @@ class Forecast:
     reason: str
 
 
-def forecast(made: Sweep, *, workers: int | None = None, patience: float = 8.0) -> Forecast:
-    """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take."""
+def forecast(made: Sweep, *, search: int = 0, workers: int | None = None, patience: float = 8.0) -> Forecast:
+    """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take.
+
+    ``search`` cases like these come on top.
+    """
     count, spent, pilots, reasons = len(made.template.points), 0.0, 0, list[str]()
     with closing(run_threads(made, order_of(made.template.points.jobs)[:12], workers=1)) as finished:
         for outcomes in finished:
@@ -32,7 +39,7 @@ def forecast(made: Sweep, *, workers: int | None = None, patience: float = 8.0) 
             if spent > patience:
                 break
     cores = min(workers or worker_count(), worker_count())
-    seconds = count * spent / pilots / cores
+    seconds = (count + search) * spent / pilots / cores
     return Forecast(
-        count, pilots, seconds, cores, 1.1 * made.bytes, len(reasons), reasons[0] if reasons else ""
+        count, search, pilots, seconds, cores, 1.1 * made.bytes, len(reasons), reasons[0] if reasons else ""
     )

@@ -8,7 +8,7 @@ crossed, bisection narrows the last crossing, and an independent sample at the a
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,7 +46,7 @@ class Allowable:
     ``verdict`` is "found", "all" (the largest factor keeps to the limit), "none" (no simulated factor does) or "unknown" (no
     case finished). ``factor`` is the largest that keeps to it (NaN for none), ``resolution`` how much larger the next one is that
     does not. ``span`` holds the true factor with the given confidence, an infinite end where that lies beyond the range.
-    ``single`` is false where a smaller factor fails too. ``check`` is a fresh sample at the answer; ``steps`` are in the order of
+    ``single`` is false where a smaller factor fails too. ``check`` is a fresh sample at `advised`; ``steps`` are in the order of
     their factors.
     """
 
@@ -61,8 +61,18 @@ class Allowable:
     check: Step | None
 
     @property
+    def safe(self) -> bool:
+        """Whether some factor keeps to the limit with the whole interval of its probability."""
+        return math.isfinite(self.span[0])
+
+    @property
+    def advised(self) -> float:
+        """The largest safe factor; where none is, the largest that keeps to the limit by the sample alone; NaN for none."""
+        return self.span[0] if self.safe else self.factor
+
+    @property
     def confirmed(self) -> bool | None:
-        """Whether the fresh sample proves the answer (True), contradicts it (False), or leaves it open (None)."""
+        """Whether the fresh sample proves the advised factor (True), contradicts it (False), or leaves it open (None)."""
         if self.check is None:
             return None
         return True if self.check.low >= self.wanted else False if self.check.high < self.wanted else None
@@ -94,7 +104,8 @@ def largest_scale(
 
     ``evaluate(factor)`` returns the measure's values, shape [sample] or [sample, member], from the same points for every
     factor; ``check(factor)`` the same from fresh points. ``steps`` factors are simulated: five, and then the middle of where the
-    estimate or an end of its interval crosses the wanted probability, whichever is known worst, the estimate counted twice.
+    estimate or an end of its interval crosses the wanted probability, whichever is known worst, the lower end, from which the
+    advice comes, counted twice.
     The span has the pointwise confidence where the probability falls with the factor: with common random numbers the
     ends of the interval then fall too, and cross the wanted probability once.
 
@@ -113,7 +124,9 @@ def largest_scale(
         if not best < next_up:  # all factors keep to the limit, or none does
             break
         gaps = [(best, next_up), *(_crossing(taken, end, probability) for end in ("low", "high"))]
-        widths = [2.0 * (next_up - best), *(above - below for below, above in gaps[1:])]
+        widths = [
+            weight * (above - below) for weight, (below, above) in zip((1.0, 2.0, 1.0), gaps, strict=True)
+        ]
         middle = 0.5 * sum(gaps[int(np.nanargmax(widths))])
         taken[middle] = step_of(middle, evaluate(middle), limit, confidence)
         best, next_up = _crossing(taken, "meets", probability)
@@ -121,7 +134,7 @@ def largest_scale(
     finished = any(step.failed < step.cases for step in done)
     met = not math.isnan(best)
     verdict = UNKNOWN if not finished else NONE if not met else ALL if next_up == best else FOUND
-    return Allowable(
+    answer = Allowable(
         verdict=verdict,
         factor=best,
         resolution=next_up - best,
@@ -133,8 +146,11 @@ def largest_scale(
         wanted=probability,
         confidence=confidence,
         steps=done,
-        check=step_of(best, check(best), limit, confidence) if check is not None and met else None,
+        check=None,
     )
+    if check is None or not met:
+        return answer
+    return replace(answer, check=step_of(answer.advised, check(answer.advised), limit, confidence))
 
 
 def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[float, float]:
@@ -144,6 +160,15 @@ def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[f
     if not passing:
         return math.nan, math.nan
     return factors[passing[-1]], factors[min(passing[-1] + 1, len(factors) - 1)]
+
+
+def search_cases(plan: SweepPlan) -> int:
+    """Return how many cases the search of a plan simulates at most, its fresh sample included; 0 without a search."""
+    tolerance = plan.tolerance
+    if tolerance is None or not tolerance.scale or plan.design is None:
+        return 0
+    points = scaled(plan.design, tolerance, 1.0).count
+    return (tolerance.steps + 1) * points * plan.members
 
 
 def search_plan(plan: SweepPlan, tolerance: Tolerance, factor: float, *, fresh: bool = False) -> SweepPlan:
@@ -169,6 +194,38 @@ def scaled(design: Design, tolerance: Tolerance, factor: float, *, fresh: bool =
             "parameters": parameters,
         }
     )
+
+
+def size_words(p: Random, scaling: str = "size", factor: float = 1.0) -> str:
+    """Return what a parameter is drawn from, ``factor`` times as large, in the units of the plan.
+
+    >>> size_words(Random(name="e", path="p", distribution="triangular", low="0.1 um", high="2 um", peak="0.5 um"), "size", 0.68)
+    '0.068 to 1.36 µm, peak 0.34 µm'
+    >>> size_words(Random(name="c", path="p", distribution="normal", mean="100 um", deviation="20 um"))
+    '100 ± 20 µm'
+    """
+    larger = _larger(p, scaling, factor) if factor != 1.0 else p
+
+    def shown(bound: Any) -> tuple[str, str]:
+        found = _LEADING.fullmatch(str(bound).strip(" "))
+        if found is None:
+            return str(bound), ""
+        unit = re.sub(r"\bum\b", "µm", found[2].strip())
+        return f"{float(found[1]):.3g}", f" {unit}" if unit else ""
+
+    def pair(first: Any, second: Any, between: str) -> str:
+        (one, unit), (other, last) = shown(first), shown(second)
+        return f"{one}{'' if unit == last else unit} {between} {other}{last}"
+
+    if "normal" in p.distribution:
+        words = pair(larger.mean, larger.deviation, "±")
+        if p.distribution == "log-normal":
+            words = f"median {''.join(shown(larger.mean))}, deviation of its logarithm {shown(larger.deviation)[0]}"
+    else:
+        words = pair(larger.low, larger.high, "to")
+    if larger.peak is not None:
+        words += f", peak {''.join(shown(larger.peak))}"
+    return words + (" times the case's" if p.mode == "scale" else "")
 
 
 def _larger(p: Random, scaling: str, factor: float) -> Random:

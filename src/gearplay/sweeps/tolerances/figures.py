@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
 from gearplay.pictures.words import plain, short, shown_in
-from gearplay.sweeps.tolerances.allowable import ALL, Allowable
+from gearplay.sweeps.tolerances.allowable import Allowable
 from gearplay.sweeps.tolerances.distribution import Distribution
 from gearplay.sweeps.tolerances.exceedance import Exceedance, as_table, interval_of
 from gearplay.sweeps.tolerances.sobol_indices import Indices
@@ -199,17 +199,17 @@ def indices_figure(found: Indices, title: str) -> bytes:
     return to_png(figure)
 
 
-def search_figure(found: Allowable, title: str) -> bytes:
+def search_figure(found: Allowable, title: str, grows: str = "what grows") -> bytes:
     """Draw the probability to keep to the limit against the factor, with the answer, its span and the fresh sample.
 
-    Where the span is bounded, a second panel shows its surroundings.
+    ``grows`` names what is multiplied. Where the span is bounded, a second panel shows its surroundings.
     """
     near = found.single and all(map(math.isfinite, found.span)) and found.span[0] < found.span[1]
     figure, both = make_figure(1, 2 if near else 1, 3.9)
     axes = both[0]
     for ax in axes:
         _search(ax, found)
-        ax.set_xlabel("factor of what grows [1]", fontsize=TEXT)
+        ax.set_xlabel(plain(short(f"factor of {grows}", 60)), fontsize=TEXT)
     axes[0].set_ylabel("share that keeps to the limit [%]", fontsize=TEXT)
     axes[0].set_ylim(max(-2.0, 100.0 * min(found.wanted, *(s.low for s in found.steps)) - 4.0), 102.0)
     if near:
@@ -238,7 +238,7 @@ def _search(ax: Any, found: Allowable) -> None:
     )
     if found.single and math.isfinite(found.factor):
         ax.axvspan(*np.clip(found.span, x[0], x[-1]), color=CLEARANCE, alpha=0.22, linewidth=0,
-                   label=f"{percent(found.confidence)} span of the answer")  # fmt: skip
+                   label=f"{percent(found.confidence)} interval of the true limit")  # fmt: skip
     ax.plot(x, meets, color=COUPLED, linewidth=0.8, alpha=0.6)
     ax.errorbar(x, meets, yerr=[meets - low, high - meets], fmt="o", color=COUPLED, markersize=4.5, elinewidth=0.9,
                 capsize=2.5, label="simulated, the same points for all")  # fmt: skip
@@ -250,8 +250,10 @@ def _search(ax: Any, found: Allowable) -> None:
         label=f"wanted: {percent(found.wanted)}",
     )
     if math.isfinite(found.factor):
-        words = "largest of the range" if found.verdict == ALL else "answer"
-        ax.axvline(found.factor, color=LIMIT, linewidth=1.2, label=f"{words}: × {found.factor:.4g}")
+        words = (
+            f"safe with {percent(found.confidence)} confidence" if found.safe else "kept by the sample alone"
+        )
+        ax.axvline(found.advised, color=LIMIT, linewidth=1.2, label=f"{words}: × {found.advised:.3g}")
     c = found.check
     if c is not None:
         ax.errorbar([c.factor], [100.0 * c.meets], yerr=[[100.0 * (c.meets - c.low)], [100.0 * (c.high - c.meets)]],

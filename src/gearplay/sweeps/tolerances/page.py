@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,11 +15,12 @@ from numpy.typing import NDArray
 from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.files.json_text import finite
 from gearplay.pictures.pages import data_uri, render_page
+from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
 from gearplay.sweeps.tolerances import figures as figures_of
 from gearplay.sweeps.tolerances import words as words_of
-from gearplay.sweeps.tolerances.allowable import Allowable
+from gearplay.sweeps.tolerances.allowable import Allowable, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
 from gearplay.vocabulary.version import VERSION
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
+PAGE = "tolerance.html"
 MOST_DRAWN = 6  # conditions with figures of their own
 MOST_LISTED = 500  # conditions in the table of the page
 
@@ -71,12 +74,12 @@ def write_tolerance(
     found = list(conditions_of(plan, tolerance, product, limit))
     scales = {p.name: _scale_of(product, p.name) for p in plan.design.parameters}
     document = document_of(plan, tolerance, product, found, scales, search, limit)
-    figures = draw_figures(tolerance, found, search)
+    figures = draw_figures(tolerance, found, search, plan.design)
     make_folder(folder / "figures")
     for name, png in figures.items():
         write_bytes(folder / "figures" / f"{name}.png", png)
     write_text(folder / "tolerance.json", json.dumps(document, indent=1, allow_nan=False))
-    write_text(folder / "tolerance.html", render(plan, found, scales, document, figures))
+    write_text(folder / PAGE, render(plan, found, scales, document, figures))
     return document
 
 
@@ -124,8 +127,15 @@ def document_of(
     attributes = product[tolerance.measure].attrs
     sought = None
     if search is not None:
-        sentences = words_of.search_words(search, " and ".join(tolerance.scale))
-        sought = {**asdict(search), "confirmed": search.confirmed, "words": sentences}
+        grown = [p for p in plan.design.parameters if p.name in tolerance.scale]
+        sought = {
+            **asdict(search),
+            "safe": search.safe,
+            "advised": search.advised,
+            "confirmed": search.confirmed,
+            "sizes": _sizes(search, grown, tolerance.scaling),
+            "words": words_of.search_words(search, grown, tolerance.scaling),
+        }
     document: dict[str, Any] = finite(
         {
             "title": plan.title,
@@ -143,7 +153,31 @@ def document_of(
             "gearplay_version": VERSION,
         }
     )
-    return document
+    return document | {"answer": first_words(document)}
+
+
+def _sizes(search: Allowable, grown: list[Random], scaling: str) -> list[dict[str, str]]:
+    """Return what each parameter of the search is drawn from: as planned, at the advised factor, at the estimate."""
+    factors = {"planned": 1.0, "advised": search.advised, "estimate": search.factor}
+    return [
+        {"name": p.name}
+        | {key: size_words(p, scaling, f) if math.isfinite(f) else "–" for key, f in factors.items()}
+        for p in grown
+    ]
+
+
+def first_words(document: dict[str, Any]) -> list[str]:
+    """Return the answer in at most three sentences: is the limit kept, what size is safe, which parameter matters."""
+    conditions, search = document["conditions"], document["search"]
+    if len(conditions) != 1:
+        counts = Counter(each["verdict"] for each in conditions)
+        told = ", ".join(
+            f"{words} in {counts[key]}" for key, words in words_of.STANDING.items() if counts[key]
+        )
+        return [f"{document['measure']['name']} over {len(conditions)} conditions: {told}."]
+    words = conditions[0]["words"]
+    indices = next((line for line in words if "matter" in line), "")
+    return [line for line in (words[0], search["words"][0] if search else "", indices) if line]
 
 
 def _condition_document(found: Condition, tolerance: Tolerance, scales: dict[str, Scale]) -> dict[str, Any]:
@@ -156,7 +190,9 @@ def _condition_document(found: Condition, tolerance: Tolerance, scales: dict[str
     return {"at": found.at, "label": found.label, "verdict": verdict, "words": words, **asdict(answers)}
 
 
-def draw_figures(tolerance: Tolerance, found: list[Condition], search: Allowable | None) -> dict[str, bytes]:
+def draw_figures(
+    tolerance: Tolerance, found: list[Condition], search: Allowable | None, design: Design | None = None
+) -> dict[str, bytes]:
     """Draw every figure of the page: name -> PNG."""
     figures: dict[str, bytes] = {}
     for at, each in enumerate(found[:MOST_DRAWN]):
@@ -173,8 +209,13 @@ def draw_figures(tolerance: Tolerance, found: list[Condition], search: Allowable
                 indices, f"Where the scatter of {tolerance.measure} comes from: Sobol indices{made}{where}"
             )
     if search is not None:
-        title = f"How far {' and '.join(tolerance.scale)} may grow: {tolerance.measure} within its limit"
-        figures["search"] = figures_of.search_figure(search, title)
+        names = " and ".join(map(words_of.spoken, tolerance.scale))
+        title = f"How large {names} may be: {tolerance.measure} within its limit"
+        grows = "each of them"
+        if len(tolerance.scale) == 1 and design is not None:
+            (one,) = (p for p in design.parameters if p.name in tolerance.scale)
+            grows = f"{names} (1: {size_words(one, tolerance.scaling)})"
+        figures["search"] = figures_of.search_figure(search, title, grows)
     return figures
 
 

@@ -1,8 +1,10 @@
 """What a tolerance study found, in sentences: for the page, the command line and the document alike."""
 
 import math
+from collections.abc import Sequence
 
-from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable
+from gearplay.sweeps.plans.design import Random
+from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable, size_words
 from gearplay.sweeps.tolerances.exceedance import Exceedance
 from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.sobol_indices import Indices
@@ -14,6 +16,7 @@ CAPTION = {
     EXCEEDED: "The limit is not kept.",
     OPEN: "The sample cannot tell whether the limit is kept: draw more points.",
 }
+STANDING = {KEPT: "kept", EXCEEDED: "not kept", OPEN: "cannot be told"}
 
 
 def _counted(number: int, name: str) -> str:
@@ -66,14 +69,14 @@ def indices_words(found: Indices) -> list[str]:
     noise = found.noise if found.source == "sobol" and math.isfinite(found.noise) else 0.0
     told = found.total[top] - found.total_error[top] > noise
     who = (
-        f"{found.names[top]} matters most"
+        f"{spoken(found.names[top])} matters most"
         if told
-        else f"No parameter can be told to matter; first comes {found.names[top]}"
+        else f"No parameter can be told to matter; first comes {spoken(found.names[top])}"
     )
     first = f"first order {found.first[top]:.2f} ± {found.first_error[top]:.2f}"
     total = f"total index {found.total[top]:.2f} ± {found.total_error[top]:.2f}, {first}"
     shown = total if found.source == "sobol" or found.degree > 1 else f"{first}, no interactions seen"
-    lines = [f"{who}: {shown} (from {made}, {found.used} points)."]
+    lines = [f"{who[0].upper()}{who[1:]}: {shown} (from {made}, {found.used} points)."]
     if math.isfinite(found.unexplained):
         lines.append(
             f"The polynomial leaves {percent(found.unexplained)} of the variance unexplained when each point is predicted "
@@ -93,18 +96,19 @@ def cut_words(cut: Cut, scale: Scale) -> str:
     """Return what the best cut brings."""
     side = "below" if cut.end == "low" else "above"
     return (
-        f"Without draws of {cut.name} {side} {scale.words(cut.bound)} (a fifth of them) the probability to exceed the limit "
-        f"would be {percent(cut.probability)} ({percent(cut.low)} to {percent(cut.high)})."
+        f"Without draws of {spoken(cut.name)} {side} {scale.words(cut.bound)} (a fifth of them) the probability to exceed the "
+        f"limit would be {percent(cut.probability)} ({percent(cut.low)} to {percent(cut.high)})."
     )
 
 
-def search_words(found: Allowable, names: str) -> list[str]:
-    """Return the answer of the search, how sure it is, and what the fresh sample says."""
+def search_words(found: Allowable, parameters: Sequence[Random], scaling: str = "size") -> list[str]:
+    """Return how large the parameters may be, in the units of the plan, and how sure that is: the safe factor first."""
+    names = " and ".join(spoken(p.name) for p in parameters)
     low, high = found.steps[0].factor, found.steps[-1].factor
     failed = sum(step.failed for step in found.steps)
     note = [f"{_counted(failed, 'case')} of the search failed, counted as over the limit."] if failed else []
     if found.verdict == UNKNOWN:
-        return ["No case of the search finished: nothing can be said of larger clearances."]
+        return ["No case of the search finished: nothing can be said of other sizes."]
     if found.verdict == NONE:
         best = max(found.steps, key=lambda step: step.meets)
         span = f"{names} from {low:.4g} to {high:.4g}"
@@ -119,46 +123,66 @@ def search_words(found: Allowable, names: str) -> list[str]:
             f"The best is × {best.factor:.4g} with {percent(best.meets)} ({percent(best.low)} to {percent(best.high)}).",
             *note,
         ]
-    if found.verdict == ALL:
-        lines = [
-            f"{names} may be × {found.factor:.4g}, the largest factor of the range: the limit is kept with probability "
-            f"{percent(found.steps[-1].meets)}."
-        ]
-    else:
-        lines = [
-            f"{names} may be at most × {found.factor:.4g}; × {found.factor + found.resolution:.4g} exceeds the limit too often."
-        ]
-    if found.single:
-        lines.append(f"With {percent(found.confidence)} confidence the largest factor {_span_words(found)}.")
-    else:
-        lines.append(
+    if not found.single:
+        warning = (
             "Smaller factors exceed the limit too often as well: see the figure before using the answer."
         )
-    return [*lines, *_check_words(found), *note]
+        return [_advice(found, parameters, scaling), warning, *_check_words(found), *note]
+    return [_advice(found, parameters, scaling), *_check_words(found), _estimate(found), *note]
 
 
-def _span_words(found: Allowable) -> str:
-    low, high = found.span
-    ends = f"{found.steps[0].factor:.4g}", f"{found.steps[-1].factor:.4g}"
-    if math.isinf(low) and math.isinf(high):
-        return f"is not bounded within {ends[0]} to {ends[1]}: draw more points"
-    if math.isinf(low):
-        return f"is below {high:.4g} (it may be below {ends[0]})"
-    if math.isinf(high):
-        more = "" if found.verdict == ALL and low == found.factor else f" (it may be above {ends[1]})"
-        return f"is {low:.4g} or more{more}"
-    return f"lies between {low:.4g} and {high:.4g}"
+def spoken(name: str) -> str:
+    """Return a name as it is said.
+
+    >>> spoken("tooth_error")
+    'tooth error'
+    """
+    return name.replace("_", " ")
+
+
+def _advice(found: Allowable, parameters: Sequence[Random], scaling: str) -> str:
+    sizes = " and ".join(
+        f"{spoken(p.name)} of {size_words(p, scaling, found.advised)}" for p in parameters[:3]
+    ) + (f" and {len(parameters) - 3} more" if len(parameters) > 3 else "")
+    factor = f"× {found.advised:.3g}"
+    if found.verdict == ALL and found.advised == found.factor:
+        factor += ", the largest factor of the range"
+    if found.safe:
+        return (
+            f"Safe with {percent(found.confidence)} confidence: {sizes} ({factor}); the limit is then kept with probability "
+            f"{percent(found.wanted)} or more."
+        )
+    return (
+        f"No factor can be called safe with {percent(found.confidence)} confidence: draw more points. By this sample alone: "
+        f"{sizes} ({factor})."
+    )
+
+
+def _estimate(found: Allowable) -> str:
+    """Return where the limit itself lies, as far as the sample tells."""
+    _, high = found.span
+    if found.verdict == ALL:
+        return (
+            "The true limit may lie beyond the range."
+            if math.isinf(high)
+            else f"The true limit lies below × {high:.3g}."
+        )
+    end = "may lie beyond the range" if math.isinf(high) else f"lies below × {high:.3g}"
+    return (
+        f"By the sample alone the limit is kept up to × {found.factor:.3g} and not at × {found.factor + found.resolution:.3g}; "
+        f"with {percent(found.confidence)} confidence the true limit {end}."
+    )
 
 
 def _check_words(found: Allowable) -> list[str]:
     if found.check is None:
-        return ["The answer was not checked by fresh points."]
+        return ["It was not checked by fresh points."]
     verdict = {
         True: "confirms it",
-        False: "contradicts it: use the lower end of the span",
-        None: "agrees with it, as near as it can tell",
+        False: "contradicts it: draw more points",
+        None: "agrees, as near as it can tell",
     }[found.confirmed]
     return [
-        f"A fresh sample at × {found.check.factor:.4g} keeps to the limit with probability {percent(found.check.meets)} "
+        f"A fresh sample at × {found.check.factor:.3g} keeps to the limit with probability {percent(found.check.meets)} "
         f"({percent(found.check.low)} to {percent(found.check.high)}; wanted {percent(found.wanted)}): it {verdict}."
     ]
