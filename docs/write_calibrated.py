@@ -20,7 +20,7 @@ TEXT = """\
 # one common factor: {fresh:.0f} % on fresh members, {left_out:.0f} % under conditions left out.
 # "fitted" marks what was free; most of it is not identified (docs/validation). The rest is as in han2021.
 
-title = "Han 2021, calibrated, 120 rpm, 100/100 um"
+title = "Han 2021, calibrated{of}, 120 rpm, 100/100 um"
 formulation = "geometric"
 backlash_model = "{model}"
 gravity = ["{tilt_along:.4g} m/s^2", "{tilt_across:.4g} m/s^2"]    # fitted: a rig that is not quite level
@@ -126,7 +126,13 @@ def main(folder: Path) -> None:
     (SOURCE / "published" / "han2021_calibration.json").write_text(text, encoding="utf-8")
     for model, name in CASES.items():
         fit = fits[model]
-        numbers = {"trials": fit["trials"], "seed": seed, "digest": digest, "model": model}
+        numbers = {
+            "trials": fit["trials"],
+            "seed": seed,
+            "digest": digest,
+            "model": model,
+            "of": "" if model == "coupled" else f" {model}",
+        }
         errors = {"fresh": fit["amplitude_error"], "left_out": fit["held_out_amplitude_error"]}
         filled = TEXT.format(**numbers, **errors, **shown(fit["best"]))
         (SOURCE / "model" / "cases" / f"{name}.toml").write_text(filled, encoding="utf-8")

@@ -79,6 +79,7 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
         {
             "title": plan.title,
             "statement": said,
+            "answer": answer_of(plan, fits, spans, statement),
             "duels": duels,
             "fits": [_fit_document(plan, fit, spans[fit.model]) for fit in fits],
             "plan": plan.model_dump(mode="json"),
@@ -86,6 +87,32 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
         }
     )
     return document
+
+
+def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
+    """Return the answer in three sentences: which model, how well, and which parameters the records tell."""
+    reading = fits[0].reading
+    own = [fit for fit in fits if fit.reading == reading]
+    where = "" if len(_readings(fits)) == 1 else f" (reading {reading})"
+    errors = "; ".join(
+        f"{fit.model} {_fixed(fit.amplitude_error, 0)} % and {_fixed(mean_error(fit.held_out, frequencies=False), 0)} %"
+        for fit in own
+    )
+    named = next((fit for fit in own if fit.model == statement.overall), None)
+    best = named or min(own, key=lambda fit: fit.amplitude_error)
+    told = [
+        f"{span.name.replace('_', ' ')} {span.words(each.low)} to {span.words(each.high)}"
+        + ("" if span.unit == "1" else f" {span.unit}")
+        for span, each in zip(spans[best.model], best.intervals, strict=True)
+        if each.identified
+    ]
+    count = len(plan.parameters)
+    listed = f": {', '.join(told)} (90 % intervals)" if told else ""
+    return [
+        _sentences(statement)[0],
+        f"Mean error of amplitudes on fresh members, and under conditions left out of the fit{where}: {errors}.",
+        f"The data tell {len(told)} of {count} parameter{'s' if count > 1 else ''} of the model {best.model}{listed}.",
+    ]
 
 
 def _sentences(statement: Statement) -> list[str]:
@@ -108,14 +135,19 @@ def _version(package: str) -> str:
 
 
 def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
-    """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out."""
+    """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out.
+
+    Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI.
+    """
     held = {key: value for key, value in asdict(fit).items() if key not in ("sample", "history")}
     predicted = _predicted(fit)
     held["parameters"] = [
         {
             "name": span.name,
-            "unit": span.unit,
-            "searched": [span.low, span.high],
+            "unit": span.si,
+            "shown_unit": span.unit,
+            "shown_factor": span.factor,
+            "searched": [span.low / span.factor, span.high / span.factor],
             "scale": span.scale,
             "best": fit.best[span.name],
             "low": interval.low,

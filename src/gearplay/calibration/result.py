@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-SI = {"µm": "m"}
-"""Units in which bounds are shown where values are in SI."""
 COLUMNS = {"best": "best value", "low": "lower end of its interval", "high": "upper end of its interval"}
 
 
@@ -45,12 +43,7 @@ class Calibration(Answer, WasDocument):
     def parameters(self) -> list[dict[str, Any]]:
         """Every parameter of every fit: model, reading, name, best value and interval, and the SI unit of these."""
         return [
-            {
-                "model": fit["model"],
-                "reading": fit["reading"],
-                **row,
-                "unit": SI.get(row["unit"], row["unit"]),
-            }
+            {"model": fit["model"], "reading": fit["reading"], **row}
             for fit in self.document["fits"]
             for row in fit["parameters"]
         ]
@@ -88,8 +81,8 @@ class Calibration(Answer, WasDocument):
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each parameter of each fit."""
         return [
-            (f"{row['name']}, {row['model']}, {row['reading']}", f"{_number(row['best']):.4g} {row['unit']}"
-             f" ({_number(row['low']):.4g} to {_number(row['high']):.4g})")
+            (f"{row['name']}, {row['model']}, {row['reading']}", f"{_shown(row, 'best')} {row['shown_unit']}"
+             f" ({_shown(row, 'low')} to {_shown(row, 'high')})")
             for row in self.parameters
         ]  # fmt: skip
 
@@ -108,6 +101,10 @@ class Calibration(Answer, WasDocument):
         drawn.set_yticks(range(len(rows)), names, fontsize=6.5)
         drawn.set_xlabel("interval of the parameter over its best value [1]", fontsize=8)
         return drawn
+
+
+def _shown(row: Mapping[str, Any], key: str) -> str:
+    return f"{row['shown_factor'] * _number(row[key]):.3g}"
 
 
 def _number(value: Any) -> float:

@@ -9,7 +9,7 @@ from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.calibration.plan import Plan, StatisticTarget, to_value
 from gearplay.calibration.trials import Problem
 from gearplay.model.field_units import unit_at
-from gearplay.pictures.words import plain, shown_unit, wrapped
+from gearplay.pictures.words import plain, shown_in, shown_unit, wrapped
 from gearplay.vocabulary.quantities import ACCELERATION, CONTACT_STATISTICS
 
 AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
@@ -17,13 +17,26 @@ AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "disp
 
 @dataclass(frozen=True)
 class Span:
-    """The range in which one parameter was searched: its bounds (or factors) in a unit, log or linear."""
+    """The range in which one parameter was searched: its bounds (or factors) in a unit, log or linear.
+
+    ``factor`` of the unit are one ``si``.
+    """
 
     name: str
     unit: str
     low: float
     high: float
     scale: str
+    si: str = "1"
+    factor: float = 1.0
+
+    def words(self, value: float | None, digits: int = 3) -> str:
+        """Return a value in SI as text in the unit shown, without it; a dash where there is none.
+
+        >>> span_of("clearance", "m", 4e-5, 2.5e-4, "log").words(1.234e-4)
+        '123'
+        """
+        return "–" if value is None or not math.isfinite(value) else f"{self.factor * value:.{digits}g}"
 
     def ticks(self, most: int) -> tuple[list[float], list[str]]:
         """Return places in the unit interval and their labels: decades, or round numbers; the bounds where none is inside.
@@ -57,14 +70,13 @@ Spans = Mapping[str, Sequence[Span]]  # by model
 
 
 def span_of(name: str, unit: str, low: float, high: float, scale: str) -> Span:
-    """Return a range in SI as engineers read it: lengths of up to a millimetre in micrometres.
+    """Return a range in SI as engineers read it: short lengths in micrometres, angles in degrees.
 
     >>> span_of("clearance", "m", 4e-5, 2.5e-4, "log").ticks(5)[1]
     ['50', '100', '200']
     """
-    if unit == "m" and high <= 1e-3:
-        return Span(name, "µm", low * 1e6, high * 1e6, scale)
-    return Span(name, unit, low, high, scale)
+    shown, factor = shown_in(unit, max(abs(low), abs(high)))
+    return Span(name, shown, low * factor, high * factor, scale, unit, factor)
 
 
 def label_of(span: Span, width: int) -> str:

@@ -87,7 +87,7 @@ def _forget(folder: Path) -> None:
 
 
 def _words(document: dict[str, Any], folder: Path) -> str:
-    lines = [document["title"] or "Calibration", *document["statement"]["words"]]
+    lines = [document["title"] or "Calibration", *document["answer"], *document["statement"]["words"][1:]]
     lines.append(f"Report: {folder / 'report.html'}")
     return "\n".join(lines)
 

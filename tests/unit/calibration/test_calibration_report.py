@@ -18,6 +18,7 @@ from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.report import write_calibration
+from gearplay.calibration.result import Calibration
 from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
 from gearplay.calibration.verdict import LeftOut, Standing
@@ -122,7 +123,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, list[Fit], 
 def test_the_document_is_the_file_and_holds_every_fit(written: Any) -> None:
     plan, fits, folder, document = written
     assert json.loads((folder / "calibration.json").read_text()) == document
-    assert list(document) == ["title", "statement", "duels", "fits", "plan", "versions"]
+    assert list(document) == ["title", "statement", "answer", "duels", "fits", "plan", "versions"]
     assert document["title"] == SCRIPT
     assert document["plan"]["effort"]["seed"] == plan.effort.seed
     assert {"gearplay", "numpy", "python", "dynesty"} <= set(document["versions"])
@@ -153,6 +154,49 @@ def test_parameters_have_units_bounds_and_a_verdict(written: Any) -> None:
     page = (written[2] / "report.html").read_text()
     assert page.count('<td class="one">drag</td><td class="one holds">identified</td>') == 4
     assert page.count('<td class="one">factor</td><td class="one cannot">the data cannot tell</td>') == 4
+
+
+def test_the_page_begins_with_the_answer_and_one_picture(written: Any) -> None:
+    _, fits, folder, document = written
+    first, errors, told = document["answer"]
+    assert first == document["statement"]["words"][0]
+    assert "coupled <b> 8 % and 26 %" in errors  # 0.1 decades are 26 %
+    assert told.startswith("The data tell 1 of 2 parameters of the model coupled <b>: drag ")
+    low = next(each.low for each in fits[0].intervals if each.name == "drag")
+    assert f"drag {low:.3g} to " in told
+    page = (folder / "report.html").read_text()
+    places = [
+        page.index(text)
+        for text in ("The data tell 1 of 2", "data:image/png", 'id="models"', 'id="parameters"')
+    ]
+    assert places == sorted(places)
+
+
+def test_numbers_are_si_in_the_document_and_as_engineers_read_them_on_the_page(tmp_path: Path) -> None:
+    play = {"name": "play", "path": "sleeves.ring.radial_clearance", "low": "40 um", "high": "250 um"}
+    turn = {
+        "name": "turn",
+        "path": "meshes.0.stiffness.phase",
+        "low": "0 deg",
+        "high": "360 deg",
+        "scale": "linear",
+    }
+    plan = small_plan(parameters=[play, turn], readings=["absolute"])
+    fits = fits_of(plan)
+    document = write_calibration(plan, fits, tmp_path)
+    length, angle = document["fits"][0]["parameters"]
+    assert length["unit"] == "m"
+    assert length["searched"] == pytest.approx([4e-5, 2.5e-4])
+    assert length["best"] == fits[0].best["play"] == pytest.approx(1e-4)
+    assert (length["shown_unit"], angle["shown_unit"]) == ("µm", "deg")
+    page = (tmp_path / "report.html").read_text()
+    assert '<td class="one">µm</td><td class="n">100</td>' in page
+    assert "40 to 250, log" in page
+    assert "0 to 360, linear" in page
+    found = Calibration(document)
+    assert dict(found.rows())["play, coupled <b>, absolute"].startswith("100 µm (")
+    assert float(found.ds["best"][0]) == pytest.approx(1e-4)
+    assert str(found.ds["unit"].values[0]) == "m"
 
 
 def test_the_table_of_residuals_parses_back_to_the_numbers(written: Any) -> None:

@@ -20,8 +20,8 @@ from gearplay.sweeps.tolerances.allowable import (
     NONE,
     UNKNOWN,
     largest_scale,
-    search_cases,
     scaled,
+    search_cases,
     search_plan,
     size_words,
     step_of,
@@ -278,7 +278,9 @@ def test_advice_is_the_factor_whose_whole_interval_keeps_to_the_limit() -> None:
 
 def test_the_cases_of_the_search_are_foretold() -> None:
     plan = load_sweep("han2021-tolerances")
-    assert search_cases(plan) == (12 + 1) * 128 * 4  # twelve factors and the fresh sample, of 128 points and 4 members
+    assert (
+        search_cases(plan) == (12 + 1) * 128 * 4
+    )  # twelve factors and the fresh sample, of 128 points and 4 members
     assert search_cases(load_sweep("han2021-map")) == 0
 
 
