@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -102,6 +103,23 @@ def test_the_report_is_written(whole: Path) -> None:
     document = json.loads((whole / "calibration.json").read_text(encoding="utf-8"))
     assert document["statement"]["words"]
     assert len(trials(whole)) == 2 * 40 * 4
+
+
+def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tmp_path: Path) -> None:
+    shutil.copytree(whole, tmp_path / "more")
+    done = subprocess.run(
+        command(plan, tmp_path / "more", "--evaluations", "44", "--json"),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert all(fit["trials"] == 44 for fit in json.loads(done.stdout)["fits"])
+    assert set(trials(whole)) < set(trials(tmp_path / "more"))
+    fewer = subprocess.run(
+        command(plan, tmp_path / "more", "--evaluations", "20"), capture_output=True, text=True, check=False
+    )
+    assert (fewer.returncode, "must hold trials of the same plan" in fewer.stderr) == (2, True)
 
 
 def test_twenty_kills_reach_the_same_trials_and_the_same_result(

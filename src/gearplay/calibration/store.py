@@ -11,6 +11,8 @@ from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 
 FILE = "trials.sqlite"
+AFTER = ("evaluations", "polish", "check_members")
+"""What a plan's effort says of the end of a search and of what comes after it."""
 
 
 class StudyStore:
@@ -89,8 +91,11 @@ def _plain(seen: Seen) -> dict[str, Any]:
 
 
 def digest_of(plan: Plan) -> str:
-    """Return the digest of all that decides a plan's trials."""
+    """Return the digest of all that decides where a plan's trials are and what they show.
+
+    Not their number: more of them go on from those that are there.
+    """
     import hashlib
 
-    document = plan.model_dump(mode="json", exclude={"title"})
+    document = plan.model_dump(mode="json", exclude={"title": True, "effort": set(AFTER)})
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()

@@ -20,7 +20,7 @@ def calibrate(
     plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/calibrate-PLAN].")] = None,
     evaluations: Annotated[
-        int | None, typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's.")
+        int | None, typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's; more go on.")
     ] = None,
     recover: Annotated[
         int | None,
@@ -41,7 +41,7 @@ def calibrate(
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
 
-    loaded = load_plan(plan) if evaluations is None else _shortened(plan, evaluations)
+    loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
     problem = Problem(loaded, loaded.models[0])
     compile_kernels(problem.cases[0], quiet=json)
@@ -65,8 +65,8 @@ def calibrate(
         print_text(_words(document, folder) if recover is None else _recovery_words(document, folder))
 
 
-def _shortened(plan: str, evaluations: int) -> Any:
-    """Return the plan with another number of trials, its phases in proportion."""
+def _with_evaluations(plan: str, evaluations: int) -> Any:
+    """Return the plan with another number of trials: of fewer the phases are in proportion, more go on from the plan's."""
     from gearplay.calibration.reading import load_plan
 
     loaded = load_plan(plan)
@@ -74,8 +74,9 @@ def _shortened(plan: str, evaluations: int) -> Any:
     document = loaded.model_dump(mode="json", exclude_none=True)
     effort = document["effort"]
     effort["evaluations"] = evaluations
-    effort["startup"] = max(4, int(effort["startup"] * share))
-    effort["polish"] = max(0, min(int(effort["polish"] * share), evaluations - effort["startup"]))
+    if share < 1.0:
+        effort["startup"] = max(4, int(effort["startup"] * share))
+        effort["polish"] = max(0, min(int(effort["polish"] * share), evaluations - effort["startup"]))
     return load_plan(document)
 
 
