@@ -64,6 +64,8 @@ docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
 	$(BIN)/python docs/figures/draw_elements.py
 	$(BIN)/python docs/figures/draw_house.py
 	$(BIN)/python docs/write_reference.py
+	$(BIN)/python docs/write_case_file.py
+	$(BIN)/python docs/write_commands.py
 	$(BIN)/mkdocs build --strict --quiet
 
 clean: ## remove what the commands above made

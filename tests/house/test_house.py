@@ -110,12 +110,13 @@ def test_a_sweep_plan_passes_eight_files_and_returns_to_none(tmp_path: Path) -> 
     assert all(file.removesuffix(".py").replace("/", ".") in told for file in walk), walk
 
 
-def test_the_reference_is_what_the_code_says() -> None:
-    """`python docs/write_reference.py` writes it."""
-    place = SOURCE.parents[1] / "docs" / "write_reference.py"
-    loaded = importlib.util.spec_from_file_location("write_reference", place)
+@pytest.mark.parametrize("name", ["write_reference", "write_case_file", "write_commands"])
+def test_pages_made_from_the_code_are_what_it_says(name: str) -> None:
+    """`python docs/NAME.py` writes them."""
+    place = SOURCE.parents[1] / "docs" / f"{name}.py"
+    loaded = importlib.util.spec_from_file_location(name, place)
     assert loaded is not None
     assert loaded.loader is not None
     module = importlib.util.module_from_spec(loaded)
     loaded.loader.exec_module(module)
-    assert module.OUT.read_text(encoding="utf-8") == module.page(), "run: python docs/write_reference.py"
+    assert module.OUT.read_text(encoding="utf-8") == module.page(), f"run: python docs/{name}.py"

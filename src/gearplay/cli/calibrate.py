@@ -20,7 +20,8 @@ def calibrate(
     plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/calibrate-PLAN].")] = None,
     evaluations: Annotated[
-        int | None, typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's; more go on.")
+        int | None,
+        typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's; more go on."),
     ] = None,
     recover: Annotated[
         int | None,
