@@ -6,7 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from gearplay.files.atomic import read_dataset, shown_path
+from gearplay.files.atomic import shown_path
+from gearplay.files.netcdf import read_dataset
 from gearplay.vocabulary.errors import Fault, InputError
 
 HOMES: Final = MappingProxyType(

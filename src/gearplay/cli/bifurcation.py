@@ -46,7 +46,8 @@ def bifurcation(
     """
     import numpy as np
 
-    from gearplay.files.atomic import check_new, write_bytes, write_dataset
+    from gearplay.files.atomic import check_new, write_bytes
+    from gearplay.files.netcdf import write_dataset
     from gearplay.model.overrides import parse_override
     from gearplay.model.plan_values import number_in_si
     from gearplay.model.reading import load_case

@@ -13,6 +13,9 @@ from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
+LEAST_PACKED = 0.1
+"""Of its samples' bytes a saved run has about a quarter, hardly ever less than this."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -47,13 +50,14 @@ def run(
         chosen = load_case(case, given)
         if out is not None:
             check_new(out, overwrite=overwrite)
-            _check_size(chosen)
+            check_new(out, overwrite=overwrite, size=LEAST_PACKED * _check_size(chosen))
         compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
         with progress_bar(quiet=json) as report:
             result = simulate(chosen, progress=report, stop=stop)
     if out is not None:
+        out = _place_of(out, whole=result.success)
         result.save(out, overwrite=overwrite)
     document = _summary(result, out)
     if json:
@@ -68,8 +72,8 @@ def run(
         raise typer.Exit(PARTLY if partly else SimulationError.exit_code)
 
 
-def _check_size(case: Any) -> None:
-    """Raise `ResourceError`, before the run, where its samples are too many to be saved."""
+def _check_size(case: Any) -> float:
+    """Return the bytes of a run's samples; `ResourceError`, before the run, where they are too many to be saved."""
     from gearplay.model.pack import pack
     from gearplay.solver.limits import check_estimate, estimate
     from gearplay.solver.trajectory import all_columns
@@ -85,6 +89,12 @@ def _check_size(case: Any) -> None:
         transient=run.transient,
     )
     check_estimate(needed)
+    return needed.bytes
+
+
+def _place_of(out: Path, *, whole: bool) -> Path:
+    """Return where a result goes: one that is not whole never replaces what is there."""
+    return out if whole or not out.exists() else out.with_name(f"{out.stem}.partial{out.suffix}")
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:

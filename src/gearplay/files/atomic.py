@@ -1,16 +1,24 @@
-"""Files that are either whole or absent: written beside, synced, renamed."""
+"""Files that are either whole or absent: written beside, synced, renamed; and nothing replaced that is not ours to replace."""
 
 import os
-import tempfile
+import secrets
+import shutil
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearplay.vocabulary.errors import Fault, InputError
 
-if TYPE_CHECKING:
-    import xarray as xr
+KINDS = (
+    (stat.S_ISDIR, "a folder", "Add a file name."),
+    (stat.S_ISLNK, "a link", "Name the file itself, or remove the link."),
+    (stat.S_ISFIFO, "a pipe", "Choose a file name."),
+    (stat.S_ISSOCK, "a socket", "Choose a file name."),
+    (stat.S_ISCHR, "a device", "Choose a file name."),
+    (stat.S_ISBLK, "a device", "Choose a file name."),
+)
 
 
 def shown_path(path: Path) -> str:
@@ -19,64 +27,125 @@ def shown_path(path: Path) -> str:
     return text if len(text) <= 56 else f"...{text[-53:]}"
 
 
-def check_new(path: Path, *, overwrite: bool) -> None:
-    """Raise `InputError` where the file exists and may not be replaced, or its folder cannot be written."""
-    if path.exists() and not overwrite:
-        raise InputError(
-            [Fault("out", shown_path(path), "must not exist yet", "Choose another name, or say --overwrite.")]
-        )
-    if path.is_dir():
-        raise InputError([Fault("out", shown_path(path), "must be a file, not a folder", "Add a file name.")])
+def _refusal(path: Path, rule: str, cure: str) -> InputError:
+    return InputError([Fault("out", shown_path(path), rule, cure)])
+
+
+def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
+    """Raise `InputError` where a file cannot be written, or exists and may not be replaced; before anything is computed for it.
+
+    Only a plain file of this user's own is ever replaced. ``size`` is about how large it will be [bytes], if that is known.
+    """
+    found = _kind_of(path)
+    if found is not None and stat.S_ISREG(found.st_mode) and not overwrite:
+        raise _refusal(path, "must not exist yet", "Choose another name, or say --overwrite.")
+    _check_replaceable(path, found)
+    folder = next((each for each in (path.parent, *path.parent.parents) if each.exists()), path.parent)
+    if not folder.is_dir():
+        raise _refusal(path, f"must be in a folder; {folder.name} is a file", "Choose another place.")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise _refusal(path, "must be in a folder that can be written", "Choose another place.")
+    _check_space(path, folder, size)
+
+
+def _kind_of(path: Path) -> os.stat_result | None:
+    try:
+        return os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:  # a name that is too long, or has a null character
+        raise _refusal(path, f"must be a file name ({_words(error)})", "Choose another name.") from None
+
+
+def _check_replaceable(path: Path, found: os.stat_result | None) -> None:
+    if found is None:
+        return
+    for is_kind, words, cure in KINDS:
+        if is_kind(found.st_mode):
+            raise _refusal(path, f"must be a file, not {words}", cure)
+    if hasattr(os, "geteuid") and found.st_uid != os.geteuid():
+        raise _refusal(path, "must not be somebody else's file", "Choose another name, or remove it first.")
+
+
+def _check_space(path: Path, folder: Path, size: float) -> None:
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        rule = f"needs {size / 1e6:.3g} MB; its disk has {free / 1e6:.3g} MB free"
+        raise _refusal(path, rule, "Free some space or choose another place.")
+
+
+def _words(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error)
 
 
 def make_folder(path: Path) -> None:
     """Create a folder and its parents; `InputError` where that is not possible."""
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            [
-                Fault(
-                    "out",
-                    shown_path(path),
-                    f"must be a folder that can be written ({error.strerror})",
-                    "Choose another place.",
-                )
-            ]
-        ) from None
+    except (OSError, ValueError) as error:
+        rule = f"must be a folder that can be written ({_words(error)})"
+        raise _refusal(path, rule, "Choose another place.") from None
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside ``path``; on success sync it and rename it to ``path``, else remove it.
+def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
+    """Yield a temporary name beside ``path``; on success sync it and give it the name ``path``, else remove it.
 
-    Raises `InputError` where the folder is missing, read-only or full.
+    Without ``overwrite`` a file that is there by then is kept: of two processes that write the same name one is refused. A new
+    file has the mode that the umask leaves, a replaced one keeps its own.
+
+    Raises `InputError` where the folder is missing, read-only or full, or what is there is not a plain file of this user's own.
     """
     make_folder(path.parent)
     name = ""
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        os.close(handle)
+        name = _create_beside(path)
         yield Path(name)
         with open(name, "rb+") as file:
             os.fsync(file.fileno())
-        os.chmod(name, 0o644)
-        os.replace(name, path)
+        found = _kind_of(path)
+        _check_replaceable(path, found)
+        if found is not None:
+            os.chmod(name, stat.S_IMODE(found.st_mode))
+        if overwrite:
+            os.replace(name, path)
+        else:
+            _name_once(name, path)
         _sync_folder(path.parent)
     except OSError as error:
-        raise InputError(
-            [
-                Fault(
-                    "out",
-                    shown_path(path),
-                    f"must be writable ({error.strerror or error})",
-                    "Free some space or choose another place.",
-                )
-            ]
-        ) from None
+        rule = f"must be writable ({_words(error)})"
+        raise _refusal(path, rule, "Free some space or choose another place.") from None
     finally:
         if name and os.path.exists(name):
             os.unlink(name)
+
+
+def _create_beside(path: Path) -> str:
+    """Create an empty file beside ``path`` with the mode that the umask leaves, and return its name."""
+    stem = path.name if len(os.fsencode(path.name)) < 200 else "result"  # a name has 255 bytes
+    name = str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
+    os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
+    return name
+
+
+def _name_once(name: str, path: Path) -> None:
+    """Give a file its name unless that is taken; `InputError` where it is."""
+    try:
+        try:
+            os.link(name, path)
+        except FileExistsError:
+            raise
+        except OSError:  # a file system without links
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            try:
+                os.replace(name, path)
+            except OSError:
+                os.unlink(path)
+                raise
+    except FileExistsError:
+        raise _refusal(
+            path, "must not exist yet; it has come up meanwhile", "Choose another name, or say --overwrite."
+        ) from None
 
 
 def _sync_folder(folder: Path) -> None:
@@ -89,9 +158,9 @@ def _sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def write_with(path: Path, write: Callable[[Path], Any]) -> None:
+def write_with(path: Path, write: Callable[[Path], Any], *, overwrite: bool = True) -> None:
     """Write a file through ``write(temporary path)``, atomically."""
-    with replacing(path) as temporary:
+    with replacing(path, overwrite=overwrite) as temporary:
         write(temporary)
 
 
@@ -100,52 +169,6 @@ def write_text(path: Path, text: str) -> None:
     write_with(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline=""))
 
 
-def write_bytes(path: Path, content: bytes) -> None:
+def write_bytes(path: Path, content: bytes, *, overwrite: bool = True) -> None:
     """Write a binary file atomically."""
-    write_with(path, lambda temporary: temporary.write_bytes(content))
-
-
-def write_dataset(dataset: "xr.Dataset", path: Path, *, overwrite: bool = False) -> None:
-    """Write a dataset as netCDF-4, atomically and compressed.
-
-    Raises `InputError` where the file exists and ``overwrite`` is false, or cannot be written.
-    """
-    check_new(path, overwrite=overwrite)
-    write_bytes(path, netcdf_bytes(dataset))
-
-
-def netcdf_bytes(dataset: "xr.Dataset") -> bytes:
-    """Return the netCDF-4 file of a dataset, numbers compressed; the same bytes for the same content.
-
-    It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end.
-    """
-    packed = {
-        name: {"zlib": True, "complevel": 1, "shuffle": True}
-        for name, variable in dataset.data_vars.items()
-        if variable.dtype.kind in "fi" and variable.size > 1000
-    }
-    return bytes(dataset.to_netcdf(engine="h5netcdf", encoding=packed))
-
-
-def read_dataset(path: Path) -> "xr.Dataset":
-    """Read a result file into memory.
-
-    Raises `InputError` where it is missing or damaged.
-    """
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return dataset.load()
-    except (OSError, ValueError, KeyError) as error:
-        words = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(
-            [
-                Fault(
-                    "file",
-                    shown_path(path),
-                    f"must be a readable result file ({words})",
-                    "Check the path, or write the result again.",
-                )
-            ]
-        ) from None
+    write_with(path, lambda temporary: temporary.write_bytes(content), overwrite=overwrite)

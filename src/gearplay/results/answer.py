@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
-from gearplay.files.atomic import write_dataset
+from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.pages import html_table

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from gearplay.files.atomic import netcdf_bytes
+from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.reading import load_case
 from gearplay.results.provenance import provenance
 from gearplay.vocabulary.errors import Fault, InputError

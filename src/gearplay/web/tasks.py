@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.files.atomic import netcdf_bytes
+from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.atomic import netcdf_bytes, write_bytes
+from gearplay.files.atomic import write_bytes
+from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.field_units import unit_at
 from gearplay.results.account import MISSING
 from gearplay.results.provenance import provenance
