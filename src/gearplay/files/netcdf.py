@@ -57,11 +57,10 @@ def read_dataset(path: Path) -> "xr.Dataset":
     try:
         size = _plain_size(path)
         sealed = _check_digest(path, size)
+        declared = _declared_bytes(path)
+        if declared > MOST_PER_BYTE * size:
+            raise _refusal(path, f"it declares {declared:.3g} bytes of numbers in {size} bytes of file")
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            if dataset.nbytes > MOST_PER_BYTE * size:
-                raise _refusal(
-                    path, f"it declares {dataset.nbytes:.3g} bytes of numbers in {size} bytes of file"
-                )
             if SEAL in dataset.attrs and not sealed:
                 raise _refusal(path, "it was changed or cut off after it was written")
             found = dataset.load()
