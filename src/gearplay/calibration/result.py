@@ -81,7 +81,7 @@ class Calibration(Answer, WasDocument):
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each parameter of each fit."""
         return [
-            (f"{row['name']}, {row['model']}, {row['reading']}", f"{_shown(row, 'best')} {row['shown_unit']}"
+            (f"{row['name']}, {row['model']}, {row['reading']}", f"{_shown(row, 'best')} {row.get('shown_unit', row['unit'])}"
              f" ({_shown(row, 'low')} to {_shown(row, 'high')})")
             for row in self.parameters
         ]  # fmt: skip
@@ -104,7 +104,7 @@ class Calibration(Answer, WasDocument):
 
 
 def _shown(row: Mapping[str, Any], key: str) -> str:
-    return f"{row['shown_factor'] * _number(row[key]):.3g}"
+    return f"{row.get('shown_factor', 1.0) * _number(row[key]):.3g}"
 
 
 def _number(value: Any) -> float:
