@@ -32,7 +32,7 @@ def test_a_portrait_is_written_with_its_picture(tmp_path: Path, capsys: pytest.C
 
 
 def test_path_section_and_onsets_are_of_one_motion() -> None:
-    found = gp.portrait("han2021", settle=20, keep=8, show=8, period="mesh").ds
+    found = gp.portrait("han2021", settle=20, keep=8, show=8, period="mesh", member=0).ds
     every = {f"ring.{name}" for name in ("x", "y", "theta", "vx", "vy", "omega")}
     assert {str(name)[5:] for name in found.data_vars if str(name).startswith("path.")} == every
     for signal in every:

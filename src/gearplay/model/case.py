@@ -47,6 +47,15 @@ _NOT_PRINTED = "must be 0 as published, where teeth have no friction"
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
 
 
+Start = Annotated[
+    Literal["given", "drawn"],
+    Field(
+        description="the first member's start: as the case says, exactly centred where it says nothing, or drawn like the others",
+        exclude_if=lambda chosen: chosen == "given",
+    ),
+]
+
+
 class Run(Part):
     """How long, how finely and how often to simulate."""
 
@@ -57,6 +66,7 @@ class Run(Part):
     sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
     ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
+    start: Start = "given"
     tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
     fixed_step_contacts: FixedStepContacts = "step"

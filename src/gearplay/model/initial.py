@@ -12,6 +12,7 @@ from gearplay.kernels.mesh_geometry import B_T, P_D, mesh_geometry
 from gearplay.kernels.switches import make_memory
 from gearplay.model import geometry, rolling
 from gearplay.model.pack import Packed
+from gearplay.model.rotor import Initial
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -134,6 +135,30 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
             for name, share in together[turned].items():
                 y[theta_of(names.index(name))] += share * turn
     return True
+
+
+def starts_centred(case: "Case") -> bool:
+    """Return whether member 0 starts in the exact centre of a clearance: nothing may ever push it from there."""
+    said = any(rotor.initial != Initial() for rotor in case.rotors.values())
+    return not said and any(sleeve.radial_clearance > 0.0 for sleeve in case.sleeves.values())
+
+
+def usual_member(case: "Case") -> int:
+    """Return the member that a single motion is of: the first that is drawn, where member 0 would start exactly centred.
+
+    >>> from gearplay.model.reading import load_case
+    >>> usual_member(load_case("han2021")), usual_member(load_case("han2021", ["rotors.ring.initial.x=10um"]))
+    (1, 0)
+    """
+    return 1 if case.run.start == "given" and starts_centred(case) else 0
+
+
+def member_state(case: "Case", packed: Packed, member: int) -> Floats:
+    """Return the state at t = 0 of a member of the case's ensemble, shape [state]; see `initial_state`.
+
+    Where ``run.start`` is "drawn" the members are the draws 1, 2, ...
+    """
+    return initial_state(case, packed, member=member + 1 if case.run.start == "drawn" else member)
 
 
 def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
+from gearplay.model.initial import usual_member
 from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.families import Family
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
@@ -176,7 +177,7 @@ def bifurcation_diagram(
                 step = section_period(flow.packed, period)
                 observe = Observables(flow.packed, signals)
                 if state is None or not carry or not _deepest(flow, state) <= DEEPEST:
-                    state, latch = flow.start(), None
+                    state, latch = flow.start(usual_member(flow.case)), None
                 course = flow.begin(state, latch=latch, stop=asked)
                 for n in range(settle + keep):
                     course.advance((n + 1) * step)

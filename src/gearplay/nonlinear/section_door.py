@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from gearplay.model.initial import usual_member
 from gearplay.nonlinear.portrait import Portrait, portrait_of
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
 from gearplay.results.door import Source, case_of
@@ -17,7 +18,7 @@ def section(
     keep: int = 1000,
     settle: int = 0,
     period: str | float = "common",
-    member: int = 0,
+    member: int | None = None,
 ) -> Section:
     """Return signals of a case once per period.
 
@@ -32,7 +33,7 @@ def section(
     period
         "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
     member
-        Member of the ensemble, 0 for the unperturbed start.
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
 
     Returns
     -------
@@ -52,6 +53,7 @@ def section(
     """
     base = case_of(case)
     prepare(base)
+    member = usual_member(base) if member is None else member
     return stroboscopic_section(base, signals, keep=keep, settle=settle, period=period, member=member)
 
 
@@ -63,7 +65,7 @@ def impacts(
     change: str = "onset",
     duration: float | None = None,
     transient: float | None = None,
-    member: int = 0,
+    member: int | None = None,
 ) -> Section:
     """Return signals of a case at every onset or release of a contact, at the instants that the solver located.
 
@@ -80,7 +82,7 @@ def impacts(
     duration, transient
         Record and time before it [s]; the case's if not given.
     member
-        Member of the ensemble, 0 for the unperturbed start.
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
 
     Returns
     -------
@@ -107,7 +109,7 @@ def impacts(
         change=change,
         duration=base.run.duration,
         transient=base.run.transient,
-        member=member,
+        member=usual_member(base) if member is None else member,
     )
 
 
@@ -118,7 +120,7 @@ def portrait(
     keep: int = 500,
     show: int = 60,
     period: str | float = "mesh",
-    member: int = 0,
+    member: int | None = None,
 ) -> Portrait:
     """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
 
@@ -133,7 +135,7 @@ def portrait(
     period
         "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
     member
-        Member of the ensemble, 0 for the unperturbed start.
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
 
     Returns
     -------
@@ -153,4 +155,5 @@ def portrait(
     """
     base = case_of(case)
     prepare(base)
+    member = usual_member(base) if member is None else member
     return portrait_of(base, settle=settle, keep=keep, show=show, period=period, member=member)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.run import EVENTS
 from gearplay.model.case import Case
-from gearplay.model.initial import initial_state
+from gearplay.model.initial import member_state
 from gearplay.model.pack import pack
 from gearplay.solver.course import Course
 from gearplay.solver.frames import CarrierFrames
@@ -67,7 +67,7 @@ class Flow:
 
     def start(self, member: int = 0) -> Floats:
         """Return the initial state of a member of the case's ensemble."""
-        return initial_state(self.case, self.packed, member=member)
+        return member_state(self.case, self.packed, member)
 
     def seen(self, t: float, state: Floats) -> Floats:
         """Return the free entries of a state at t [s], centres of planetary sets as their turning carriers see them."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
-from gearplay.model.initial import initial_state
+from gearplay.model.initial import initial_state, member_state
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.compiling import prepare_packed
@@ -56,13 +56,15 @@ class _Job:
         # Only member 0 can be refused; the others are drawn when their turn comes.
         if self.member == 0 and self.origin is None:
             self.start = initial_state(self.case, self.packed, member=0)
+            if self.case.run.start == "drawn":
+                self.start = None
 
     def _begin(self) -> Course:
         start = self.start
         if self.origin is not None:
             start = start_from(self.origin, self.packed)
         elif start is None:
-            start = initial_state(self.case, self.packed, member=self.member)
+            start = member_state(self.case, self.packed, self.member)
         if self.keep:  # signals are computed when they are asked for
             course = Course(self.case, self.packed, start)
         else:
