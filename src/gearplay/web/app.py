@@ -15,6 +15,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from gearplay.model.case import Case
+from gearplay.model.initial import usual_member
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
 from gearplay.vocabulary.errors import GearplayError
@@ -186,7 +187,8 @@ def _described(case: Case, *, fresh: bool) -> Response:
     if fresh:
         document = case.resolved()
         transient = min(case.run.transient, LONGEST_TRANSIENT)
-        document["run"] |= PAGE_RUN | {"transient": transient, "ensemble": 1}
+        drawn = {"start": "drawn"} if usual_member(case) else {}
+        document["run"] |= PAGE_RUN | {"transient": transient, "ensemble": 1} | drawn
         case = load_case(document)
     return JSONResponse(
         {

@@ -46,12 +46,24 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
     import xarray as xr
 
     variables: dict[str, Any]
+    more: dict[str, Any] = {}
     coordinates: dict[str, Any]
     if document["kind"] == "map":
         (across, up), units = document["paths"], document["units"]
         dims, shape = (up, across), np.shape(document["values"])
         words = {"units": document["unit"], "long_name": document["measure"]}
         variables = {"value": (dims, document["values"], words)}
+        if document.get("members", 1) > 1:
+            words = {"units": document["unit"], "long_name": "twice the standard error over the members"}
+            variables["spread"] = (dims, document["spread"], words)
+            words = {"units": "1", "long_name": "impacts of all members"}
+            variables["impacts"] = (dims, document["impacts"], words)
+            variables["doubtful"] = (
+                dims,
+                document["doubtful"],
+                {"long_name": "1 where the value says little"},
+            )
+        more = {name: document[name] for name in ("members", "duration", "transient") if name in document}
         coordinates = {
             up: (up, document["y"], {"units": units[1]}),
             across: (across, document["x"], {"units": units[0]}),
@@ -71,4 +83,4 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
     for *place, reason in document.get("failures", []):
         reasons[tuple(place)] = reason
     variables["reason"] = (dims, reasons, {"long_name": "why a case failed"})
-    return xr.Dataset(variables, coordinates, provenance(load_case(document["case"])))
+    return xr.Dataset(variables, coordinates, provenance(load_case(document["case"])) | more)

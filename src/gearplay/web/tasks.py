@@ -1,6 +1,5 @@
 """What a worker can do: runs of both models, bifurcation diagrams, maps, and files to download."""
 
-import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 
 from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.case import Case
-from gearplay.model.reading import load_case, replace, to_toml
+from gearplay.model.reading import replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
@@ -17,46 +16,12 @@ from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
-from gearplay.web.measures import KEPT, reduction_of, words_of
+from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, note_of, whole
+from gearplay.web.maps import make_map
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of
 
-Job = Mapping[str, Any]
 MODELS = ("coupled", "uncoupled")
-LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
-MOST_MEMBERS = 16
-MOST_SAMPLES = 2_000_000
-LONGEST_NOTE = 300
 MOST_POINTS = 100_000  # of a diagram
-MOST_CELLS = 2500  # of a map
-
-
-def limited_case(job: Job) -> Case:
-    """Return the case of a job, its limits those of the server.
-
-    Raises `InputError` for a case that cannot be, or one that keeps more samples than a page can use.
-    """
-    given = job.get("case")
-    if not isinstance(given, Mapping):
-        raise InputError(Fault("case", given, "must be a table", "Send the case itself"))
-    case = load_case(given)
-    run = case.run
-    limits = {
-        path: limit
-        for path, limit in LIMITS.items()
-        if (now := getattr(run, path[4:])) is None or now > limit
-    }
-    if run.ensemble > MOST_MEMBERS:
-        rule = f"must be at most {MOST_MEMBERS} on the page"
-        raise InputError(Fault("run.ensemble", run.ensemble, rule, "Lower it, or use gearplay run"))
-    samples = run.duration * run.sampling * run.ensemble
-    if samples > MOST_SAMPLES:
-        rule = f"must give at most {MOST_SAMPLES} samples on the page, not {samples:.3g}"
-        raise InputError(
-            Fault(
-                "run.duration x run.sampling x run.ensemble", samples, rule, "Shorten it, or use gearplay run"
-            )
-        )
-    return replace(case, limits) if limits else case
 
 
 def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
@@ -113,11 +78,11 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     from gearplay.nonlinear.door import bifurcation as diagram_of
 
     case = replace(limited_case(job), {"run.ensemble": 1})
-    count, keep, settle = (_whole(job, name, least, most) for name, least, most in
+    count, keep, settle = (whole(job, name, least, most) for name, least, most in
                            (("count", 2, 1000), ("keep", 1, 400), ("settle", 0, 2000)))  # fmt: skip
     if count * keep > MOST_POINTS:
         raise InputError(Fault("count x keep", count * keep, f"must be at most {MOST_POINTS}", "Lower one"))
-    path, low, high = _axis(job)
+    path, low, high = axis_of(job)
     found = diagram_of(
         case,
         path,
@@ -154,60 +119,6 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     )
 
 
-def failures_of(reasons: Any) -> list[list[Any]]:
-    """Return the places of a table where a case failed, each with its reason last."""
-    return [
-        [*map(int, place), str(reasons[tuple(place)])] for place in np.argwhere(reasons.astype(str) != "")
-    ]
-
-
-def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
-    """Run a small map over two fields; return a measure at each of its points."""
-    from gearplay.sweeps.door import sweep
-
-    case = replace(limited_case(job), {"run.ensemble": 1})
-    columns, rows = (_whole(job, name, 2, 60) for name in ("columns", "rows"))
-    if columns * rows > MOST_CELLS:
-        raise InputError(
-            Fault("columns x rows", columns * rows, f"must be at most {MOST_CELLS}", "Lower one")
-        )
-    first, second = _axis(job, "first"), _axis(job, "second")
-    if first[0] == second[0]:
-        raise InputError(
-            Fault("second.path", second[0], "must be another field than first", "Choose another")
-        )
-    measure, of = str(job.get("measure", "")), str(job.get("of", ""))
-    across, up = np.linspace(*first[1:], columns), np.linspace(*second[1:], rows)
-    found = sweep(
-        case,
-        {second[0]: up.tolist(), first[0]: across.tolist()},
-        reduce=[reduction_of(case, measure, of)],
-        threads=1,
-        progress=lambda _, done, total: report(done, total),
-        stop=stop,
-    )
-    table = found.ds
-    kept = table[KEPT if KEPT in table else f"{KEPT}_amplitude"]
-    return pack_frame(
-        {
-            "kind": "map",
-            "title": case.title,
-            "note": note_of(job),
-            "sha256": case.sha256,
-            "case": case.resolved(),
-            "measure": words_of(measure, of),
-            "unit": kept.attrs["units"],
-            "paths": [first[0], second[0]],
-            "units": [table[kept.dims[at]].attrs["units"] for at in (1, 0)],
-            "x": across,
-            "y": up,
-            "values": kept.values,
-            "failures": failures_of(table["reason"].values),
-            **found.account.as_document(),
-        }
-    )
-
-
 def export(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case and return its result as a file: ``nc``, ``csv`` or the case itself as ``toml``."""
     case, form = limited_case(job), job.get("form")
@@ -231,42 +142,6 @@ def _csv(runs: Sequence[Trajectory]) -> bytes:
         table = np.column_stack([run.time, run.values])
         lines += [f"{member}," + ",".join(f"{value:.9g}" for value in row) for row in table]
     return ("\n".join(lines) + "\n").encode("utf-8")
-
-
-def note_of(job: Job) -> str:
-    """Return what the page's user has changed, in the page's words, as a label among the results that are kept."""
-    note = job.get("note")
-    return note[:LONGEST_NOTE] if isinstance(note, str) else ""
-
-
-def _axis(job: Job, name: str = "axis") -> tuple[str, float, float]:
-    """Return a field's path and its ends [SI]."""
-    given = job.get(name)
-    if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
-        raise InputError(Fault(name, str(given), "must have a path, low and high", "Choose a field"))
-    path, low, high = given["path"], _number(given.get("low")), _number(given.get("high"))
-    if not low < high:
-        rule = f"must be a number below high, {high:g}"
-        raise InputError(Fault(f"{name}.low", f"{low:g}", rule, "Correct it"))
-    if path.split(".")[0] == "run":
-        raise InputError(
-            Fault(f"{name}.path", path, "must not be a field of run", "Choose a field of the mechanism")
-        )
-    return path, low, high
-
-
-def _number(value: Any) -> float:
-    """Return a finite number as such, NaN for anything else."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1e300 < value < 1e300:
-        return math.nan
-    return float(value)
-
-
-def _whole(job: Job, name: str, least: int, most: int) -> int:
-    value = job.get(name)
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(Fault(name, value, f"must be a whole number from {least} to {most}", "Correct it"))
-    return value
 
 
 TASKS: Mapping[str, Callable[[Job, Tick, threading.Event], bytes]] = {

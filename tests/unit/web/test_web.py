@@ -22,11 +22,12 @@ from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
 from gearplay.web.guard import Guard
+from gearplay.web.jobs import limited_case
 from gearplay.web.measures import measures
 from gearplay.web.pool import Pool
 from gearplay.web.serve import address_of
 from gearplay.web.store import Store
-from gearplay.web.tasks import TASKS, limited_case
+from gearplay.web.tasks import TASKS
 from serving import together
 
 STOP = threading.Event()

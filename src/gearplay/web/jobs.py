@@ -1,0 +1,90 @@
+"""The words of a job, read and bounded: its case, axes, numbers and note."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gearplay.model.case import Case
+from gearplay.model.reading import load_case, replace
+from gearplay.vocabulary.errors import Fault, InputError
+
+Job = Mapping[str, Any]
+LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
+MOST_MEMBERS = 16
+MOST_SAMPLES = 2_000_000
+LONGEST_NOTE = 300
+
+
+def limited_case(job: Job) -> Case:
+    """Return the case of a job, its limits those of the server.
+
+    Raises `InputError` for a case that cannot be, or one that keeps more samples than a page can use.
+    """
+    given = job.get("case")
+    if not isinstance(given, Mapping):
+        raise InputError(Fault("case", given, "must be a table", "Send the case itself"))
+    case = load_case(given)
+    run = case.run
+    limits = {
+        path: limit
+        for path, limit in LIMITS.items()
+        if (now := getattr(run, path[4:])) is None or now > limit
+    }
+    if run.ensemble > MOST_MEMBERS:
+        rule = f"must be at most {MOST_MEMBERS} on the page"
+        raise InputError(Fault("run.ensemble", run.ensemble, rule, "Lower it, or use gearplay run"))
+    samples = run.duration * run.sampling * run.ensemble
+    if samples > MOST_SAMPLES:
+        rule = f"must give at most {MOST_SAMPLES} samples on the page, not {samples:.3g}"
+        raise InputError(
+            Fault(
+                "run.duration x run.sampling x run.ensemble", samples, rule, "Shorten it, or use gearplay run"
+            )
+        )
+    return replace(case, limits) if limits else case
+
+
+def note_of(job: Job) -> str:
+    """Return what the page's user has changed, in the page's words, as a label among the results that are kept."""
+    note = job.get("note")
+    return note[:LONGEST_NOTE] if isinstance(note, str) else ""
+
+
+def failures_of(reasons: Any) -> list[list[Any]]:
+    """Return the places of a table where a case failed, each with its reason last."""
+    return [
+        [*map(int, place), str(reasons[tuple(place)])] for place in np.argwhere(reasons.astype(str) != "")
+    ]
+
+
+def axis_of(job: Job, name: str = "axis") -> tuple[str, float, float]:
+    """Return a field's path and its ends [SI]."""
+    given = job.get(name)
+    if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
+        raise InputError(Fault(name, str(given), "must have a path, low and high", "Choose a field"))
+    path, low, high = given["path"], number_of(given.get("low")), number_of(given.get("high"))
+    if not low < high:
+        rule = f"must be a number below high, {high:g}"
+        raise InputError(Fault(f"{name}.low", f"{low:g}", rule, "Correct it"))
+    if path.split(".")[0] == "run":
+        raise InputError(
+            Fault(f"{name}.path", path, "must not be a field of run", "Choose a field of the mechanism")
+        )
+    return path, low, high
+
+
+def number_of(value: Any) -> float:
+    """Return a finite number as such, NaN for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1e300 < value < 1e300:
+        return math.nan
+    return float(value)
+
+
+def whole(job: Job, name: str, least: int, most: int) -> int:
+    """Return a whole number of a job within its bounds; `InputError` for anything else."""
+    value = job.get(name)
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(Fault(name, value, f"must be a whole number from {least} to {most}", "Correct it"))
+    return value

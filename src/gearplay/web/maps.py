@@ -1,0 +1,174 @@
+"""Maps of a measure over two fields, with how far each of their cells is to be trusted."""
+
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.geometry import rotor_of
+from gearplay.model.initial import usual_member
+from gearplay.model.pack import pack
+from gearplay.model.reading import replace
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Tick
+from gearplay.web.frames import pack_frame
+from gearplay.web.jobs import MOST_MEMBERS, Job, axis_of, failures_of, limited_case, note_of, number_of, whole
+from gearplay.web.measures import KEPT, reduction_of, words_of
+
+Floats = NDArray[np.float64]
+MOST_CELLS = 2500
+FEW = 30
+"""Impacts of all members of a cell below which its value says little, unless a contact is closed most of the time."""
+
+MOSTLY = 0.5
+SQUARES = ("rms", "line", "rms_impact_speed")
+LARGEST = ("peak", "peak_force")
+
+
+def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
+    """Run a small map over two fields; return a measure at each of its points, its spread, and where it says little."""
+    from gearplay.sweeps.door import sweep
+
+    case, members = _case_of(job)
+    columns, rows = (whole(job, name, 2, 60) for name in ("columns", "rows"))
+    if columns * rows > MOST_CELLS:
+        raise InputError(
+            Fault("columns x rows", columns * rows, f"must be at most {MOST_CELLS}", "Lower one")
+        )
+    first, second = axis_of(job, "first"), axis_of(job, "second")
+    if first[0] == second[0]:
+        raise InputError(
+            Fault("second.path", second[0], "must be another field than first", "Choose another")
+        )
+    measure, of = str(job.get("measure", "")), str(job.get("of", ""))
+    across, up = np.linspace(*first[1:], columns), np.linspace(*second[1:], rows)
+    contacts = contacts_of(case, of)
+    found = sweep(
+        case,
+        {second[0]: up.tolist(), first[0]: across.tolist()},
+        reduce=[reduction_of(case, measure, of), *_counted(contacts)],
+        ensemble=members,
+        threads=1,
+        progress=lambda _, done, total: report(done, total),
+        stop=stop,
+    )
+    table = found.ds
+    kept = table[KEPT if KEPT in table else f"{KEPT}_amplitude"]
+    ways = {name: _by_member(table[name].values, members) for name in table.data_vars if name != "reason"}
+    values, spread = pooled(_by_member(kept.values, members), measure)
+    count = [ways[f"impacts_{k}"] for k in range(len(contacts))]
+    closed = [ways[f"closed_{k}"] for k in range(len(contacts))]
+    seconds = case.run.duration
+    impacts = seconds * np.sum(count, axis=(0, -1)) if count else np.zeros(values.shape)
+    share = np.max(np.mean(closed, axis=-1), axis=0) if closed else np.ones(values.shape)
+    reasons = _by_member(table["reason"].values, members)
+    return pack_frame(
+        {
+            "kind": "map",
+            "title": case.title,
+            "note": note_of(job),
+            "sha256": limited_case(job).sha256,
+            "case": limited_case(job).resolved(),
+            "measure": words_of(measure, of),
+            "unit": kept.attrs["units"],
+            "paths": [first[0], second[0]],
+            "units": [table[kept.dims[at]].attrs["units"] for at in (1, 0)],
+            "x": across,
+            "y": up,
+            "values": values,
+            "spread": spread,
+            "impacts": impacts,
+            "doubtful": doubtful(values, spread, impacts, share),
+            "members": members,
+            "duration": seconds,
+            "transient": case.run.transient,
+            "few": FEW,
+            "failures": failures_of(_first_said(reasons)),
+            **found.account.as_document(),
+        }
+    )
+
+
+def _case_of(job: Job) -> tuple[Case, int]:
+    """Return the case of a map's members, and their number.
+
+    With ``members`` in the job they are drawn where the first would start exactly centred, and run for its ``duration`` and
+    ``transient``; without, it is one member, as the case says.
+    """
+    case = replace(limited_case(job), {"run.ensemble": 1})
+    if "members" not in job:
+        return case, 1
+    times = {f"run.{name}": number_of(job[name]) for name in ("duration", "transient") if name in job}
+    drawn = {"run.start": "drawn"} if usual_member(case) else {}
+    return limited_case({"case": replace(case, times | drawn).resolved()}), whole(
+        job, "members", 1, MOST_MEMBERS
+    )
+
+
+def contacts_of(case: Case, of: str) -> list[str]:
+    """Return the contacts that move a rotor, or the contact itself.
+
+    >>> from gearplay.model.reading import load_case
+    >>> contacts_of(load_case("han2021"), "ring"), contacts_of(load_case("han2021"), "pinion-ring:back")
+    (['ring', 'pinion-ring:drive', 'pinion-ring:back'], ['pinion-ring:back'])
+    """
+    labels = list(pack(case).contact_labels)
+    if of not in case.rotors:
+        return [of]
+    touched = {of} | {
+        mesh.label for mesh in case.meshes if of in (rotor_of(case, mesh.driver), rotor_of(case, mesh.driven))
+    }
+    return [label for label in labels if label.split(":")[0] in touched]
+
+
+def _counted(contacts: list[str]) -> list[dict[str, Any]]:
+    """Return the reductions that count the impacts of contacts and keep for how long they were closed."""
+    kept = {"impacts": "impacts_per_second", "closed": "share_of_time"}
+    return [
+        {"kind": "contact", "name": f"{name}_{k}", "contact": contact, "statistic": statistic}
+        for k, contact in enumerate(contacts)
+        for name, statistic in kept.items()
+    ]
+
+
+def _by_member(values: Any, members: int) -> Any:
+    """Return a table with the members last, also where there is one."""
+    return values if members > 1 else values[..., None]
+
+
+def _first_said(reasons: Any) -> Any:
+    """Return the first reason of each cell's members, "" where none failed."""
+    texts = reasons.astype(str)
+    flat = [next(filter(None, row), "") for row in texts.reshape(-1, texts.shape[-1])]
+    return np.array(flat, dtype=object).reshape(texts.shape[:-1])
+
+
+def pooled(values: Floats, measure: str) -> tuple[Floats, Floats]:
+    """Return a measure of all members, shape [row, column], and twice its standard error; NaN for one member.
+
+    Root mean squares are pooled as such, of largest values the largest is taken, of the others the mean.
+
+    >>> [each.round(3).tolist() for each in pooled(np.array([[[3.0, 4.0]]]), "rms")]
+    [[[3.536]], [[1.0]]]
+    """
+    if measure in SQUARES:
+        whole_value = np.sqrt(np.mean(values**2, axis=-1))
+    else:
+        whole_value = (np.max if measure in LARGEST else np.mean)(values, axis=-1)
+    count = values.shape[-1]
+    if count < 2:
+        return whole_value, np.full(whole_value.shape, np.nan)
+    return whole_value, 2.0 * np.std(values, axis=-1, ddof=1) / np.sqrt(count)
+
+
+def doubtful(values: Floats, spread: Floats, impacts: Floats, share: Floats) -> Floats:
+    """Return 1 where a cell says little: hardly an impact and nothing that stays closed, or a spread of more than half of it.
+
+    >>> share, impacts = np.array([0.0, 0.0, 0.0, 1.0]), np.array([3, 400, 400, 0])
+    >>> doubtful(np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.1, 0.6, 0.0]), impacts, share).tolist()
+    [1.0, 0.0, 1.0, 0.0]
+    """
+    few = (impacts < FEW) & (share < MOSTLY)
+    return np.where(few | (spread > 0.5 * np.abs(values)), 1.0, 0.0)
