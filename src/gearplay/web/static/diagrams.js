@@ -25,10 +25,31 @@ export async function drawMap(result, first, second) {
   const [rows, columns] = result.values.shape;
   const [unit, factor] = shownAs(result.unit);
   const z = Array.from({ length: rows }, (_, i) => scaled(result.values.subarray(i * columns, (i + 1) * columns), factor));
-  const trace = { type: "heatmap", x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
-    hovertemplate: `${wordsOf(first)}: %{x:.4g}<br>${wordsOf(second)}: %{y:.4g}<br>${plain(result.measure)}: %{z:.4g} ${unit}<extra></extra>`,
+  const cells = (array) => Array.from({ length: rows }, (_, i) => Array.from(array.subarray(i * columns, (i + 1) * columns)));
+  const [spread, impacts] = [result.spread ?? result.values.map(() => NaN), result.impacts ?? result.values.map(() => NaN)].map(cells);
+  const about = spread.map((row, i) => row.map((each, j) => [Number.isFinite(each) ? ` ± ${Number((each * factor).toPrecision(2))}` : "", Math.round(impacts[i][j]) || 0]));
+  const trace = { type: "heatmap", customdata: about, x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
+    hovertemplate: `${wordsOf(first)}: %{x:.4g}<br>${wordsOf(second)}: %{y:.4g}<br>${plain(result.measure)}: %{z:.4g}%{customdata[0]} ${unit}<br>%{customdata[1]} impacts<extra></extra>`,
     colorbar: { title: { text: plain(`${result.measure} [${unit}]`), side: "right" }, exponentformat: "power" } };
   const words = { xaxis: axis(wordsOf(first)), yaxis: axis(wordsOf(second)) };
-  return Plotly.react("map", [trace], layout({ showlegend: false, margin: { l: 74, r: 120, t: 12, b: 42, autoexpand: false },
+  const doubt = hatching(result, trace);
+  return Plotly.react("map", doubt ? [trace, doubt] : [trace], layout({ showlegend: Boolean(doubt), margin: { l: 74, r: 120, t: doubt ? 34 : 12, b: 42, autoexpand: false },
     uirevision: `${result.key}`, ...words }), CONFIG);
+}
+
+/** Return strokes over the cells that say little, with the reason as their name; null where there is none. */
+function hatching({ doubtful, few }, { x, y }) {
+  if (!doubtful?.some((each) => each)) return null;
+  const [wide, high] = [x[1] - x[0], y[1] - y[0]];
+  const strokes = { x: [], y: [] };
+  for (const [k, each] of doubtful.entries()) {
+    if (!each) continue;
+    const [left, low] = [x[k % x.length] - wide / 2, y[Math.floor(k / x.length)] - high / 2];
+    for (const [a, b] of [[[0, 0.5], [0.5, 1]], [[0, 0], [1, 1]], [[0.5, 0], [1, 0.5]]]) { // three diagonals
+      strokes.x.push(left + a[0] * wide, left + b[0] * wide, null);
+      strokes.y.push(low + a[1] * high, low + b[1] * high, null);
+    }
+  }
+  return { ...strokes, mode: "lines", type: "scatter", hoverinfo: "skip", line: { color: "#ff5a36", width: 1.5 }, showlegend: true,
+    name: `hatched: fewer than ${few} impacts, or a spread of more than half the value: run it longer` };
 }

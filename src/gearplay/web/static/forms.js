@@ -52,7 +52,7 @@ function button(form, text) {
 }
 
 /** Make both forms for a case, as the server describes it. */
-export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, measures }) {
+export function fillForms(diagram, map, { case: { rotors, sleeves, run }, controls, measures }) {
   const numbers = controls.filter((each) => each.kind === "number" && each.group !== "Run");
   const pathOf = (end, at) => numbers.find(({ path }) => path.endsWith(end))?.path ?? numbers[at]?.path;
   const [speed, clearance] = [pathOf("drive.speed", 0), pathOf("radial_clearance", 1)];
@@ -69,6 +69,7 @@ export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, m
   button(diagram, "Draw the diagram");
 
   map.replaceChildren();
+  delete map.dataset.touched;
   pathField(map, "first", "across", numbers, speed);
   pathField(map, "second", "up", numbers, clearance);
   const select = field(map, "measure", "show", document.createElement("select"));
@@ -83,7 +84,38 @@ export function fillForms(diagram, map, { case: { rotors, sleeves }, controls, m
   }
   numberField(map, "columns", "columns", 16);
   numberField(map, "rows", "rows", 12);
+  const rattles = Object.values(sleeves).some((each) => each.radial_clearance > 0); // such a motion has to be averaged
+  numberField(map, "members", "members of a cell", rattles ? 8 : 1);
+  numberField(map, "duration", "each recorded for [s]", rattles ? 5 : run.duration);
+  numberField(map, "transient", "after [s]", rattles ? 1 : run.transient);
+  const cost = document.createElement("span");
+  cost.id = "map-cost";
   button(map, "Run the map");
+  map.append(cost);
+}
+
+const LONGEST = 600; // s that the server gives a map
+const PATIENT = 60; // s that a map may take as the page suggests it
+
+/** Return how long the map of a form may take [s]; `pace` is how many seconds one simulated second of one run takes. */
+function costOf(form, pace) {
+  const [columns, rows, members, duration, transient] = ["columns", "rows", "members", "duration", "transient"].map((name) => Number(form.elements[name].value));
+  return columns * rows * members * (duration + transient) * pace;
+}
+
+/** Say how long the map of a form may take; one that nobody has changed yet is made short enough to wait for. */
+export function sayCost(form, pace, { transient }) {
+  const { members, duration, columns, rows, transient: before } = form.elements;
+  if (!form.dataset.touched && costOf(form, pace) > PATIENT) {
+    [members.value, before.value, columns.value, rows.value] = [4, transient, 12, 8];
+    const each = PATIENT / (12 * 8 * 4 * pace) - transient;
+    duration.value = Math.max(0.1, Math.min(5, Number(each.toPrecision(1))));
+    form.dataset.touched = "1";
+  }
+  const seconds = costOf(form, pace);
+  const place = form.querySelector("#map-cost");
+  place.textContent = seconds > 0 ? `about ${seconds < 60 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} min`}` : "";
+  place.className = seconds > LONGEST ? "alert" : "";
 }
 
 /** Return what is wrong with the ends that a form's fields are to run between, in a sentence, "" where nothing is. */
@@ -117,6 +149,6 @@ export function diagramWords(form, controls) {
 export function mapWords(form, controls) {
   const data = new FormData(form);
   const [measure, of] = JSON.parse(data.get("measure"));
-  const [columns, rows] = ["columns", "rows"].map((name) => Number(data.get(name)));
-  return { first: axisOf(data, "first", controls), second: axisOf(data, "second", controls), measure, of, columns, rows };
+  const [columns, rows, members, duration, transient] = ["columns", "rows", "members", "duration", "transient"].map((name) => Number(data.get(name)));
+  return { first: axisOf(data, "first", controls), second: axisOf(data, "second", controls), measure, of, columns, rows, members, duration, transient };
 }

@@ -1,7 +1,7 @@
 // The page put together: its fields and buttons, and what they do.
 
 import { Controls } from "./controls.js";
-import { longJob, markDiagrams, showDiagram, submit } from "./jobs.js";
+import { estimate, longJob, markDiagrams, showDiagram, submit } from "./jobs.js";
 import { attempt, choose, fromLink, link, listResults, recall, save, upload } from "./keeping.js";
 import { $, askJson, current, showTitle, state, tell } from "./page.js";
 import { plotly } from "./plotting.js";
@@ -18,6 +18,7 @@ state.select = (name) => {
     $(`tab-${each}`).tabIndex = chosen ? 0 : -1;
     $(`panel-${each}`).hidden = !chosen;
   }
+  if (name === "map") estimate();
   if (name === "run") redraw();
   else if ($(name).data) Plotly.Plots.resize(name);
 };
@@ -80,6 +81,8 @@ $("share").onclick = async () => {
 };
 window.addEventListener("hashchange", () => attempt(fromLink));
 for (const kind of ["bifurcation", "map"]) $(`${kind}-form`).onsubmit = (event) => { event.preventDefault(); submit(kind, event.target); };
+
+$("map-form").oninput = () => { $("map-form").dataset.touched = "1"; estimate(); };
 
 // Views ---------------------------------------------------------------------------------------------------------------------
 
