@@ -9,6 +9,7 @@ from typing import Final
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.check_elements import element_findings
+from gearplay.model.check_run import run_findings
 from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
@@ -56,6 +57,7 @@ def check_case(case: Case) -> list[Finding]:
     found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     found += element_findings(case)
     found += teeth_findings(case)
+    found += run_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
@@ -95,10 +97,10 @@ def _excitation(case: Case) -> Iterator[Finding]:
     errors = any(term.amplitude != 0.0 for mesh in case.meshes for term in mesh.transmission_error)
     if not errors and not any(_excites(rotor) for rotor in case.rotors.values()):
         yield Finding(
-            "note",
+            "warning",
             "meshes",
-            "nothing excites this case: without load, error of the teeth, runout, gravity or an initial "
-            "displacement, rolling without force is an exact solution. "
+            "nothing excites this case: 0 N m of load, 0 um of error of the teeth and of runout, no gravity and no initial "
+            "displacement, so rolling without force is an exact solution. "
             "Give a transmission_error, a runout or a load.",
         )
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.case import Case
+from gearplay.model.check import check_case
 from gearplay.model.reading import replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.solver.simulate import run_batch
@@ -47,6 +48,7 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
         "test": _test_lines(case),
+        "warnings": [f"{each.path}: {each.message}" for each in check_case(case) if each.severity == "warning"],
         "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
     }
     return pack_frame(document)

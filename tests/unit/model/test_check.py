@@ -143,3 +143,32 @@ def test_a_record_that_ends_before_the_run_is_told() -> None:
     notes = {each.path: each.message for each in check_case(case)}
     assert "ends at 0.003 s, the run at 0.1 s" in notes["base.acceleration.values"]
     assert "3 m/s^2" in notes["base.acceleration.values"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "words"),
+    [
+        (["run.transient=0s"], "run.transient", "begin with the start. Give a transient, 0.5 s"),
+        (["meshes.0.damping.ratio=0"], "meshes.0.damping", "0 N s/m in 1 of 1 meshes (pinion-ring)"),
+        (
+            ["run.transient=0s", "rotors.pinion.drive.ramp=1ms"],
+            "rotors.pinion.drive.ramp",
+            "Make the ramp longer than",
+        ),
+        (
+            ["run.transient=0s", "rotors.ring.load.torque=1 N m", "rotors.ring.initial.omega=0"],
+            "meshes.0",
+            "meet at the start with up to",
+        ),
+    ],
+)
+def test_what_a_run_would_show_of_its_start_is_told(changes: list[str], path: str, words: str) -> None:
+    case = load_case("han2021", changes)
+    found = [each for each in check_case(case) if each.path == path]
+    assert [each.severity for each in found] == ["warning"]
+    assert words in found[0].message
+
+
+def test_a_start_that_is_left_out_of_the_record_is_no_matter() -> None:
+    case = load_case("han2021", ["rotors.pinion.drive.ramp=1ms"])
+    assert not any(each.path.endswith("ramp") for each in check_case(case))

@@ -3,7 +3,7 @@
 import { fillForms } from "./forms.js";
 import { showDiagram } from "./jobs.js";
 import { $, ask, askJson, current, showTitle, state, tell } from "./page.js";
-import { magnified, models, run, showRun, stage } from "./runs.js";
+import { magnified, models, outdate, run, showRun, stage } from "./runs.js";
 import { decode } from "./wire.js";
 
 const MOST_LINK = 64 * 1024;
@@ -34,6 +34,7 @@ function adopt(described, name, note = "") {
   stage.magnify = 1;
   magnified();
   for (const kind of ["bifurcation", "map"]) { window.Plotly?.purge(kind); $(`${kind}-words`).textContent = ""; $(`${kind}-stale`).hidden = true; }
+  outdate();
   showSource(name);
   showTitle();
   tell("");

@@ -36,7 +36,7 @@ export async function run() {
     if (state.told) tell("");
   } catch (error) {
     if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
-    else if (error.kind !== "cancelled" && wire.ready) tell(error.message, true);
+    else if (error.kind !== "cancelled" && wire.ready) { tell(error.message, true); if (generation === state.generation) outdate(); }
   } finally {
     state.running = null;
     if (!state.job) hideProgress();
@@ -46,6 +46,19 @@ export async function run() {
 
 function next() {
   if (state.again && !state.running) { state.again = false; run(); }
+}
+
+/** Grey what is shown, since it is not of the case as it stands, and say so; take that back with a new result. */
+export function outdate(old = true) {
+  $("stale").hidden = !old || !state.result;
+  $("panel-run").classList.toggle("outdated", old);
+}
+
+/** Tell the warnings about a case, as `gearplay check` has them. */
+function tellNotes({ warnings = [] }) {
+  $("notes").hidden = warnings.length === 0;
+  $("notes").querySelector("summary").textContent = warnings.length === 1 ? "1 warning about this case" : `${warnings.length} warnings about this case`;
+  $("notes").querySelector("ul").replaceChildren(...warnings.map((words) => Object.assign(document.createElement("li"), { textContent: words })));
 }
 
 /** Offer choices in a list, keep the one that is chosen where it is still there, and return it. */
@@ -85,6 +98,8 @@ function settle(result) {
 export async function showRun(result) {
   settle(result);
   state.result = result;
+  outdate(false);
+  tellNotes(result);
   const look = lookAt(result);
   stage.look = look;
   stage.show(result);

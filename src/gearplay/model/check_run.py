@@ -1,0 +1,132 @@
+"""Findings about what a run would show: its start, and what would never come to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearplay.model import geometry, rolling
+from gearplay.model.finding import Finding
+from gearplay.model.rotor import Initial, ServoDrive, SpeedDrive
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+SETTLED = 0.25
+"""Share of a record that is proposed as the time before it."""
+
+
+def run_findings(case: Case) -> Iterator[Finding]:
+    """Yield what is remarkable about the start of a valid case's run, and about teeth that lose nothing."""
+    if any(
+        rolling.mesh_frequency(case, j) > 0.0 for j in range(len(case.meshes))
+    ):  # else there is nothing to settle to
+        yield from _transient(case)
+        yield from _undamped(case)
+        yield from _start_shock(case)
+
+
+def _transient(case: Case) -> Iterator[Finding]:
+    run = case.run
+    meant = case.base is not None or any(
+        rotor.initial != Initial() or getattr(rotor.drive, "ramp", 0.0) > 0.0
+        for rotor in case.rotors.values()
+    )
+    if run.transient > 0.0 or meant:
+        return
+    loads = [rotor.load.torque for rotor in case.rotors.values() if rotor.load.torque > 0.0]
+    loads += [
+        abs(getattr(rotor.drive, "torque", 0.0))
+        for rotor in case.rotors.values()
+        if rotor.drive is not None and rotor.drive.kind == "torque"
+    ]
+    applied = (
+        f": torques of up to {max(loads):.4g} N m act at once, which may double what they press with"
+        if loads and max(loads) > 0.0
+        else ""
+    )
+    yield Finding(
+        "warning",
+        "run.transient",
+        f"recording starts at t = 0, so the {run.duration:g} s of the record begin with the start{applied}. Give a transient, "
+        f"{SETTLED * run.duration:.2g} s for example, and see whether a longer one changes anything.",
+    )
+
+
+def _undamped(case: Case) -> Iterator[Finding]:
+    bare = [j for j, mesh in enumerate(case.meshes) if not (mesh.damping.maximum or mesh.damping.ratio)]
+    if not bare:
+        return
+    labels = ", ".join(case.meshes[j].label for j in bare[:3]) + (", ..." if len(bare) > 3 else "")
+    yield Finding(
+        "warning",
+        f"meshes.{bare[0]}.damping",
+        f"the damping is 0 N s/m in {len(bare)} of {len(case.meshes)} meshes ({labels}): their teeth rebound with all they came "
+        "with, and a resonance grows without a bound. Give damping = { ratio = 0.07 }, for example.",
+    )
+
+
+def _start_shock(case: Case) -> Iterator[Finding]:
+    """Compare what a ramp of the driving speed asks for with the steady load, both at the driving rotor."""
+    names = list(case.rotors)
+    _, ratios = rolling.rolling_ratios(case)
+    for name, rotor in case.rotors.items():
+        drive = rotor.drive
+        if not isinstance(drive, (SpeedDrive, ServoDrive)) or case.run.transient >= drive.ramp:
+            continue
+        own = ratios[names.index(name)]
+        if own == 0.0:
+            continue
+        share = np.abs(ratios / own)
+        turning = [(share[i], each) for i, each in enumerate(case.rotors.values()) if names[i] != name]
+        inertia = sum(each.inertia * ratio**2 for ratio, each in turning)
+        steady = sum(
+            ratio * (each.load.torque + each.load.friction + each.load.drag * ratio * abs(drive.speed))
+            for ratio, each in turning
+        )
+        shock = inertia * abs(drive.speed - drive.start_speed) / drive.ramp
+        if shock > steady > 0.0:
+            least = inertia * abs(drive.speed - drive.start_speed) / steady
+            yield Finding(
+                "warning",
+                f"rotors.{name}.drive.ramp",
+                f"the start asks for {shock:.4g} N m, {shock / steady:.3g} times the steady {steady:.4g} N m of the load: the "
+                f"largest forces are those of the start. Make the ramp longer than {least:.3g} s, or give a transient beyond it.",
+            )
+    for j, mesh in enumerate(case.meshes if case.run.transient == 0.0 else ()):
+        yield from _meeting(case, j, mesh.label)
+
+
+def _meeting(case: Case, index: int, label: str) -> Iterator[Finding]:
+    """Compare the first blow of teeth that meet at a given speed with the steady load on them."""
+    mesh = case.meshes[index]
+    given = [case.rotors[name].initial.omega for name in mesh.rotors]
+    if all(omega is None for omega in given) or not hasattr(mesh.stiffness, "mean"):
+        return
+    speeds = dict(zip(case.rotors, rolling.nominal_speeds(case), strict=True))
+    gears = (mesh.driver, mesh.driven)
+    radii = [np.cos(mesh.pressure_angle) * geometry.pitch_radius(case, mesh, gear) for gear in gears]
+    off = [
+        radius * (float(omega) - float(speeds[name])) if omega is not None else 0.0
+        for radius, omega, name in zip(radii, given, mesh.rotors, strict=True)
+    ]
+    rotors = [case.rotors[name] for name in mesh.rotors]
+    free = [
+        radius**2 / rotor.inertia
+        for radius, rotor in zip(radii, rotors, strict=True)
+        if not isinstance(rotor.drive, SpeedDrive)
+    ]
+    steady = max(
+        (rotor.load.torque + rotor.load.drag * abs(float(speeds[name])) + rotor.load.friction) / radius
+        for rotor, radius, name in zip(rotors, radii, mesh.rotors, strict=True)
+    )
+    blow = (abs(off[0]) + abs(off[1])) * float(np.sqrt(mesh.stiffness.mean / sum(free))) if free else 0.0
+    if blow > steady > 0.0:
+        yield Finding(
+            "warning",
+            f"meshes.{index}",
+            f"the teeth of {label} meet at the start with up to {blow:.4g} N, {blow / steady:.3g} times their steady load of "
+            f"{steady:.4g} N: the largest forces are those of the start. Leave initial.omega out, or give a transient.",
+        )
