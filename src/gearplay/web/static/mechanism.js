@@ -1,5 +1,7 @@
 // The mechanism in motion: gears with involute teeth, shafts in their sleeves, forces; small motions magnified.
 
+import { drawAxes, drawLabels } from "./labels.js";
+import { apart, boxOf, rimOf, shaftOf } from "./planes.js";
 import { style } from "./plotting.js";
 
 const involute = (alpha) => Math.tan(alpha) - alpha;
@@ -87,6 +89,7 @@ export class Stage {
 
   show(result) {
     this.result = result;
+    this.mechanism = apart(result.mechanism);
     const models = Object.keys(result.models);
     if (this.panes.map((pane) => pane.model).join() !== models.join()) {
       this.place.replaceChildren();
@@ -104,12 +107,10 @@ export class Stage {
       });
     }
     this.colors = Object.fromEntries([...models, "ink", "soft", "line", "paper", "gear1", "gear2", "alert"].map((name) => [name, style(name)]));
-    this.phases = phases(result.mechanism);
+    this.phases = phases(this.mechanism);
     this.paths = new Map();
-    const [xs, ys] = [[], []];
-    for (const gear of result.mechanism.gears) { xs.push(gear.x - rimOf(gear), gear.x + rimOf(gear)); ys.push(gear.y - rimOf(gear), gear.y + rimOf(gear)); }
-    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    this.whole = { x: (left + right) / 2, y: (low + high) / 2, width: right - left, height: high - low };
+    const [left, right, low, high] = boxOf(this.mechanism.gears);
+    this.whole = { x: (left + right) / 2, y: (low + high) / 2, width: right - left, height: high - low, named: true };
     const times = models.map((model) => result.models[model].frames.t).filter((t) => t.length);
     this.span = times.length ? [Math.min(...times.map((t) => t[0])), Math.max(...times.map((t) => t[t.length - 1]))] : [0, 1];
     this.peak = 1e-9;
@@ -121,7 +122,7 @@ export class Stage {
 
   /** How many times small motions are drawn larger: the slider times what makes a clearance a quarter of a module. */
   get factor() {
-    const { gears, sleeves, meshes } = this.result.mechanism;
+    const { gears, sleeves, meshes } = this.mechanism;
     const module = gears.find((gear) => gear.module)?.module ?? 0.01;
     const small = Math.max(1e-7, ...sleeves.map((each) => each.clearance), ...meshes.map((each) => each.backlash));
     return (this.magnify * 0.25 * module) / small;
@@ -173,7 +174,7 @@ export class Stage {
   }
 
   sleeveWindow() {
-    const { gears, sleeves } = this.result.mechanism;
+    const { gears, sleeves } = this.mechanism;
     const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];
     const gear = sleeve && gears.find((each) => each.rotor === sleeve.name);
     if (!gear) return null;
@@ -184,7 +185,7 @@ export class Stage {
   }
 
   meshWindow() {
-    const { gears, meshes } = this.result.mechanism;
+    const { gears, meshes } = this.mechanism;
     const mesh = meshes.find((each) => each.name === this.look.mesh) ?? meshes[0];
     if (!mesh) return null;
     const [a, b] = [mesh.driver, mesh.driven].map((name) => gears.find((gear) => gear.name === name));
@@ -194,8 +195,8 @@ export class Stage {
   }
 
   /** Paint what lies in a window of the plane [m] into a place of the canvas [px]. */
-  paint(c, view, [x0, y0, w, h], { x, y, width, height, shaft: drawn }, ratio) {
-    const { gears, sleeves, meshes } = this.result.mechanism;
+  paint(c, view, [x0, y0, w, h], { x, y, width, height, shaft: drawn, named }, ratio) {
+    const { gears, sleeves, meshes } = this.mechanism;
     const { i, t, turns, orbit, rotors, sleeves: pressed, meshes: flanks } = view;
     const scale = 0.96 * Math.min(w / width, h / height);
     const [M, n, thin, reach] = [this.factor, t.length, (1.2 * ratio) / scale, (0.3 * Math.min(w, h)) / scale];
@@ -206,7 +207,7 @@ export class Stage {
     c.clip();
     c.setTransform(scale, 0, 0, -scale, x0 + w / 2 - scale * x, y0 + h / 2 + scale * y);
     const at = (k) => [rotors[3 * k * n + i], rotors[(3 * k + 1) * n + i], rotors[(3 * k + 2) * n + i]];
-    const carried = this.result.mechanism.carried ?? [];
+    const carried = this.mechanism.carried ?? [];
     /** Draw what belongs to a rotor, its set turned with its carrier where that is wanted. */
     const within = (index, draw) => {
       const angle = this.turning ? orbit[index * n + i] : 0;
@@ -249,8 +250,10 @@ export class Stage {
         c.lineCap = "butt";
       });
     }
+    drawAxes(c, this.mechanism, view, thin);
     gears.forEach((gear, k) => within(gear.index, () => {
-      if (gears.findIndex((each) => each.index === gear.index) !== k) return; // one shaft for all its gears
+      const first = gears.findIndex((each) => each.index === gear.index);
+      if (gears.findIndex((each) => each.index === gear.index && each.plane === gear.plane) !== k) return; // one shaft for all its gears
       const [dx, dy] = at(gear.index);
       const sleeve = sleeves.findIndex((each) => each.name === gear.rotor);
       const shaft = drawn ?? shaftOf(gear);
@@ -263,7 +266,7 @@ export class Stage {
         c.stroke();
         c.setLineDash([]);
       }
-      const support = (this.result.mechanism.supports ?? []).find((each) => each.name === gear.rotor);
+      const support = (this.mechanism.supports ?? []).find((each) => each.name === gear.rotor);
       if (support) {
         c.strokeStyle = view.soft;
         c.lineWidth = thin;
@@ -272,11 +275,11 @@ export class Stage {
       c.fillStyle = view.color;
       circle(c, gear.x + M * dx, gear.y + M * dy, shaft);
       c.fill();
-      if (sleeve < 0) return;
+      if (sleeve < 0 || first !== k) return;
       const force = [pressed[2 * sleeve * n + i], pressed[(2 * sleeve + 1) * n + i]];
       arrow(c, gear.x + M * dx, gear.y + M * dy, ...force, this.peak, reach, 2 * thin, view.alert);
     }));
-    for (const { between } of this.result.mechanism.couplings ?? []) {
+    for (const { between } of this.mechanism.couplings ?? []) {
       const [one, other] = between.map((name) => gears.find((gear) => gear.rotor === name));
       if (Math.hypot(one.x - other.x, one.y - other.y) > 1e-6) continue; // two axes joined by a drive
       const radius = 1.7 * Math.max(shaftOf(one), shaftOf(other));
@@ -304,12 +307,20 @@ export class Stage {
         within(a.index, () => arrow(c, ...pitchPoint(a, b), force * Math.cos(angle), force * Math.sin(angle), this.peak, reach, 2 * thin, view.alert));
       }
     }
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    const seen = (gear) => {
+      const [axis, angle] = [this.axisOf(gear.index), this.turning ? orbit[gear.index * n + i] : 0];
+      const [dx, dy] = [gear.x - axis.x, gear.y - axis.y];
+      const [gx, gy] = [axis.x + dx * Math.cos(angle) - dy * Math.sin(angle), axis.y + dx * Math.sin(angle) + dy * Math.cos(angle)];
+      return [x0 + w / 2 + scale * (gx - x), y0 + h / 2 - scale * (gy - y)];
+    };
+    if (named) drawLabels(c, this.mechanism, view, { to: seen, scale, ratio, turning: this.turning });
     c.restore();
   }
 
   /** Centre about which a rotor's set turns: that of its carrier. */
   axisOf(index) {
-    const { gears, carried } = this.result.mechanism;
+    const { gears, carried } = this.mechanism;
     const gear = gears.find((each) => each.index === index);
     const on = (carried ?? []).find((each) => each.rotor === gear.rotor)?.on;
     return (on && gears.find((each) => each.rotor === on)) || gear;
@@ -317,7 +328,7 @@ export class Stage {
 
   /** Outline of a gear with its backlash drawn; kept, since only the magnification changes it. */
   outlineOf(gear) {
-    const gap = this.factor * Math.max(0, ...this.result.mechanism.meshes.filter((m) => m.driver === gear.name || m.driven === gear.name).map((m) => m.backlash));
+    const gap = this.factor * Math.max(0, ...this.mechanism.meshes.filter((m) => m.driver === gear.name || m.driven === gear.name).map((m) => m.backlash));
     const key = `${gear.name} ${gap.toPrecision(3)}`;
     if (!this.paths.has(key)) {
       const teeth = outline(gear, Math.min(gap, 0.8 * Math.PI * gear.module));
@@ -329,9 +340,6 @@ export class Stage {
     return this.paths.get(key);
   }
 }
-
-const shaftOf = (gear) => 0.6 * (gear.module ?? 0.004) + 0.004;
-const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 0.02);
 
 function pitchPoint(a, b) {
   const [angle, r] = [toward(a, b), 0.5 * a.module * a.teeth];
