@@ -14,6 +14,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from gearplay.model.bundled import bundled_text
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import bundled_names, load_case
@@ -66,7 +67,8 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
         name = request.path_params["name"]
         if name not in bundled_names():
             return JSONResponse({"error": "case: there is no bundled case of this name."}, status_code=404)
-        return _described(load_case(name), fresh=True)
+        text = bundled_text("gearplay.model", "cases", name)
+        return _described(load_case(name), source=text)
 
     async def given(request: Request) -> Response:
         body = await _body(request)
@@ -76,9 +78,9 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
         try:
             asked = json.loads(body)
             if isinstance(asked, dict) and isinstance(asked.get("toml"), str):
-                return _described(load_case(parse_toml(asked["toml"], "upload")), fresh=True)
+                return _described(load_case(parse_toml(asked["toml"], "upload")), source=asked["toml"])
             if isinstance(asked, dict) and isinstance(asked.get("case"), dict):
-                return _described(load_case(asked["case"]), fresh=False)
+                return _described(load_case(asked["case"]))
         except (ValueError, RecursionError):
             return JSONResponse({"error": "case: must be JSON with toml or case."}, status_code=400)
         except GearplayError as error:
@@ -111,7 +113,8 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             return JSONResponse({"error": "export: must be nc, csv or toml of a case."}, status_code=400)
         try:
             asked = json.loads(body)
-            job = pool.submit({"kind": "export", "form": form, "case": asked.get("case")}, _nothing)
+            wanted = {name: asked.get(name) for name in ("case", "source", "changes")}
+            job = pool.submit({"kind": "export", "form": form, **wanted}, _nothing)
             data = await _unless_gone(request, pool, job)
         except (ValueError, AttributeError, RecursionError):
             return JSONResponse({"error": "export: must be JSON with a case."}, status_code=400)
@@ -182,9 +185,9 @@ async def _body(request: Request) -> bytes | None:
     return b"".join(parts) if size <= LARGEST_BODY else None
 
 
-def _described(case: Case, *, fresh: bool) -> Response:
-    """Return a case with its controls; a ``fresh`` one is made as short as a page wants it."""
-    if fresh:
+def _described(case: Case, *, source: str | None = None) -> Response:
+    """Return a case with its controls; one from a file, ``source``, is made as short as a page wants it."""
+    if source is not None:
         document = case.resolved()
         transient = min(case.run.transient, LONGEST_TRANSIENT)
         drawn = {"start": "drawn"} if usual_member(case) else {}
@@ -196,6 +199,7 @@ def _described(case: Case, *, fresh: bool) -> Response:
             "controls": controls(case),
             "measures": measures(case),
             "title": case.title,
+            "source": source,
         }
     )
 

@@ -19,6 +19,7 @@ from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, note_of, whole
 from gearplay.web.maps import make_map
+from gearplay.web.toml_edits import edited
 from gearplay.web.views import mechanism_of, spectrum_lines, views_of
 
 MODELS = ("coupled", "uncoupled")
@@ -48,7 +49,9 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
         "test": _test_lines(case),
-        "warnings": [f"{each.path}: {each.message}" for each in check_case(case) if each.severity == "warning"],
+        "warnings": [
+            f"{each.path}: {each.message}" for each in check_case(case) if each.severity == "warning"
+        ],
         "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
     }
     return pack_frame(document)
@@ -123,7 +126,10 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
 
 def export(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case and return its result as a file: ``nc``, ``csv`` or the case itself as ``toml``."""
-    case, form = limited_case(job), job.get("form")
+    form, source, changes = job.get("form"), job.get("source"), job.get("changes")
+    if form == "toml" and isinstance(source, str) and isinstance(changes, Mapping):
+        return edited(source, changes).encode("utf-8")
+    case = limited_case(job)
     if form == "toml":
         return to_toml(case).encode("utf-8")
     if form not in ("nc", "csv"):

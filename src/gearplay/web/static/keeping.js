@@ -2,7 +2,9 @@
 
 import { fillForms } from "./forms.js";
 import { showDiagram } from "./jobs.js";
-import { $, ask, askJson, current, showTitle, state, tell } from "./page.js";
+import { offerOverlays } from "./overlays.js";
+import { $, ask, askJson, current, note, showTitle, state, tell } from "./page.js";
+import { plain, style } from "./plotting.js";
 import { magnified, models, outdate, run, showRun, stage } from "./runs.js";
 import { decode } from "./wire.js";
 
@@ -25,7 +27,7 @@ function showSource(name) {
 /** Take a case over, as the server describes it; what to show of it comes after. */
 function adopt(described, name, note = "") {
   if (state.running) state.wire.cancel(state.running.number);
-  Object.assign(state, { generation: state.generation + 1, again: false, base: described.case, controls: described.controls, diagrams: {}, note });
+  Object.assign(state, { generation: state.generation + 1, again: false, base: described.case, controls: described.controls, source: described.source, diagrams: {}, note });
   state.changes.clear();
   state.panel.build(described.controls);
   state.panel.find($("find").value);
@@ -85,6 +87,7 @@ export async function listResults() {
   try {
     const found = await askJson("/api/results");
     const words = ({ kind, title, note, written }) => [kind, title || "untitled", note, new Date(1000 * written).toLocaleTimeString()].filter(Boolean).join(", ");
+    offerOverlays(found.filter(({ kind }) => kind === "run").map((each) => [each.key, words(each)]));
     $("history").replaceChildren(new Option("earlier ones", ""), ...found.map((each) => new Option(words(each), each.key)));
   } catch { /* the banner says that the server is gone */ }
 }
@@ -108,18 +111,27 @@ async function download(answer, name) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
 }
 
+/** Return a plot with a title over it, on the colour of the page, as it is saved. */
+function titled({ data, layout }, title) {
+  const margin = { ...layout.margin, t: (layout.margin?.t ?? 30) + 40 };
+  return { data, layout: { ...layout, margin, paper_bgcolor: style("paper"), plot_bgcolor: style("paper"),
+    title: { text: plain(title), x: 0.01, xanchor: "left", y: 0.98, yanchor: "top", font: { size: 15 } } } };
+}
+
 /** Save what the tab shows: both models of a run, each as a file; a diagram; pictures; or the case. */
 export async function save(form) {
   if (!form) return;
   tell("");
   const name = ((state.base.title || "gearplay").toLowerCase().match(/[a-z0-9]+/g) ?? ["gearplay"]).join("-").slice(0, 48);
   const { [state.tab]: shown } = state.diagrams;
-  if (form === "toml") await download(await ask("/api/export/toml", { case: current() }), `${name}.toml`);
+  if (form === "toml") await download(await ask("/api/export/toml", { case: current(), ...(state.source && { source: state.source, changes: Object.fromEntries(state.changes) }) }), `${name}.toml`);
   else if (form === "png" || form === "svg") {
     const plots = state.tab === "run" ? ["orbit", "spectrum", "backlash", "forces"] : [state.tab];
     const drawn = plots.filter((each) => $(each).data);
     if (!drawn.length) throw new Error("There is nothing to save here yet: compute it first.");
-    for (const each of drawn) await Plotly.downloadImage(each, { format: form, filename: `${name}-${each}`, width: 900, height: 500, scale: form === "png" ? 2 : 1 });
+    const title = [state.base.title || "untitled", note()].filter(Boolean).join("; ");
+    if (state.tab === "run" && form === "png") await download(new Response(await stage.picture(title)), `${name}-mechanism.png`);
+    for (const each of drawn) await Plotly.downloadImage(titled($(each), title), { format: form, filename: `${name}-${each}`, width: 900, height: 540, scale: form === "png" ? 2 : 1 });
   } else if (state.tab === "run") {
     for (const model of models()) await download(await ask(`/api/export/${form}`, { case: { ...current(), backlash_model: model } }), `${name}-${model}.${form}`);
   } else if (shown) await download(await ask(`/api/results/${shown.key}/${form}`), `${name}-${state.tab}.${form}`);

@@ -5,7 +5,8 @@ import { estimate, longJob, markDiagrams, showDiagram, submit } from "./jobs.js"
 import { attempt, choose, fromLink, link, listResults, recall, save, upload } from "./keeping.js";
 import { $, askJson, current, showTitle, state, tell } from "./page.js";
 import { plotly } from "./plotting.js";
-import { magnified, moved, redraw, redrawSpectrum, run, stage } from "./runs.js";
+import { measured, overlay } from "./overlays.js";
+import { magnified, moved, redraw, redrawSpectrum, run, stage, toNextImpact } from "./runs.js";
 import { Wire } from "./wire.js";
 
 const TABS = ["run", "bifurcation", "map"];
@@ -95,6 +96,14 @@ $("scrub").oninput = () => {
   stage.draw();
   if (state.result) moved();
 };
+$("impact").onclick = () => { stage.playing = false; $("play").textContent = "Play"; toNextImpact(); };
+$("fold").onclick = () => {
+  const folded = document.querySelector("aside").classList.toggle("folded");
+  $("fold").textContent = folded ? "Parameters" : "Hide";
+  $("fold").setAttribute("aria-expanded", String(!folded));
+};
+$("overlay").onchange = () => attempt(() => overlay($("overlay").value));
+$("measured").onchange = () => attempt(async () => { try { await measured($("measured").files[0]); } finally { $("measured").value = ""; } });
 $("slow").onchange = () => { stage.speed = Number($("slow").value); };
 $("carrier").onchange = () => { stage.turning = $("carrier").value === "turning"; stage.draw(); };
 $("magnify").oninput = () => { stage.magnify = 10 ** Number($("magnify").value); stage.draw(); magnified(); };

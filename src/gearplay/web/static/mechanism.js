@@ -173,6 +173,29 @@ export class Stage {
     });
   }
 
+  /** Return the drawing as it stands, all models with a title over them, as PNG. */
+  picture(title) {
+    const ratio = window.devicePixelRatio || 1;
+    const [gap, head] = [10 * ratio, 64 * ratio];
+    const made = document.createElement("canvas");
+    made.width = this.panes.reduce((sum, { canvas }) => sum + canvas.width + gap, gap);
+    made.height = Math.max(...this.panes.map(({ canvas }) => canvas.height)) + head + gap;
+    const c = made.getContext("2d");
+    c.fillStyle = this.colors.paper;
+    c.fillRect(0, 0, made.width, made.height);
+    c.font = `600 ${15 * ratio}px system-ui, sans-serif`;
+    c.fillStyle = this.colors.ink;
+    c.fillText(`${title}; ${this.time.toFixed(4)} s, clearances ${this.factor.toPrecision(3)} times as large`, gap, 22 * ratio, made.width - 2 * gap);
+    let left = gap;
+    for (const { canvas, model } of this.panes) {
+      c.fillStyle = this.colors[model];
+      c.fillText(model, left, 50 * ratio);
+      c.drawImage(canvas, left, head);
+      left += canvas.width + gap;
+    }
+    return new Promise((resolve) => { made.toBlob(resolve, "image/png"); });
+  }
+
   sleeveWindow() {
     const { gears, sleeves } = this.mechanism;
     const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];

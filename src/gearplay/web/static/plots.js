@@ -37,7 +37,10 @@ export async function drawRun(result, look) {
   };
 }
 
-function drawOrbit(result, { sleeve }) {
+/** Return the views of an earlier run that lies beside this one, with the words and the dashes of its models. */
+const overlaid = (overlay) => Object.entries(overlay?.models ?? {}).map(([model, view]) => ({ view, words: `earlier, ${model}`, dash: model === "coupled" ? "dot" : "dash" }));
+
+function drawOrbit(result, { sleeve, overlay }) {
   const traces = [];
   for (const model of names(result)) {
     const orbit = result.models[model].orbits.find((each) => each.name === sleeve);
@@ -50,10 +53,14 @@ function drawOrbit(result, { sleeve }) {
     traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: lineOf(model, "solid", 0.9), name: model,
       hovertemplate: "%{x:.4g}, %{y:.4g} µm" });
   }
+  for (const { view, words } of overlaid(overlay)) {
+    const orbit = view.orbits.find((each) => each.name === sleeve);
+    if (orbit) traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: { color: style("mark"), width: 0.7 }, opacity: 0.7, name: words });
+  }
   return Plotly.react("orbit", traces, layout({ uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }), CONFIG);
 }
 
-export async function drawSpectrum(result, { spectrum, scale }) {
+export async function drawSpectrum(result, { spectrum, scale, overlay }) {
   await plotly();
   const traces = [];
   let [top, low] = [0, Infinity];
@@ -63,6 +70,15 @@ export async function drawSpectrum(result, { spectrum, scale }) {
     for (const value of found.a) { top = Math.max(top, value); if (value > 0) low = Math.min(low, value); }
     if (found.s) traces.push(...band(found, model));
     traces.push({ x: found.f, y: found.a, mode: "lines", line: lineOf(model), name: model, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
+  }
+  for (const { view, words, dash } of overlaid(overlay)) {
+    const found = view.spectra.find((each) => `${each.label}.${each.signal}` === spectrum);
+    if (found) traces.push({ x: found.f, y: found.a, mode: "lines", line: { color: style("mark"), width: 1, dash }, name: words, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
+  }
+  if (overlay?.measured) {
+    const { f, a } = overlay.measured;
+    for (const value of a) top = Math.max(top, value);
+    traces.push({ x: f, y: a, mode: "lines", line: { color: style("rising"), width: 1.2 }, name: plain(overlay.name), hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
   const shapes = [];
   const annotations = [];

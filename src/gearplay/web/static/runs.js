@@ -79,7 +79,7 @@ function lookAt(result) {
   $("look-mesh").hidden = meshes.length < 2;
   return {
     sleeve: offer($("sleeve-of"), shafts), mesh: offer($("mesh-of"), meshes.map((each) => each.name)),
-    spectrum: offer($("spectrum-of"), [...new Set(spectra)]), scale: $("spectrum-scale").value,
+    spectrum: offer($("spectrum-of"), [...new Set(spectra)]), scale: $("spectrum-scale").value, overlay: state.overlay,
   };
 }
 
@@ -150,6 +150,22 @@ export function moved() {
   $("scrub").value = stage.at;
   $("clock").textContent = `${stage.time.toFixed(4)} s`;
   moveCursors(state.result, stage.look.sleeve, stage.time);
+}
+
+/** Go to the next time that a contact which is looked at closes, in any model; from the last one to the first. */
+export function toNextImpact() {
+  if (!state.result) return;
+  const { sleeve, mesh } = stage.look;
+  const wanted = [sleeve, `${mesh}:drive`, `${mesh}:back`];
+  const [begin, end] = stage.span;
+  const strips = Object.values(state.result.models).flatMap(({ strip }) => strip.filter(({ label }) => wanted.includes(label)));
+  const onsets = strips.flatMap(({ spans }) => Array.from(spans).filter((_, i) => i % 2 === 0)).filter((t) => t > begin && t <= end).sort((a, b) => a - b);
+  const frame = (end - begin) / 900;
+  const next = onsets.find((t) => t > stage.time + 0.5 * frame) ?? onsets[0];
+  if (next === undefined) { tell("No contact that is looked at closes in this run.", true); return; }
+  stage.at = Math.min(0.9999, (next - begin) / (end - begin));
+  stage.draw();
+  moved();
 }
 
 export function magnified() { if (state.result) $("factor").textContent = `${stage.factor.toPrecision(3)} times as large`; }
