@@ -1,6 +1,7 @@
 """What a user does on the page, in the system's Chromium."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -320,7 +321,7 @@ def test_a_link_carries_the_case(visit: Open) -> None:
 
 @pytest.mark.many
 @pytest.mark.parametrize(
-    ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"member,time [s],"), ("toml", b"title = ")]
+    ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"member,time [s],"), ("toml", b"# The rig of Han")]
 )
 def test_results_and_cases_are_saved(visit: Open, form: str, start: bytes) -> None:
     made = visit().ready()
@@ -362,17 +363,23 @@ def test_a_map(visit: Open) -> None:
     made = visit().ready()
     brief(made)
     made.page.click("#tab-map")
-    made.page.fill("#map-form [name=columns]", "4")
-    made.page.fill("#map-form [name=rows]", "3")
+    assert made.page.input_value("#map-form [name=members]") == "8"
+    cells(made, 4, 3)
     made.page.click("#map-form button")
     made.until("document.getElementById('map').data?.[0].z.length === 3")
     assert made.page.evaluate("document.getElementById('map').data[0].z[0].length") == 4
 
 
+def cells(made: Visit, columns: int, rows: int) -> None:
+    """Make the map that is asked for a short one."""
+    values = {"columns": columns, "rows": rows, "members": 2, "duration": 0.05, "transient": 0}
+    for name, value in values.items():
+        made.page.fill(f"#map-form [name={name}]", str(value))
+
+
 def small_map(made: Visit) -> None:
     made.page.click("#tab-map")
-    made.page.fill("#map-form [name=columns]", "3")
-    made.page.fill("#map-form [name=rows]", "2")
+    cells(made, 3, 2)
     made.page.click("#map-form button")
     made.until("document.getElementById('map').data?.[0].z.length === 2")
 
@@ -389,7 +396,8 @@ def test_a_map_of_contacts_is_saved(visit: Open) -> None:
     with made.page.expect_download() as waited:
         made.page.select_option("#save", "csv")
     lines = Path(waited.value.path()).read_text(encoding="utf-8").splitlines()
-    assert lines[0] == f"{CLEARANCE} [m],{SPEED} [rad/s],rms impact speed of pinion-ring:drive [m/s]"
+    start = f"{CLEARANCE} [m],{SPEED} [rad/s],rms impact speed of pinion-ring:drive [m/s]"
+    assert lines[0].startswith(start + ",spread [m/s],impacts [1],")
     assert len(lines) == 1 + 6
 
 
@@ -464,7 +472,7 @@ def test_a_diagram_says_when_the_case_has_changed(visit: Open) -> None:
     made = visit().ready()
     brief(made)
     small_map(made)
-    assert "coupled model, one member" in made.page.text_content("#map-words")
+    assert "coupled model, 2 members of 0.05 s after 0 s" in made.page.text_content("#map-words")
     assert made.page.locator("#map-stale").is_hidden()
     fill(made, BACKLASH, "140")
     assert made.page.locator("#map-stale").is_visible()
@@ -490,6 +498,7 @@ def test_diagrams_drawn_unseen_have_their_size(visit: Open) -> None:
     made = visit().ready()
     brief(made)
     made.page.click("#tab-map")
+    cells(made, 3, 2)
     made.page.click("#map-form button")
     made.page.click("#tab-run")
     made.until("document.getElementById('map').data", 60.0)
@@ -665,3 +674,108 @@ def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
             if each["impact"] in ("serious", "critical")
         ]
         assert serious == []
+
+
+@pytest.mark.deep
+def test_cells_with_few_impacts_are_hatched(visit: Open) -> None:
+    made = visit().ready()
+    small_map(made)
+    words = made.page.evaluate("document.getElementById('map').data[1].name")
+    assert words.startswith("hatched: fewer than 30 impacts")
+    assert shown(made, "diagrams.map.impacts.every((each) => each < 30)")
+
+
+def test_a_refused_case_greys_what_is_shown_of_the_one_before(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.locator("#stale").is_hidden()
+    field(made, "meshes.0.stiffness.amplitude").fill("500")
+    field(made, "meshes.0.stiffness.amplitude").press("Tab")
+    made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
+    assert made.page.locator("#stale").is_visible()
+    assert made.page.locator("#panel-run.outdated").count() == 1
+    fill(made, "meshes.0.stiffness.amplitude", "5")
+    assert made.page.locator("#stale").is_hidden()
+    assert made.page.locator("#panel-run.outdated").count() == 0
+
+
+@pytest.mark.deep
+def test_warnings_about_the_case_are_told(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.text_content("#notes summary") == "2 warnings about this case"
+    open_run(made)
+    fill(made, "run.transient", "0")
+    assert "recording starts at t = 0" in made.page.text_content("#notes")
+
+
+@pytest.mark.deep
+def test_the_next_impact(visit: Open) -> None:
+    made = visit().ready()
+    times = []
+    for _ in range(2):
+        made.page.click("#impact")
+        times.append(made.page.evaluate("Number(document.getElementById('clock').textContent.split(' ')[0])"))
+    onsets = "Object.values(window.gearplay.state.result.models).flatMap((v) => v.strip.flatMap((s) => [...s.spans]))"
+    known = made.page.evaluate(onsets)
+    assert times[0] < times[1]
+    assert all(min(abs(time - each) for each in known) < 1e-3 for time in times)
+    assert made.page.text_content("#play") == "Play"
+
+
+@pytest.mark.deep
+def test_an_earlier_run_and_a_measurement_lie_beside(visit: Open, tmp_path: Path) -> None:
+    made = visit().ready()
+    made.until("document.getElementById('overlay').options.length > 1")
+    first = made.page.evaluate("document.getElementById('overlay').options[1].value")
+    fill(made, BACKLASH, "150")
+    names = "document.getElementById('spectrum').data.map((each) => each.name)"
+    made.page.select_option("#overlay", value=first)
+    made.until(f"{names}.includes('earlier, coupled')")
+    file = tmp_path / "mine.csv"
+    rows = [f"{k / 1000:.3f},{math.sin(0.1 * math.pi * k):.6f}" for k in range(1024)]
+    file.write_text("time [s],a [m/s^2]\n" + "\n".join(rows), encoding="utf-8")
+    made.page.set_input_files("#measured", file)
+    made.until(f"{names}.includes('mine.csv')")
+    f, a = made.page.evaluate(
+        """() => {
+          const { f, a } = window.gearplay.state.overlay.measured;
+          const k = a.indexOf(Math.max(...a));
+          return [f[k], a[k]];
+        }"""
+    )
+    assert (f, a) == (pytest.approx(50.0, abs=0.6), pytest.approx(1.0, rel=0.1))
+
+
+def test_a_case_file_is_saved_as_it_was_written(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, BACKLASH, "150")
+    with made.page.expect_download() as waited:
+        made.page.select_option("#save", "toml")
+    text = Path(waited.value.path()).read_text(encoding="utf-8")
+    assert text.startswith("# The rig of Han")
+    assert 'backlash = "150 um"                     # article: 100 or 200 um' in text
+
+
+def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None:
+    made = visit("/", viewport={"width": 390, "height": 844}).ready()
+    slider(made, CLEARANCE).focus()
+    made.page.locator("#spectrum").evaluate("(each) => each.scrollIntoView({ block: 'start' })")
+    boxes = [made.page.locator(each).bounding_box() for each in ("#spectrum", "aside")]
+    assert 0 <= boxes[0]["y"] < boxes[1]["y"] - 200
+    assert boxes[1]["y"] + boxes[1]["height"] == pytest.approx(844, abs=2)
+    assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
+
+
+@pytest.mark.deep
+def test_stages_are_drawn_beside_each_other(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
+    found = made.page.evaluate(
+        """async () => {
+          const [{ apart }, { mechanism }] = [await import("/static/planes.js"), window.gearplay.state.result];
+          const { gears, axes } = apart(mechanism);
+          const [wheel, pinion] = ["layshaft.wheel", "layshaft.pinion"].map((name) => gears.find((each) => each.name === name));
+          return [Math.hypot(wheel.x - pinion.x, wheel.y - pinion.y), axes.length];
+        }"""
+    )
+    assert found[0] > 0.1
+    assert found[1] == 1

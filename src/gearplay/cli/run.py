@@ -98,6 +98,7 @@ def _place_of(out: Path, *, whole: bool) -> Path:
 
 
 def _summary(result: Any, out: Path | None) -> dict[str, Any]:
+    from gearplay.model.initial import usual_member
     from gearplay.results.contacts import SHOWN
 
     table = result.contacts
@@ -115,6 +116,7 @@ def _summary(result: Any, out: Path | None) -> dict[str, Any]:
             for at, label in enumerate(table.labels)
         },
         "contacts_of": table.words or "one run",
+        "centred": result.members == 1 and usual_member(result.case) > 0,
         "out": None if out is None else str(out),
     }
 
@@ -140,6 +142,10 @@ def _words(d: dict[str, Any]) -> str:
         )
     if d["members"] > 1:
         lines.append(f"Contacts: {d['contacts_of']}.")
+    if d["centred"]:
+        lines.append(
+            "It started exactly centred in a clearance; --set run.start=drawn starts as an ensemble does."
+        )
     if d["out"] is not None:
         lines.append(f"Saved to {d['out']}, {Path(d['out']).stat().st_size / 1e6:.3g} MB")
     return "\n".join(lines)

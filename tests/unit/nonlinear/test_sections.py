@@ -219,3 +219,15 @@ def test_a_course_that_runs_away_ends() -> None:
     stop.set()
     with pytest.raises(SimulationError, match="flow: "):
         flow.begin(flow.start(), stop=stop).advance(1e6)
+
+
+def test_sections_start_from_a_drawn_state_where_a_case_says_nothing() -> None:
+    case = gp.load_case("han2021")
+    by_default, drawn, exact = (
+        gp.section(case, ["ring.x"], keep=2, period="mesh", **more).values
+        for more in ({}, {"member": 1}, {"member": 0})
+    )
+    np.testing.assert_array_equal(by_default, drawn)
+    assert abs(exact[0, 0]) < 1e-12 < abs(drawn[0, 0])
+    given = gp.load_case({**case.resolved(), "title": "moved"}, ["rotors.ring.initial.x=10um"])
+    assert gp.section(given, ["ring.x"], keep=1, period="mesh").values[0, 0] == pytest.approx(1e-5)

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gearplay.model.bundled import bundled_text
 from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.model.rolling import mesh_frequency
+from gearplay.model.toml_files import parse_toml
 from gearplay.pictures.extremes import extremes
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.signals.lines import find_line
@@ -28,6 +30,7 @@ from gearplay.web.pool import Pool
 from gearplay.web.serve import address_of
 from gearplay.web.store import Store
 from gearplay.web.tasks import TASKS
+from gearplay.web.toml_edits import edited
 from serving import together
 
 STOP = threading.Event()
@@ -418,3 +421,38 @@ def test_a_page_is_told_that_no_worker_is_ready_yet(tmp_path: Path) -> None:
         return [first, second]
 
     assert together(states) == [{"type": "state", "ready": False}, {"type": "state", "ready": True}]
+
+
+def test_a_map_of_members_has_their_spread_and_marks_what_says_little() -> None:
+    found = unpack_frame(TASKS["map"](job(**SMALL_MAP, members=3, duration=0.3, transient=0.0), quiet, STOP))
+    case = replace(limited_case(job()), {BACKLASH: 1e-4, CLEARANCE: 5e-5, "run.duration": 0.3})
+    runs = run_batch([(case, [1, 2, 3])])[0]
+    values = [np.sqrt(np.mean((np.diff(run.signal("vx", "ring")) * run.sampling) ** 2)) for run in runs]
+    assert found["values"][0, 1] == pytest.approx(np.sqrt(np.mean(np.square(values))), rel=1e-5)
+    assert found["spread"][0, 1] == pytest.approx(2.0 * np.std(values, ddof=1) / np.sqrt(3.0), rel=1e-5)
+    counts = sum(np.sum(run.statistics.impacts_per_second) * 0.3 for run in runs)
+    assert found["impacts"][0, 1] == pytest.approx(counts, abs=1e-3)
+    few = found["impacts"] < 30.0
+    assert np.all(found["doubtful"][few] == 1.0)
+    assert found["case"]["run"]["duration"] == 0.05
+
+
+def test_a_case_file_keeps_all_that_is_not_changed() -> None:
+    source = bundled_text("gearplay.model", "cases", "two-stage-reducer")
+    changes = {
+        "rotors.layshaft.gears.pinion.runout.phase": np.pi / 3.0,
+        "meshes.1.damping.depth": 2e-6,
+        "rotors.output.load.friction": 0.5,
+    }
+    text = edited(source, changes)
+    new = [line for line in text.splitlines() if line not in source.splitlines()]
+    assert set(new) == {
+        'load = { torque = "50 N m", drag = "0.1 N m s/rad", friction = 0.5 }',
+        'runout = { amplitude = "5 um", phase = "60 deg" }',
+        "damping = { ratio = 0.05, depth = 2e-06 }",
+    }
+    wanted = replace(load_case("two-stage-reducer"), changes)
+    found = load_case(parse_toml(text, "edited"))
+    assert found.meshes == wanted.meshes
+    assert found.rotors["output"].load == wanted.rotors["output"].load
+    assert len(new) == 3

@@ -37,8 +37,10 @@ export async function drawRun(result, look) {
   };
 }
 
-/** Return the views of an earlier run that lies beside this one, with the words and the dashes of its models. */
-const overlaid = (overlay) => Object.entries(overlay?.models ?? {}).map(([model, view]) => ({ view, words: `earlier, ${model}`, dash: model === "coupled" ? "dot" : "dash" }));
+/** Return the views of an earlier run that lies beside this one, with words for its models. */
+const overlaid = (overlay) => Object.entries(overlay?.models ?? {}).map(([model, view]) => ({ model, view, words: `earlier, ${model}` }));
+const ghost = (model) => ({ color: `${style(model)}70`, width: 0.9 }); // behind what is of now
+const roomFor = (overlay) => (overlay ? { margin: { l: 74, r: 14, t: 52, b: 42, autoexpand: false } } : {}); // for a second row of the legend
 
 function drawOrbit(result, { sleeve, overlay }) {
   const traces = [];
@@ -53,11 +55,11 @@ function drawOrbit(result, { sleeve, overlay }) {
     traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: lineOf(model, "solid", 0.9), name: model,
       hovertemplate: "%{x:.4g}, %{y:.4g} µm" });
   }
-  for (const { view, words } of overlaid(overlay)) {
+  for (const { view, words, model } of overlaid(overlay)) {
     const orbit = view.orbits.find((each) => each.name === sleeve);
-    if (orbit) traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: { color: style("mark"), width: 0.7 }, opacity: 0.7, name: words });
+    if (orbit) traces.unshift({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: ghost(model), name: words });
   }
-  return Plotly.react("orbit", traces, layout({ uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }), CONFIG);
+  return Plotly.react("orbit", traces, layout({ ...roomFor(overlay), uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }), CONFIG);
 }
 
 export async function drawSpectrum(result, { spectrum, scale, overlay }) {
@@ -71,9 +73,9 @@ export async function drawSpectrum(result, { spectrum, scale, overlay }) {
     if (found.s) traces.push(...band(found, model));
     traces.push({ x: found.f, y: found.a, mode: "lines", line: lineOf(model), name: model, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
-  for (const { view, words, dash } of overlaid(overlay)) {
+  for (const { view, words, model } of overlaid(overlay)) {
     const found = view.spectra.find((each) => `${each.label}.${each.signal}` === spectrum);
-    if (found) traces.push({ x: found.f, y: found.a, mode: "lines", line: { color: style("mark"), width: 1, dash }, name: words, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
+    if (found) traces.unshift({ x: found.f, y: found.a, mode: "lines", line: ghost(model), name: words, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
   if (overlay?.measured) {
     const { f, a } = overlay.measured;
@@ -91,7 +93,7 @@ export async function drawSpectrum(result, { spectrum, scale, overlay }) {
   for (const [name, frequency] of Object.entries(result.lines)) if (!name.startsWith("shaft")) mark(frequency, plain(name), style("soft"), "dot");
   for (const each of result.test) mark(each.frequency, `test ${plain(each.line)}`, style("mark"), "dash");
   const y = scale === "log" ? { type: "log", range: top > 0 ? [Math.max(Math.log10(top) - 5, Math.log10(low) - 0.2), Math.log10(top) + 0.5] : [-6, 0], dtick: 1 } : { type: "linear", rangemode: "tozero" };
-  return Plotly.react("spectrum", traces, layout({ uirevision: `${spectrum}${scale}`, shapes, annotations,
+  return Plotly.react("spectrum", traces, layout({ ...roomFor(overlay), uirevision: `${spectrum}${scale}`, shapes, annotations,
     xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("amplitude of acceleration [m/s²]", y) }), CONFIG);
 }
 
