@@ -55,8 +55,9 @@ def bifurcation_drawing(
             x = np.repeat(axis.values, values.shape[1])
             few = x.size <= FEW_POINTS
             ax.plot(
-                factor_x * x, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ",",
-                markersize=3.0, markerfacecolor="none", color=WAYS[way], alpha=0.9, rasterized=True,
+                factor_x * x, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ".",
+                markersize=3.0 if few else 1.2, markerfacecolor="none" if few else WAYS[way], color=WAYS[way],
+                markeredgewidth=1.0 if few else 0.0, linestyle="none", alpha=0.9, rasterized=True,
             )  # fmt: skip
         for branch, levels in branches:
             draw_branch(ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x)

@@ -25,8 +25,8 @@ SYMBOLS = {
     "y": "y",
     "vx": "dx/dt",
     "vy": "dy/dt",
-    "theta": "rotation, less the nominal one",
-    "omega": "its speed, less the nominal one",
+    "theta": "rotation, less\nthe nominal one",
+    "omega": "its speed, less\nthe nominal one",
 }
 MOST_ROTORS, MOST_ONSETS = 12, 600
 
@@ -108,8 +108,9 @@ def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str,
     if clearance > 0.0:
         angle = np.linspace(0.0, 2.0 * np.pi, 361)
         ax.plot(
-            factors[0] * clearance * np.cos(angle), factors[1] * clearance * np.sin(angle), color=CLEARANCE
-        )
+            factors[0] * clearance * np.cos(angle), factors[1] * clearance * np.sin(angle), color=CLEARANCE,
+            linewidth=1.0, zorder=3,
+        )  # fmt: skip
 
     def points(kind: str) -> list[Floats]:
         return [

@@ -1,5 +1,6 @@
 """Pictures of one result; each draws on a given ``ax`` and labels it with units."""
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -7,15 +8,19 @@ from numpy.typing import NDArray
 
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.extremes import extremes, thinned_path
-from gearplay.pictures.words import plain
+from gearplay.pictures.words import plain, shown_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
 
 COUPLED, UNCOUPLED, TEST, CLEARANCE = "#0b5fa5", "#c8641b", "#222222", "#8a8f98"
 MOST_POINTS = 20_000
+LONGEST_NUMBER = 8  # characters at an axis
+DOT = 0.1  # of the clearance: a path that is smaller is drawn magnified too
 
 
 def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
@@ -40,19 +45,72 @@ def tidy(ax: Any) -> Any:
     ax.grid(True, color="#e4e6ea", linewidth=0.6)
     ax.set_axisbelow(True)
     ax.tick_params(labelsize=8)
+    plain_numbers(ax)
     return ax
+
+
+def plain_numbers(ax: Any) -> None:
+    """Have linear axes write their numbers whole: no ``1e6`` or ``+8e4`` beside the axis, which nobody reads."""
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(_whole_numbers()())
+
+
+@cache
+def _whole_numbers() -> Any:
+    """Return the class of these formatters; made when a picture is, since matplotlib loads slowly."""
+    from matplotlib.ticker import ScalarFormatter
+
+    class WholeNumbers(ScalarFormatter):
+        def __init__(self) -> None:
+            super().__init__(useOffset=False)
+            self.set_scientific(False)
+
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            text = super().__call__(x, pos)
+            return text if len(text) <= LONGEST_NUMBER else f"{x:.4g}".replace("-", "\N{MINUS SIGN}")
+
+    return WholeNumbers
 
 
 def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
-    """Draw the path of a shaft's centre x, y [m] in its clearance circle of radius ``clearance`` [m], in um."""
+    """Draw the path of a shaft's centre x, y [m] in its clearance circle of radius ``clearance`` [m], in µm; a dot is magnified."""
     x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
+    x, y, c = 1e6 * x, 1e6 * y, 1e6 * clearance
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
-    ax.plot(1e6 * clearance * np.cos(angle), 1e6 * clearance * np.sin(angle), color=CLEARANCE, linewidth=1.0)
-    ax.plot(1e6 * x, 1e6 * y, color=color, linewidth=0.6)
-    ax.set_aspect("equal")
+    if c > 0.0:
+        ax.plot(c * np.cos(angle), c * np.sin(angle), color=CLEARANCE, linewidth=1.0, zorder=3)
+    ax.plot(x, y, color=color, linewidth=0.6)
+    if c > 0.0:  # both axes about the circle, whatever the path
+        reach = 1.06 * max(c, float(np.max(np.abs([x, y]), initial=0.0)))
+        if x.size and max(np.ptp(x), np.ptp(y)) < DOT * reach:
+            _magnify(ax, x, y, reach, color)
+        ax.set_xlim(-reach, reach)
+        ax.set_ylim(-reach, reach)
+    ax.set_aspect("equal", adjustable="box" if c > 0.0 else "datalim")
+    ax.locator_params(nbins=5)
     ax.set_xlabel("x [µm]", fontsize=8)
     ax.set_ylabel("y [µm]", fontsize=8)
     return ax
+
+
+def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None:
+    """Draw a path [µm] that is a dot in axes up to ``reach`` again, magnified, where it leaves room."""
+    middle = np.array([0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())])
+    away = float(np.hypot(*middle))
+    shift = -0.38 * middle / away if away > 0.15 * reach else np.array([0.0, 0.6])
+    size = 0.36
+    close = ax.inset_axes((0.5 + 0.42 * float(shift[0]) - 0.5 * size, 0.5 + 0.42 * float(shift[1]) - 0.5 * size, size, size))  # fmt: skip
+    tidy(close).tick_params(labelsize=6)
+    close.plot(x, y, color=color, linewidth=0.6)
+    half = 0.6 * max(np.ptp(x), np.ptp(y), 1e-6 * reach)
+    close.set_xlim(middle[0] - half, middle[0] + half)
+    close.set_ylim(middle[1] - half, middle[1] + half)
+    close.locator_params(nbins=2)
+    close.spines[["top", "right"]].set_visible(True)
+    for spine in close.spines.values():
+        spine.set_color(CLEARANCE)
+    close.set_title(f"{float(f'{size * reach / half:.2g}'):g} times larger [µm]", fontsize=6.5, pad=3)
+    ax.plot(*middle, "o", color=color, markersize=4, markerfacecolor="none", markeredgewidth=0.8)
 
 
 def plot_history(
@@ -60,7 +118,7 @@ def plot_history(
 ) -> "Axes":
     """Draw one signal over time [s] in its display unit."""
     quantity = RESULT_VARIABLES[signal]
-    words = f"{quantity.long_name} [{quantity.display_unit}]".replace("um]", "µm]")
+    words = f"{quantity.long_name} [{shown_unit(quantity.display_unit)}]"
     return plot_curve(ax, time, quantity.display_factor * np.asarray(values), words, color=color, label=label)
 
 
@@ -84,13 +142,35 @@ def plot_spectrum(
     color: str = COUPLED,
     label: str | None = None,
     highest: float | None = None,
+    marks: "Mapping[str, float] | None" = None,
 ) -> "Axes":
-    """Draw an amplitude spectrum on a logarithmic ordinate; ``highest`` [Hz] ends the abscissa."""
+    """Draw an amplitude spectrum on a logarithmic ordinate; ``highest`` [Hz] ends the abscissa, ``marks`` are lines to name [Hz]."""
     f, a = np.asarray(frequency)[1:], np.asarray(amplitude)[1:]
     if highest is not None:
         f, a = f[f <= highest], a[f <= highest]
     draw = ax.semilogy if np.any(a > 0.0) else ax.plot  # a rotor at rest has no decades
-    draw(f, a, color=color, linewidth=0.7, label=plain(label) if label else None)
+    draw(*extremes(f, a, MOST_POINTS // 2), color=color, linewidth=0.7, label=plain(label) if label else None)
+    if f.size:
+        ax.set_xlim(0.0, float(f[-1]))
+    if marks:
+        mark_lines(ax, marks)
     ax.set_xlabel("frequency [Hz]", fontsize=8)
-    ax.set_ylabel(f"amplitude [{unit}]", fontsize=8)
+    ax.set_ylabel(f"amplitude [{shown_unit(unit)}]", fontsize=8)
     return ax
+
+
+def mark_lines(ax: "Axes", marks: "Mapping[str, float]", *, apart: float = 0.035) -> None:
+    """Mark frequencies with thin lines, named at the top of the axes as far as names do not meet; ``apart`` is of the width."""
+    low, high = ax.get_xlim()
+    taken: list[float] = []
+    for name, at in marks.items():
+        if not low < at < high:
+            continue
+        ax.axvline(at, color=CLEARANCE, linewidth=0.6, linestyle=":", zorder=0.8)
+        share = (at - low) / (high - low)
+        if name and share < 0.98 and all(abs(share - each) >= apart for each in taken):
+            taken.append(share)
+            ax.text(
+                share + 0.004, 0.985, plain(name), transform=ax.transAxes, rotation=90, fontsize=6.5, color="#555a66",
+                ha="left", va="top", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6},
+            )  # fmt: skip

@@ -51,11 +51,13 @@ DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 def shown_in(unit: str, largest: float) -> tuple[str, float]:
     """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
 
-    >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0)
-    (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0))
+    >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0), shown_in("rad", 1e-4)
+    (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0), ('µrad', 1000000.0))
     """
     if unit == "m" and largest > 1.001e-3:
         return ("mm", 1e3) if largest <= 1.0 else ("m", 1.0)
+    if unit == "rad" and 0.0 < largest < 2e-3:
+        return "µrad", 1e6
     quantity = DISPLAY.get(unit)
     if quantity is None:
         return shown_unit(unit), 1.0

@@ -103,7 +103,8 @@ class Result(Answer, WasDataset):
         return len(self._runs) or int(self.ds.sizes.get("member", 1))
 
     @property
-    def _statuses(self) -> list[Status]:
+    def statuses(self) -> list[Status]:
+        """How each member ended."""
         if self._runs:
             return [run.status for run in self._runs]
         ended = self.ds["member_status"].values if "member_status" in self.ds else [self.ds.attrs["status"]]
@@ -112,7 +113,7 @@ class Result(Answer, WasDataset):
     @property
     def status(self) -> Status:
         """The worst status of all members."""
-        return max(self._statuses, key=int)
+        return max(self.statuses, key=int)
 
     @property
     def message(self) -> str:
@@ -122,7 +123,7 @@ class Result(Answer, WasDataset):
     @property
     def success(self) -> bool:
         """Whether every member reached its end."""
-        return all(status == Status.DONE for status in self._statuses)
+        return all(status == Status.DONE for status in self.statuses)
 
     @property
     def plot(self) -> Plotter:
@@ -225,7 +226,7 @@ class Result(Answer, WasDataset):
         values = variable.sel({dimensions[0]: label}) if dimensions else variable  # there is one housing
         values = values.isel(member=member) if "member" in values.dims else values
         found = np.asarray(values.values, dtype=np.float64)
-        if self._statuses[member] == Status.DONE:
+        if self.statuses[member] == Status.DONE:
             return found
         known = np.flatnonzero(np.isfinite(found))
         return found[: known[-1] + 1] if known.size else found[:0]
@@ -297,7 +298,7 @@ class Result(Answer, WasDataset):
 
         """
         signal, element = self.only(signal, rotor or label)
-        whole = [at for at, status in enumerate(self._statuses) if status == Status.DONE]
+        whole = [at for at, status in enumerate(self.statuses) if status == Status.DONE]
         if not whole and self.members > 1:
             rule = "has no member that reached its end, so no spectrum"
             raise InputError(Fault("spectrum", self.status.name, rule, self.message))

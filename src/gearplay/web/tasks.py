@@ -11,6 +11,8 @@ from gearplay.model.case import Case
 from gearplay.model.check import check_case
 from gearplay.model.reading import replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.lines import spectrum_lines
+from gearplay.results.mechanism import mechanism_of
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
@@ -20,7 +22,7 @@ from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, note_of, whole
 from gearplay.web.maps import make_map
 from gearplay.web.toml_edits import edited
-from gearplay.web.views import mechanism_of, spectrum_lines, views_of
+from gearplay.web.views import views_of
 
 MODELS = ("coupled", "uncoupled")
 MOST_POINTS = 100_000  # of a diagram

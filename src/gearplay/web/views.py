@@ -1,9 +1,7 @@
 """What the page shows of a run: thinned curves, spectrum with its lines, contacts, frames of the mechanism."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,28 +9,18 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.geometry import (
-    ADDENDUM,
-    DEDENDUM,
     carrier_of,
-    centres,
-    full_name,
-    installed_backlash,
     is_held,
-    jam_ratio,
-    toothings,
 )
-from gearplay.model.pack import pack
-from gearplay.model.planetary_frequencies import set_frequencies
-from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
+from gearplay.results.mechanism import frames_of
 from gearplay.results.spectra import ensemble_spectrum
-from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value
-ORBIT_POINTS, FRAMES, LINES = 2000, 900, 1200
+ORBIT_POINTS, LINES = 2000, 1200
 MOST_CONTACTS = 1500  # intervals of one contact's strip
 HISTORIES = {
     "mesh": ("backlash", "center_distance", "drive_force", "back_force"),
@@ -58,64 +46,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "strip": _strip(run),
         "spectra": _spectra(case, runs),
         "statistics": _statistics(runs),
-        "frames": _frames(case, run, since),
-    }
-
-
-def mechanism_of(case: Case) -> dict[str, Any]:
-    """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, lines of the spectrum."""
-    case = case.operating
-    places, turning = centres(case), senses(case, nominal_speeds(case))
-    module: dict[str, float] = {}
-    angle: dict[str, float] = {}
-    for mesh in case.meshes:
-        for called in (mesh.driver, mesh.driven):
-            module.setdefault(full_name(case, called), mesh.module)
-            angle.setdefault(full_name(case, called), mesh.pressure_angle)
-    gears = [
-        {
-            "name": name,
-            "rotor": rotor,
-            "index": i,
-            "x": float(places[rotor][0]),
-            "y": float(places[rotor][1]),
-            "sense": float(turning[i]),
-            "teeth": gear.teeth,
-            "internal": gear.internal,
-            "module": module.get(name),
-            "pressure_angle": angle.get(name),
-            "addendum": ADDENDUM,
-            "dedendum": DEDENDUM,
-        }
-        for i, rotor in enumerate(case.rotors)
-        for name, gear in toothings(case, rotor).items()
-    ]
-    return {
-        "gears": gears,
-        "sleeves": [
-            {"name": name, "clearance": sleeve.radial_clearance, "on": sleeve.on}
-            for name, sleeve in case.sleeves.items()
-        ],
-        "supports": [
-            {"name": name, "stiffness": list(support.stiffness or (0.0, 0.0)), "on": support.on}
-            for name, support in case.supports.items()
-        ],
-        "carried": [
-            {"rotor": name, "on": on} for name in case.rotors if (on := carrier_of(case, name)) is not None
-        ],
-        "couplings": [{"name": each.label, "between": list(each.between)} for each in case.couplings],
-        "meshes": [
-            {
-                "name": mesh.label,
-                "driver": full_name(case, mesh.driver),
-                "driven": full_name(case, mesh.driven),
-                "backlash": installed_backlash(case, j),
-                "pressure_angle": mesh.pressure_angle,
-                "frequency": mesh_frequency(case, j),
-                "jam_ratio": jam_ratio(case, j),
-            }
-            for j, mesh in enumerate(case.meshes)
-        ],
+        "frames": frames_of(case, since, run.signal, start=run.first_sample),
     }
 
 
@@ -230,75 +161,3 @@ def _statistics(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
         | {name: float(table.values[name][at]) for name in names}
         for at, label in enumerate(table.labels)
     ]
-
-
-def _frames(case: Case, run: Trajectory, time: Floats) -> dict[str, Any]:
-    """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts, at some instants.
-
-    ``turns`` are the rotations by rolling with the leading rotor, within a turn; those in ``rotors`` are beside them: 32 bits
-    would not resolve a backlash after some turns. Forces are the largest since the frame before, so that a short impact is seen.
-    A planetary set is as its carrier sees it, which has turned by ``orbit``, shape [rotor, frame]; 0 for all others.
-    """
-    at = np.unique(np.linspace(0, len(time) - 1, min(FRAMES, len(time))).astype(np.int64))
-    if len(time) == 0:
-        at = np.zeros(0, dtype=np.int64)
-    lead, ratios = rolling_ratios(case)
-    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
-    orbit = frames.speeds[:, None] * run.time[at]
-    angles = np.array([run.signal("theta", name)[at] for name in names])
-    rolled = ratios[:, None] * run.signal("theta", lead)[at]
-    turns = np.where(ratios[:, None] == 0.0, angles, rolled)
-    arms = frames.arms[:, :, None]
-    places = np.array([[run.signal(axis, name)[at] for axis in "xy"] for name in names])
-    places = _turned(places + arms, -orbit) - arms
-    sleeves = [
-        _strongest([run.signal(f"sleeve_force_{axis}", name) for axis in "xy"], at) for name in case.sleeves
-    ]
-    forces = np.array(sleeves).reshape(len(case.sleeves), 2, at.size)
-    meshes = [
-        [_peaks(run.signal(f"{flank}_force", mesh.label), at) for flank in ("drive", "back")]
-        for mesh in case.meshes
-    ]
-    return {
-        "t": time[at],
-        "orbit": np.mod(orbit, 2.0 * math.pi),
-        "turns": np.mod(turns - orbit, 2.0 * math.pi),
-        "rotors": np.concatenate([places, (angles - turns)[:, None]], axis=1),
-        "sleeves": _turned(forces, -orbit[[names.index(name) for name in case.sleeves]]),
-        "meshes": np.array(meshes).reshape(len(case.meshes), 2, at.size),
-    }
-
-
-def _turned(vectors: Floats, angle: Floats) -> Floats:
-    """Return vectors, shape [rotor, 2, frame], turned by angles [rad], shape [rotor, frame]."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
-
-
-def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
-    """Return the largest value between each frame and the one before."""
-    return np.maximum.reduceat(values, np.r_[0, at[:-1] + 1]) if at.size else values[:0]
-
-
-def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
-    """Return a force, by its components, where it is largest between each frame and the one before."""
-    size = np.sqrt(np.sum(np.square(parts), axis=0))
-    where = [low + 1 + int(np.argmax(size[low + 1 : high + 1])) for low, high in pairwise([-1, *at.tolist()])]
-    return [part[where] for part in parts]
-
-
-def spectrum_lines(case: Case) -> dict[str, float]:
-    """Return the lines that are marked [Hz]: ``f_m`` and ``2 f_m`` of the first mesh, orders of planetary sets, shaft speeds."""
-    found: dict[str, float] = {}
-    if case.meshes:
-        f_m = mesh_frequency(case, 0)
-        found |= {"f_m": f_m, "2 f_m": 2.0 * f_m} if f_m > 0.0 else {}
-    for name in case.planetary:
-        orders = set_frequencies(case, name).orders()
-        found |= {
-            f"{order} of {name}": line for order, line in orders.items() if order not in ("mesh", "carrier")
-        }
-    for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
-        if speed != 0.0 and ".planet" not in name:
-            found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
-    return found

@@ -1,0 +1,107 @@
+"""Outlines of gears with involute teeth, and how they stand so that teeth meet spaces; what drawings of mechanisms share.
+
+A gear here is one entry of ``gears`` of `gearplay.results.mechanism.mechanism_of`.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Gear = Mapping[str, Any]
+FLANK = 7
+"""Points of a flank."""
+
+
+def outline(gear: Gear, gap: float = 0.0) -> Floats:
+    """Return the closed outline of a gear's teeth about its centre [m], shape [point, 2]; of a ring that of its spaces.
+
+    ``gap`` is the backlash to draw [m], of which each gear of a mesh takes half.
+
+    >>> pair = {"teeth": 20, "module": 0.004, "pressure_angle": math.radians(20.0), "internal": False}
+    >>> spur = outline(pair | {"addendum": 1.0, "dedendum": 1.25})
+    >>> [round(1e3 * float(each), 3) for each in (np.hypot(*spur.T).min(), np.hypot(*spur.T).max())]
+    [35.0, 44.0]
+    """
+    z, m, alpha, internal = gear["teeth"], gear["module"], gear["pressure_angle"], gear["internal"]
+    r = 0.5 * m * z
+    base = r * math.cos(alpha)
+    tip = r + (gear["dedendum"] if internal else gear["addendum"]) * m
+    root = r - (gear["addendum"] if internal else gear["dedendum"]) * m
+    half = math.pi / (2 * z) + (1.0 if internal else -1.0) * gap / (4.0 * r)
+    rho = np.linspace(max(root, base), tip, FLANK)
+    at = half + _involute(alpha) - (np.tan(slope := np.arccos(np.minimum(1.0, base / rho))) - slope)
+    at = np.maximum(at, 0.02 / z)
+    if root < base:
+        rho, at = np.r_[root, rho], np.r_[at[0], at]
+    middle = 2.0 * math.pi * np.arange(z)[:, None] / z
+    angle = np.concatenate([middle - at, middle + at[::-1]], axis=1).ravel()
+    radius = np.tile(np.r_[rho, rho[::-1]], z)
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+    return np.vstack([points, points[:1]])
+
+
+def _involute(angle: float) -> float:
+    return math.tan(angle) - angle
+
+
+def toward(a: Gear, b: Gear) -> float:
+    """Return the direction [rad] from gear a's centre to the pitch point with gear b."""
+    angle = math.atan2(b["y"] - a["y"], b["x"] - a["x"])
+    if a["internal"]:
+        return angle
+    return angle + math.pi if b["internal"] else angle
+
+
+def pitch_point(a: Gear, b: Gear) -> tuple[float, float]:
+    """Return the pitch point of two gears [m]."""
+    angle, r = toward(a, b), 0.5 * a["module"] * a["teeth"]
+    return a["x"] + r * math.cos(angle), a["y"] + r * math.sin(angle)
+
+
+def phases(gears: Sequence[Gear], meshes: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return how far each gear is turned [rad] at nominal rotation, so that teeth meet spaces, going along the meshes."""
+    named = {gear["name"]: gear for gear in gears}
+    found: dict[str, float] = {}
+    for turn in range(len(meshes) + 1):
+        for mesh in meshes:
+            a, b = named[mesh["driver"]], named[mesh["driven"]]
+            if a["name"] not in found and b["name"] not in found:
+                if turn == 0 and found:
+                    continue
+                found[a["name"]] = toward(a, b)
+            if b["name"] in found and a["name"] not in found:
+                a, b = b, a
+            if b["name"] in found:
+                continue
+            r_a, r_b = (0.5 * gear["module"] * gear["teeth"] for gear in (a, b))
+            pitch, beta = math.pi * a["module"], toward(a, b)
+            arc = (found[a["name"]] - beta) * r_a
+            arc -= pitch * round(arc / pitch)
+            inside = a["internal"] or b["internal"]
+            found[b["name"]] = (
+                beta + arc / r_b if inside else beta + math.pi - arc / r_b + math.pi / b["teeth"]
+            )
+    return found
+
+
+def shaft_radius(gear: Gear) -> float:
+    """Return the radius of a drawn shaft [m]."""
+    return float(0.6 * (gear["module"] or 0.004) + 0.004)
+
+
+def rim_radius(gear: Gear) -> float:
+    """Return the radius that a drawn gear takes up [m]: of a ring that of its rim."""
+    if not (gear["teeth"] and gear["module"]):
+        return 0.02
+    return float(0.5 * gear["module"] * gear["teeth"] + (3.0 if gear["internal"] else 1.2) * gear["module"])
+
+
+def magnification(mechanism: Mapping[str, Any], times: float = 1.0) -> float:
+    """Return how many times larger small motions are drawn: ``times`` what makes the largest clearance a quarter of a module."""
+    module = next((gear["module"] for gear in mechanism["gears"] if gear["module"]), 0.01)
+    plays = [each["clearance"] for each in mechanism["sleeves"]] + [each["backlash"] for each in mechanism["meshes"]]
+    return float(times * 0.25 * module / max(1e-7, *(play for play in plays if math.isfinite(play)), 0.0))

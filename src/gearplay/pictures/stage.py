@@ -1,0 +1,276 @@
+"""The mechanism at an instant: gears with involute teeth, shafts in their sleeves, forces; small motions magnified.
+
+Beside the whole a close-up of one sleeve and of one mesh. It is made once and shows one frame after another, for pictures and for
+animations; what it draws comes from `gearplay.results.mechanism`. The page and its player draw the same (``mechanism.js``).
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.pictures.canvas import SMALL
+from gearplay.pictures.gears import (
+    magnification,
+    outline,
+    phases,
+    pitch_point,
+    rim_radius,
+    shaft_radius,
+    toward,
+)
+from gearplay.pictures.style import COUPLED, TEST, blank_figure, tidy
+from gearplay.pictures.words import plain, short
+
+Floats = NDArray[np.float64]
+FILLS = ("#dfe3e9", "#f6f7f9")
+FORCE, SOFT = "#a3123a", "#565d66"
+MM = 1e3
+CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
+
+
+class _Pane(NamedTuple):
+    """One view: its axes, whether carriers turn in it, the radius of a shaft drawn to be looked at [m], what moves in it."""
+
+    ax: Any
+    turning: bool
+    shaft: float | None
+    gears: list[tuple[Any, Mapping[str, Any]]]
+    arms: list[tuple[Any, str, str]]
+    shafts: list[tuple[Any, Mapping[str, Any]]]
+    sleeves: list[tuple[Any, Mapping[str, Any], float]]
+    forces: list[Any]
+
+
+class Stage:
+    """The drawing of a mechanism and its frames.
+
+    Parameters
+    ----------
+    mechanism, frames
+        As `mechanism_of` and `frames_of` return them.
+    title
+        Above it.
+    times
+        How many times larger than usual small motions are drawn.
+    sleeve, mesh
+        Names of those to look at closely; the first if not given.
+
+    """
+
+    def __init__(
+        self,
+        mechanism: Mapping[str, Any],
+        frames: Mapping[str, Any],
+        *,
+        title: str = "",
+        times: float = 1.0,
+        sleeve: str | None = None,
+        mesh: str | None = None,
+    ) -> None:
+        self.mechanism, self.frames = mechanism, frames
+        self.factor = magnification(mechanism, times)
+        self.phases = phases(mechanism["gears"], mechanism["meshes"])
+        self.peak = max([float(np.max(np.abs(frames[key]), initial=0.0)) for key in ("sleeves", "meshes")])
+        self.figure = blank_figure(9.0, 5.4)
+        looks = [each for each in (self._sleeve(sleeve), self._mesh(mesh)) if each]
+        grid = self.figure.add_gridspec(max(1, len(looks)), 2 if looks else 1, width_ratios=[1.9, 1.0] if looks else None)
+        self.panes = [self._pane(self.figure.add_subplot(grid[:, 0]), self._whole(), turning=True)]
+        for row, look in enumerate(looks):
+            self.panes.append(self._pane(self.figure.add_subplot(grid[row, 1]), look, turning=False))
+        self.figure.suptitle(plain(title), fontsize=9.5)
+        self.clock = self.figure.text(
+            0.5, 0.005, "", fontsize=SMALL, ha="center", va="bottom", family="monospace", color=SOFT
+        )
+        self.figure.get_layout_engine().set(rect=(0.0, 0.035, 1.0, 0.965))
+
+    def show(self, i: int, words: str = "") -> None:
+        """Show frame ``i``; ``words`` come after its time and the magnification."""
+        time = float(self.frames["t"][i])
+        large = f"clearances and small motions {_round(self.factor):g} times larger"
+        self.clock.set_text(plain("   ".join(part for part in (f"t = {time:.5f} s", large, words) if part)))
+        for pane in self.panes:
+            self._place(pane, i)
+
+    def loudest(self) -> int:
+        """Return the frame with the largest force, the first of none."""
+        forces = [np.abs(self.frames[key]).reshape(-1, len(self.frames["t"])) for key in ("sleeves", "meshes")]
+        whole = np.concatenate(forces)
+        return int(np.argmax(whole.max(axis=0))) if whole.size else 0
+
+    def _gear(self, rotor: str) -> Mapping[str, Any]:
+        return next(gear for gear in self.mechanism["gears"] if gear["rotor"] == rotor)
+
+    def _whole(self) -> tuple[float, float, float, float, str, float | None]:
+        """Return the window that all gears fit in: its middle, half its width and height [m]."""
+        gears = self.mechanism["gears"]
+        rims = [rim_radius(gear) for gear in gears]
+        around = [self._reach(gear) + rim for gear, rim in zip(gears, rims, strict=True)]
+        axes = [self._axis(gear) for gear in gears]
+        low = [min(axis[k] - r for axis, r in zip(axes, around, strict=True)) for k in (0, 1)]
+        high = [max(axis[k] + r for axis, r in zip(axes, around, strict=True)) for k in (0, 1)]
+        middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+        half = [0.53 * (b - a) for a, b in zip(low, high, strict=True)]
+        return middle[0], middle[1], half[0], half[1], "", None
+
+    def _reach(self, gear: Mapping[str, Any]) -> float:
+        """Return how far from its carrier's axis a gear's centre lies [m]."""
+        axis = self._axis(gear)
+        return math.hypot(gear["x"] - axis[0], gear["y"] - axis[1])
+
+    def _axis(self, gear: Mapping[str, Any]) -> tuple[float, float]:
+        on = next((each["on"] for each in self.mechanism["carried"] if each["rotor"] == gear["rotor"]), None)
+        hub = self._gear(on) if on is not None else gear
+        return hub["x"], hub["y"]
+
+    def _sleeve(self, name: str | None) -> tuple[float, float, float, float, str, float | None] | None:
+        sleeves = self.mechanism["sleeves"]
+        chosen = next((each for each in sleeves if each["name"] == name), sleeves[0] if sleeves else None)
+        if chosen is None:
+            return None
+        gear, clearance = self._gear(chosen["name"]), chosen["clearance"]
+        usual = shaft_radius(gear)
+        play = max(self.factor * clearance, 0.02 * usual)
+        shaft = min(2.5 * play, usual) if clearance > 0.0 else usual
+        half = 1.3 * (shaft + play) if clearance > 0.0 else 2.0 * shaft
+        word = f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm" if clearance > 0.0 else f"bearing of {chosen['name']}"
+        return gear["x"], gear["y"], half, half, word, shaft
+
+    def _mesh(self, name: str | None) -> tuple[float, float, float, float, str, float | None] | None:
+        meshes = self.mechanism["meshes"]
+        chosen = next((each for each in meshes if each["name"] == name), meshes[0] if meshes else None)
+        if chosen is None:
+            return None
+        a, b = self._pair(chosen)
+        x, y = pitch_point(a, b)
+        half = 1.8 * math.pi * a["module"]
+        return x, y, half, half, f"mesh {chosen['name']}, backlash {1e6 * chosen['backlash']:.4g} µm", None
+
+    def _pair(self, mesh: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+        named = {gear["name"]: gear for gear in self.mechanism["gears"]}
+        return named[mesh["driver"]], named[mesh["driven"]]
+
+    def _pane(self, ax: Any, look: tuple[float, float, float, float, str, float | None], *, turning: bool) -> _Pane:
+        """Make a view's artists, which `_place` moves."""
+        from matplotlib.patches import PathPatch, Polygon
+
+        x, y, half_x, half_y, words, shaft = look
+        tidy(ax).grid(False)
+        ax.set_aspect("equal")
+        ax.set_xlim(MM * (x - half_x), MM * (x + half_x))
+        ax.set_ylim(MM * (y - half_y), MM * (y + half_y))
+        ax.locator_params(nbins=5)
+        if words:
+            ax.set_xticks([])
+            ax.set_yticks([])
+            ax.spines[["top", "right"]].set_visible(True)
+            ax.set_title(plain(short(words, 46)), fontsize=SMALL)
+        else:
+            ax.set_xlabel("x [mm]", fontsize=SMALL)
+            ax.set_ylabel("y [mm]", fontsize=SMALL)
+        toothed = [gear for gear in self.mechanism["gears"] if gear["teeth"] and gear["module"]]
+        layers = sorted(toothed, key=rim_radius, reverse=True)
+        gears, arms, shafts, sleeves = [], [], [], []
+        for k, gear in enumerate(layers):
+            patch = PathPatch(self._path(gear), facecolor=FILLS[k % 2], edgecolor=TEST, linewidth=0.6, zorder=2 + 0.01 * k)
+            gears.append((ax.add_patch(patch), gear))
+        for each in self.mechanism["carried"]:
+            if self._reach(self._gear(each["rotor"])) > 0.0:
+                (line,) = ax.plot([], [], color=SOFT, alpha=0.55, linewidth=5.0, solid_capstyle="round", zorder=3)
+                arms.append((line, each["rotor"], each["on"]))
+        for gear in {each["rotor"]: each for each in reversed(self.mechanism["gears"])}.values():
+            radius = shaft or shaft_radius(gear)
+            held = next((each for each in self.mechanism["sleeves"] if each["name"] == gear["rotor"]), None)
+            if held is not None:
+                play = self.factor * held["clearance"]
+                (ring,) = ax.plot([], [], color=SOFT, linewidth=1.1, linestyle="-" if play > 0.0 else ":", zorder=5)
+                sleeves.append((ring, gear, radius + play if play > 0.0 else 1.3 * radius))
+            disc = Polygon(radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), facecolor=COUPLED, zorder=4)
+            shafts.append((ax.add_patch(disc), gear))
+        count = len(self.mechanism["sleeves"]) + 2 * len(self.mechanism["meshes"])
+        forces = [ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6)[0] for _ in range(count)]
+        return _Pane(ax, turning, shaft, gears, arms, shafts, sleeves, forces)
+
+    def _path(self, gear: Mapping[str, Any]) -> Any:
+        """Return a gear's teeth with the magnified backlash, a ring's within its rim."""
+        from matplotlib.path import Path
+
+        own = [each["backlash"] for each in self.mechanism["meshes"] if gear["name"] in (each["driver"], each["driven"])]
+        gap = self.factor * max([0.0, *(each for each in own if math.isfinite(each))])
+        teeth = Path(outline(gear, min(gap, 0.8 * math.pi * gear["module"])), closed=True)
+        if not gear["internal"]:
+            return teeth
+        rim = rim_radius(gear) * np.column_stack([np.cos(-CIRCLE), np.sin(-CIRCLE)])
+        return Path.make_compound_path(Path(rim, closed=True), teeth)
+
+    def _place(self, pane: _Pane, i: int) -> None:
+        """Move everything in a view to where it is at frame ``i``."""
+        from matplotlib.transforms import Affine2D
+
+        frames, M = self.frames, self.factor
+
+        def set_of(gear: Mapping[str, Any]) -> Any:
+            """Return how a gear's set is turned with its carrier."""
+            if not pane.turning:
+                return Affine2D()
+            return Affine2D().rotate_around(*self._axis(gear), float(frames["orbit"][gear["index"], i]))
+
+        def centre(gear: Mapping[str, Any]) -> Floats:
+            dx, dy = frames["rotors"][gear["index"], :2, i]
+            return np.array([gear["x"] + M * dx, gear["y"] + M * dy])
+
+        data = pane.ax.transData
+        for patch, gear in pane.gears:
+            angle = self.phases.get(gear["name"], 0.0) + frames["turns"][gear["index"], i]
+            angle += M * frames["rotors"][gear["index"], 2, i]
+            own = Affine2D().rotate(float(angle)).translate(*centre(gear))
+            patch.set_transform(own + set_of(gear) + Affine2D().scale(MM) + data)
+        for line, pin, hub in pane.arms:
+            ends = [centre(self._gear(name)) for name in (hub, pin)]
+            line.set_data(*(MM * set_of(self._gear(pin)).transform(np.array(ends))).T)
+        for patch, gear in pane.shafts:
+            patch.set_transform(Affine2D().translate(*centre(gear)) + set_of(gear) + Affine2D().scale(MM) + data)
+        for ring, gear, radius in pane.sleeves:
+            around = np.column_stack([gear["x"] + radius * np.cos(CIRCLE), gear["y"] + radius * np.sin(CIRCLE)])
+            ring.set_data(*(MM * set_of(gear).transform(around)).T)
+        for line, (gear, foot, force) in zip(pane.forces, self._forces(i), strict=True):
+            span = 0.3 / MM * min(np.ptp(pane.ax.get_xlim()), np.ptp(pane.ax.get_ylim()))
+            line.set_data(*(MM * set_of(gear).transform(_arrow(foot, force, self.peak, span))).T)
+
+    def _forces(self, i: int) -> list[tuple[Mapping[str, Any], Floats, Floats]]:
+        """Return a gear to turn with, foot [m] and force [N] of every contact at a frame."""
+        found = []
+        for k, sleeve in enumerate(self.mechanism["sleeves"]):
+            gear = self._gear(sleeve["name"])
+            moved = self.factor * self.frames["rotors"][gear["index"], :2, i]
+            found.append((gear, np.array([gear["x"], gear["y"]]) + moved, self.frames["sleeves"][k, :, i]))
+        for j, mesh in enumerate(self.mechanism["meshes"]):
+            a, b = self._pair(mesh)
+            for flank, sense in ((0, 1.0), (1, -1.0)):
+                angle = toward(a, b) + sense * (a["sense"] or 1.0) * (0.5 * math.pi - mesh["pressure_angle"])
+                way = np.array([math.cos(angle), math.sin(angle)])
+                found.append((a, np.array(pitch_point(a, b)), self.frames["meshes"][j, flank, i] * way))
+        return found
+
+
+def _arrow(foot: Floats, force: Floats, peak: float, reach: float) -> Floats:
+    """Return an arrow, shape [point, 2]; it grows with the root of the force, so that small ones are seen. NaN for none."""
+    size = float(np.hypot(*force))
+    if not size > 1e-6 * peak > 0.0:
+        return np.full((1, 2), np.nan)
+    length = reach * math.sqrt(size / peak)
+    way = force / size
+    tip, head = foot + length * way, min(0.16 * reach, 0.5 * length)
+    sides = []
+    for turn in (2.6, -2.6):
+        c, s = math.cos(turn), math.sin(turn)
+        sides.append(tip + head * np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]]))
+    return np.array([foot, tip, sides[0], tip, sides[1]])
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.2g}")
+
+

@@ -1,0 +1,163 @@
+"""Which signals of a result a picture shows: by their names, by an element, or those that say most."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.case import Case
+from gearplay.model.geometry import is_held, rotor_of
+from gearplay.model.wording import nearest
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.results.result import Result
+
+Floats = NDArray[np.float64]
+Chosen = list[tuple[str, str]]
+MOST_SIGNALS = 8
+"""Signals in one picture."""
+LISTED = 24
+
+TELLING = {
+    "history": ("x", "y", "ax", "ay", "backlash", "drive_force", "back_force", "coupling_torque"),
+    "spectrum": ("ax", "ay", "drive_force", "back_force", "coupling_torque"),
+}
+"""Signals that say most of an element, by the kind of picture; of a rotor that cannot move its speed."""
+
+
+def elements_at(case: Case, at: str) -> list[str]:
+    """Return the labels that belong to a place: a rotor with its sleeve, a gear's rotor and its meshes, a mesh, a coupling.
+
+    Raises `InputError` for a name that is none of them.
+
+    >>> from gearplay.model.reading import load_case
+    >>> elements_at(load_case("two-stage-reducer"), "layshaft.wheel")
+    ['layshaft', 'input-layshaft.wheel']
+    """
+    meshes = {mesh.label: mesh for mesh in case.meshes}
+    couplings = {each.label: each for each in case.couplings}
+    if at in meshes or at in couplings:
+        return [at]
+    if at in case.rotors:
+        return [at, *(name for name, mesh in meshes.items() if at in mesh.rotors)]
+    gears = dict.fromkeys(name for mesh in case.meshes for name in (mesh.driver, mesh.driven))
+    if at in gears:
+        own = [name for name, mesh in meshes.items() if at in (mesh.driver, mesh.driven)]
+        return [rotor_of(case, at), *own]
+    known = list(dict.fromkeys([*case.rotors, *gears, *meshes, *couplings]))
+    close = nearest(at, known)
+    cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
+    raise InputError(Fault("--at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure))
+
+
+def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "history") -> Chosen:
+    """Return the signals, as (signal, element), that a picture of a kind shows.
+
+    Parameters
+    ----------
+    result
+        What was simulated.
+    names
+        Signals, ``ax`` or ``ring.ax``; of none those that say most.
+    at
+        An element; all that have the signal if None.
+    kind
+        "history" or "spectrum".
+
+    Raises
+    ------
+    InputError
+        For a signal or a place that is not there, with the nearest name.
+
+    """
+    labels = None if at is None else elements_at(result.case, at)
+    found: Chosen = []
+    for name in names:
+        found += [each for each in _called(result, name, labels) if each not in found]
+    if not names:
+        found = _telling(result, labels, kind)
+    return found[:MOST_SIGNALS]
+
+
+def _called(result: "Result", name: str, labels: list[str] | None) -> Chosen:
+    """Return the signals of one name: of several elements those that move."""
+    label, _, signal = name.rpartition(".")
+    held = [each for each in result.held(signal) if not label or each[1] == label]
+    here = [each for each in held if labels is None or each[1] in labels]
+    if not here:
+        every = result.held()
+        wanted = [each for each in every if labels is None or each[1] in labels]
+        known = dict.fromkeys([f"{element}.{each}" for each, element in wanted])
+        bare = dict.fromkeys(each for each, _ in wanted)
+        close = nearest(name, [*bare, *known])
+        listed = ", ".join(bare)
+        cure = f"Did you mean '{close}'? " if close else ""
+        rule = "must be a signal of the result" + ("" if labels is None else f" at {labels[0]}")
+        raise InputError(Fault("--signal", name, rule, f"{cure}Signals: {listed}"))
+    return [each for each in here if moves(result, *each)] or here[:1]
+
+
+def _telling(result: "Result", labels: list[str] | None, kind: str) -> Chosen:
+    held = result.held()
+    if labels is not None:
+        first = labels[0]
+        order = [first, *labels[1:]]
+    else:
+        order = [*free_rotors(result.case)[:1], *(mesh.label for mesh in result.case.meshes[:1])]
+    found = [(signal, label) for label in order for signal in TELLING[kind] if (signal, label) in held]
+    moving = [each for each in found if moves(result, *each)]
+    speeds = [("omega", label) for label in order if ("omega", label) in held]
+    speeds += [each for each in held if each[0] == "omega"] if labels is None else []
+    return moving or speeds[:1] or found[:1] or held[:1]
+
+
+def free_rotors(case: Case) -> list[str]:
+    """Return the rotors whose centres can move, those in sleeves first."""
+    free = [name for name in case.rotors if not is_held(case, name)]
+    return sorted(free, key=lambda name: name not in case.sleeves)
+
+
+def moves(result: "Result", signal: str, label: str) -> bool:
+    """Return whether a signal of the first member changes at all."""
+    values = result.signal(signal, label)
+    known = values[np.isfinite(values)]
+    return bool(known.size) and float(np.ptp(known)) > 0.0
+
+
+def stretch(result: "Result", window: tuple[float | None, float | None] | None) -> tuple[float, float]:
+    """Return the two ends [s] of a window, those of the result where it says none.
+
+    Raises `InputError` for a window that is no stretch of the result.
+    """
+    time = result.time()
+    if time.size < 2:
+        rule = "must hold two samples or more"
+        raise InputError(Fault("result", f"{time.size} samples", rule, "Simulate longer, or with a higher sampling"))
+    first, last = float(time[0]), float(time[-1])
+    if window is None:
+        return first, last
+    low = first if window[0] is None else window[0]
+    high = last if window[1] is None else window[1]
+    step = 1.0 / result.sampling
+    shown = f"{low:.9g}s:{high:.9g}s"
+    if not low < high:
+        raise InputError(Fault("--window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
+    if low < first - step or high > last + 1.5 * step:
+        rule = f"must lie within the result, {first:.6g} to {last:.6g} s"
+        raise InputError(Fault("--window", shown, rule, "Choose another, or simulate longer"))
+    if np.count_nonzero((time >= low - 0.5 * step) & (time <= high + 0.5 * step)) < 2:
+        rule = f"must hold two samples or more; they are {step:.3g} s apart"
+        raise InputError(Fault("--window", shown, rule, "Choose a longer one"))
+    return low, high
+
+
+def cut(
+    result: "Result", signal: str, label: str, window: tuple[float, float], member: int = 0
+) -> tuple[Floats, Floats]:
+    """Return times [s] and values [SI] of a signal within a window, ends included."""
+    time, values = result.time(member), result.signal(signal, label, member)
+    n = min(time.size, values.size)
+    half = 0.5 / result.sampling
+    first, last = np.searchsorted(time[:n], [window[0] - half, window[1] + half])
+    return time[first:last], values[first:last]

@@ -1,0 +1,56 @@
+"""Frequencies that a case is expected to show: meshes, orders of planetary sets, shafts; what drawings of spectra mark."""
+
+import math
+
+from gearplay.model.case import Case
+from gearplay.model.planetary_frequencies import set_frequencies
+from gearplay.model.rolling import mesh_frequency, nominal_speeds
+
+MOST_HARMONICS = 12
+
+
+def spectrum_lines(case: Case) -> dict[str, float]:
+    """Return the lines that are marked [Hz]: ``f_m`` and ``2 f_m`` of the first mesh, orders of planetary sets, shaft speeds."""
+    found: dict[str, float] = {}
+    if case.meshes:
+        f_m = mesh_frequency(case, 0)
+        found |= {"f_m": f_m, "2 f_m": 2.0 * f_m} if f_m > 0.0 else {}
+    for name in case.planetary:
+        orders = set_frequencies(case, name).orders()
+        found |= {
+            f"{order} of {name}": line for order, line in orders.items() if order not in ("mesh", "carrier")
+        }
+    for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
+        if speed != 0.0 and ".planet" not in name:
+            found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
+    return found
+
+
+def mesh_lines(case: Case) -> dict[str, float]:
+    """Return the frequency [Hz] of each mesh that turns, by name; of meshes with one frequency the first.
+
+    >>> from gearplay.model.reading import load_case
+    >>> mesh_lines(load_case("two-stage-reducer"))
+    {'input-layshaft.wheel': 960.0, 'layshaft.pinion-output': 480.0}
+    """
+    found: dict[str, float] = {}
+    for j, mesh in enumerate(case.meshes):
+        line = round(abs(mesh_frequency(case, j)), 9)
+        if line > 0.0 and line not in found.values():
+            found[mesh.label] = line
+    return found
+
+
+def line_marks(case: Case) -> dict[str, float]:
+    """Return what a spectrum marks: orders of all meshes, then planetary orders and shafts, named as far as there is room."""
+    lines = mesh_lines(case)
+    several = len(lines) > 1
+    found = {f"f_m {name}" if several else "f_m": line for name, line in lines.items()}
+    found |= spectrum_lines(case)
+    for order in range(2, MOST_HARMONICS + 1):
+        for name, line in lines.items():
+            found[f"{order} f_m {name}" if several else f"{order} f_m"] = order * line
+    if several:
+        found.pop("f_m", None)
+        found.pop("2 f_m", None)
+    return found
