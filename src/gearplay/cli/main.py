@@ -18,6 +18,7 @@ COMMANDS: Final = (
     "check",
     "copy",
     "run",
+    "plot",
     "study",
     "sweep",
     "modes",

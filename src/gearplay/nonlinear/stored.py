@@ -37,8 +37,12 @@ def stored_portrait(result: Result, rotors: list[str], window: tuple[float, floa
     ]
     if not signals:
         rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
-        raise InputError(Fault("--at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}"))
-    variables: dict[str, Any] = {"contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})}
+        raise InputError(
+            Fault("--at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}")
+        )
+    variables: dict[str, Any] = {
+        "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
+    }
     time = cut(result, *_apart(signals[0]), window)[0]
     frequency = abs(mesh_frequency(case, 0)) if case.meshes else 0.0
     count = int((time[-1] - time[0]) * frequency)

@@ -13,6 +13,7 @@ PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#189
            "#6fa8dc", "#eda566", "#7fc99a", "#c393d6", "#e58aa0", "#b9b95a", "#7fd0d8", "#a5a9b3")  # fmt: skip
 SMALL, TEXT = 7.5, 8.5  # points; a page 900 px wide shows figures of 9 inches
 WIDTH = 9.0  # inches
+DPI = 130
 MOST_NAMES = 24  # entries of a legend
 
 
@@ -27,10 +28,16 @@ def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH)
 
 def to_png(figure: Any) -> bytes:
     """Return a figure as PNG."""
+    return to_bytes(figure, "png")
+
+
+def to_bytes(figure: Any, form: str) -> bytes:
+    """Return a figure as ``png``, ``svg`` or ``pdf``."""
     buffer = io.BytesIO()
+    metadata = {"Software": "gearplay"} if form == "png" else {"Creator": "gearplay"}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
+        figure.savefig(buffer, format=form, dpi=DPI, metadata=metadata)
     return buffer.getvalue()
 
 

@@ -103,5 +103,7 @@ def rim_radius(gear: Gear) -> float:
 def magnification(mechanism: Mapping[str, Any], times: float = 1.0) -> float:
     """Return how many times larger small motions are drawn: ``times`` what makes the largest clearance a quarter of a module."""
     module = next((gear["module"] for gear in mechanism["gears"] if gear["module"]), 0.01)
-    plays = [each["clearance"] for each in mechanism["sleeves"]] + [each["backlash"] for each in mechanism["meshes"]]
+    plays = [each["clearance"] for each in mechanism["sleeves"]] + [
+        each["backlash"] for each in mechanism["meshes"]
+    ]
     return float(times * 0.25 * module / max(1e-7, *(play for play in plays if math.isfinite(play)), 0.0))

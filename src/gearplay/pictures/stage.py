@@ -76,7 +76,9 @@ class Stage:
         self.peak = max([float(np.max(np.abs(frames[key]), initial=0.0)) for key in ("sleeves", "meshes")])
         self.figure = blank_figure(9.0, 5.4)
         looks = [each for each in (self._sleeve(sleeve), self._mesh(mesh)) if each]
-        grid = self.figure.add_gridspec(max(1, len(looks)), 2 if looks else 1, width_ratios=[1.9, 1.0] if looks else None)
+        grid = self.figure.add_gridspec(
+            max(1, len(looks)), 2 if looks else 1, width_ratios=[1.9, 1.0] if looks else None
+        )
         self.panes = [self._pane(self.figure.add_subplot(grid[:, 0]), self._whole(), turning=True)]
         for row, look in enumerate(looks):
             self.panes.append(self._pane(self.figure.add_subplot(grid[row, 1]), look, turning=False))
@@ -96,7 +98,9 @@ class Stage:
 
     def loudest(self) -> int:
         """Return the frame with the largest force, the first of none."""
-        forces = [np.abs(self.frames[key]).reshape(-1, len(self.frames["t"])) for key in ("sleeves", "meshes")]
+        forces = [
+            np.abs(self.frames[key]).reshape(-1, len(self.frames["t"])) for key in ("sleeves", "meshes")
+        ]
         whole = np.concatenate(forces)
         return int(np.argmax(whole.max(axis=0))) if whole.size else 0
 
@@ -135,7 +139,11 @@ class Stage:
         play = max(self.factor * clearance, 0.02 * usual)
         shaft = min(2.5 * play, usual) if clearance > 0.0 else usual
         half = 1.3 * (shaft + play) if clearance > 0.0 else 2.0 * shaft
-        word = f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm" if clearance > 0.0 else f"bearing of {chosen['name']}"
+        word = (
+            f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm"
+            if clearance > 0.0
+            else f"bearing of {chosen['name']}"
+        )
         return gear["x"], gear["y"], half, half, word, shaft
 
     def _mesh(self, name: str | None) -> tuple[float, float, float, float, str, float | None] | None:
@@ -152,7 +160,9 @@ class Stage:
         named = {gear["name"]: gear for gear in self.mechanism["gears"]}
         return named[mesh["driver"]], named[mesh["driven"]]
 
-    def _pane(self, ax: Any, look: tuple[float, float, float, float, str, float | None], *, turning: bool) -> _Pane:
+    def _pane(
+        self, ax: Any, look: tuple[float, float, float, float, str, float | None], *, turning: bool
+    ) -> _Pane:
         """Make a view's artists, which `_place` moves."""
         from matplotlib.patches import PathPatch, Polygon
 
@@ -174,20 +184,28 @@ class Stage:
         layers = sorted(toothed, key=rim_radius, reverse=True)
         gears, arms, shafts, sleeves = [], [], [], []
         for k, gear in enumerate(layers):
-            patch = PathPatch(self._path(gear), facecolor=FILLS[k % 2], edgecolor=TEST, linewidth=0.6, zorder=2 + 0.01 * k)
+            patch = PathPatch(
+                self._path(gear), facecolor=FILLS[k % 2], edgecolor=TEST, linewidth=0.6, zorder=2 + 0.01 * k
+            )
             gears.append((ax.add_patch(patch), gear))
         for each in self.mechanism["carried"]:
             if self._reach(self._gear(each["rotor"])) > 0.0:
-                (line,) = ax.plot([], [], color=SOFT, alpha=0.55, linewidth=5.0, solid_capstyle="round", zorder=3)
+                (line,) = ax.plot(
+                    [], [], color=SOFT, alpha=0.55, linewidth=5.0, solid_capstyle="round", zorder=3
+                )
                 arms.append((line, each["rotor"], each["on"]))
         for gear in {each["rotor"]: each for each in reversed(self.mechanism["gears"])}.values():
             radius = shaft or shaft_radius(gear)
             held = next((each for each in self.mechanism["sleeves"] if each["name"] == gear["rotor"]), None)
             if held is not None:
                 play = self.factor * held["clearance"]
-                (ring,) = ax.plot([], [], color=SOFT, linewidth=1.1, linestyle="-" if play > 0.0 else ":", zorder=5)
+                (ring,) = ax.plot(
+                    [], [], color=SOFT, linewidth=1.1, linestyle="-" if play > 0.0 else ":", zorder=5
+                )
                 sleeves.append((ring, gear, radius + play if play > 0.0 else 1.3 * radius))
-            disc = Polygon(radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), facecolor=COUPLED, zorder=4)
+            disc = Polygon(
+                radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), facecolor=COUPLED, zorder=4
+            )
             shafts.append((ax.add_patch(disc), gear))
         count = len(self.mechanism["sleeves"]) + 2 * len(self.mechanism["meshes"])
         forces = [ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6)[0] for _ in range(count)]
@@ -197,7 +215,11 @@ class Stage:
         """Return a gear's teeth with the magnified backlash, a ring's within its rim."""
         from matplotlib.path import Path
 
-        own = [each["backlash"] for each in self.mechanism["meshes"] if gear["name"] in (each["driver"], each["driven"])]
+        own = [
+            each["backlash"]
+            for each in self.mechanism["meshes"]
+            if gear["name"] in (each["driver"], each["driven"])
+        ]
         gap = self.factor * max([0.0, *(each for each in own if math.isfinite(each))])
         teeth = Path(outline(gear, min(gap, 0.8 * math.pi * gear["module"])), closed=True)
         if not gear["internal"]:
@@ -231,9 +253,13 @@ class Stage:
             ends = [centre(self._gear(name)) for name in (hub, pin)]
             line.set_data(*(MM * set_of(self._gear(pin)).transform(np.array(ends))).T)
         for patch, gear in pane.shafts:
-            patch.set_transform(Affine2D().translate(*centre(gear)) + set_of(gear) + Affine2D().scale(MM) + data)
+            patch.set_transform(
+                Affine2D().translate(*centre(gear)) + set_of(gear) + Affine2D().scale(MM) + data
+            )
         for ring, gear, radius in pane.sleeves:
-            around = np.column_stack([gear["x"] + radius * np.cos(CIRCLE), gear["y"] + radius * np.sin(CIRCLE)])
+            around = np.column_stack(
+                [gear["x"] + radius * np.cos(CIRCLE), gear["y"] + radius * np.sin(CIRCLE)]
+            )
             ring.set_data(*(MM * set_of(gear).transform(around)).T)
         for line, (gear, foot, force) in zip(pane.forces, self._forces(i), strict=True):
             span = 0.3 / MM * min(np.ptp(pane.ax.get_xlim()), np.ptp(pane.ax.get_ylim()))
@@ -272,5 +298,3 @@ def _arrow(foot: Floats, force: Floats, peak: float, reach: float) -> Floats:
 
 def _round(value: float) -> float:
     return float(f"{value:.2g}")
-
-

@@ -73,7 +73,7 @@ def _whole_numbers() -> Any:
 
 
 def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
-    """Draw the path of a shaft's centre x, y [m] in its clearance circle of radius ``clearance`` [m], in µm; a dot is magnified."""
+    """Draw the path x, y [m] of a shaft's centre in its circle of radius ``clearance`` [m], in µm; a dot is magnified."""
     x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
     x, y, c = 1e6 * x, 1e6 * y, 1e6 * clearance
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -99,7 +99,8 @@ def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None
     away = float(np.hypot(*middle))
     shift = -0.38 * middle / away if away > 0.15 * reach else np.array([0.0, 0.6])
     size = 0.36
-    close = ax.inset_axes((0.5 + 0.42 * float(shift[0]) - 0.5 * size, 0.5 + 0.42 * float(shift[1]) - 0.5 * size, size, size))  # fmt: skip
+    left, low = (0.5 + 0.42 * float(each) - 0.5 * size for each in shift)
+    close = ax.inset_axes((left, low, size, size))
     tidy(close).tick_params(labelsize=6)
     close.plot(x, y, color=color, linewidth=0.6)
     half = 0.6 * max(np.ptp(x), np.ptp(y), 1e-6 * reach)
@@ -144,7 +145,7 @@ def plot_spectrum(
     highest: float | None = None,
     marks: "Mapping[str, float] | None" = None,
 ) -> "Axes":
-    """Draw an amplitude spectrum on a logarithmic ordinate; ``highest`` [Hz] ends the abscissa, ``marks`` are lines to name [Hz]."""
+    """Draw an amplitude spectrum on a logarithmic ordinate up to ``highest`` [Hz]; ``marks`` are lines to name [Hz]."""
     f, a = np.asarray(frequency)[1:], np.asarray(amplitude)[1:]
     if highest is not None:
         f, a = f[f <= highest], a[f <= highest]

@@ -48,7 +48,9 @@ def elements_at(case: Case, at: str) -> list[str]:
     known = list(dict.fromkeys([*case.rotors, *gears, *meshes, *couplings]))
     close = nearest(at, known)
     cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
-    raise InputError(Fault("--at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure))
+    raise InputError(
+        Fault("--at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure)
+    )
 
 
 def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "history") -> Chosen:
@@ -133,7 +135,9 @@ def stretch(result: "Result", window: tuple[float | None, float | None] | None) 
     time = result.time()
     if time.size < 2:
         rule = "must hold two samples or more"
-        raise InputError(Fault("result", f"{time.size} samples", rule, "Simulate longer, or with a higher sampling"))
+        raise InputError(
+            Fault("result", f"{time.size} samples", rule, "Simulate longer, or with a higher sampling")
+        )
     first, last = float(time[0]), float(time[-1])
     if window is None:
         return first, last

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.canvas import SMALL, make_figure, set_title
-from gearplay.pictures.style import COUPLED, MOST_POINTS, UNCOUPLED, plot_curve, plot_orbit, plot_spectrum
+from gearplay.pictures.style import COUPLED, UNCOUPLED, plot_curve, plot_orbit, plot_spectrum
 from gearplay.pictures.words import axis_label, plain, shown_in, wrapped
 from gearplay.results.choice import Chosen, cut, free_rotors, moves
-from gearplay.results.mechanism import orbit_of
 from gearplay.results.lines import line_marks, mesh_lines
+from gearplay.results.mechanism import orbit_of
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
 from gearplay.solver.status import Status
@@ -76,7 +76,9 @@ def close_up(result: "Result", one: tuple[str, str], window: Window) -> Window |
 def _name(ax: Any, signal: str, label: str, unit: str) -> None:
     """Name a panel's signal: in words above, short with its unit at the axis, where little has room."""
     ax.set_ylabel(axis_label(signal.replace("_", " "), unit), fontsize=SMALL)
-    ax.set_title(plain(wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64)), fontsize=SMALL, loc="left")
+    ax.set_title(
+        plain(wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64)), fontsize=SMALL, loc="left"
+    )
 
 
 def _unit(result: "Result", signal: str, label: str, window: Window) -> tuple[str, float]:
@@ -86,7 +88,9 @@ def _unit(result: "Result", signal: str, label: str, window: Window) -> tuple[st
 
 def _title(figure: Any, result: "Result", what: str, window: Window, beside: str = "") -> None:
     member = f", the first of {result.members} members" if result.members > 1 and not beside else beside
-    set_title(figure, f"{case_words(result.case)}: {what}, {window_words(window)}{member}".replace(" um", " µm"))
+    set_title(
+        figure, f"{case_words(result.case)}: {what}, {window_words(window)}{member}".replace(" um", " µm")
+    )
 
 
 def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
@@ -103,7 +107,8 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
         raise InputError(Fault("--at", ", ".join(rotors) or "none", rule, cure))
     columns = min(3, len(drawn))
     rows = -(-len(drawn) // columns)
-    figure, axes = make_figure(rows, columns, 0.6 + (4.6 if columns == 1 else 9.0 / columns) * rows, width=5.2 if columns == 1 else 9.0)  # fmt: skip
+    width = 5.2 if columns == 1 else 9.0
+    figure, axes = make_figure(rows, columns, 0.6 + 9.0 / (columns + (columns == 1)) * rows, width=width)
     for ax in axes.flat[len(drawn) :]:
         ax.set_visible(False)
     for ax, name in zip(axes.flat, drawn, strict=False):
@@ -166,7 +171,9 @@ def overview_figure(result: "Result", window: Window) -> Any:
     free = [name for name in free_rotors(case) if moves(result, "x", name) or moves(result, "y", name)]
     rotor = free[0] if free else next(iter(case.rotors))
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
-    fast = next(each for each in [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]] if each in held)
+    fast = next(
+        each for each in [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]] if each in held
+    )
     figure, axes = make_figure(2, 2, 6.4, width=10.0)
     if free:
         draw_orbit(axes[0, 0], result, rotor, window)
@@ -177,7 +184,14 @@ def overview_figure(result: "Result", window: Window) -> Any:
         span = close_up(result, (loud, mesh.label), window) or window
         for signal, color in (("drive_force", COUPLED), ("back_force", UNCOUPLED)):
             t, v = cut(result, signal, mesh.label, span)
-            plot_curve(axes[0, 1], t, v, "normal force of the flanks [N]", color=color, label=signal.replace("_", " "))
+            plot_curve(
+                axes[0, 1],
+                t,
+                v,
+                "normal force of the flanks [N]",
+                color=color,
+                label=signal.replace("_", " "),
+            )
         axes[0, 1].set_xlim(*span)
         axes[0, 1].legend(fontsize=6.5, loc="best", framealpha=0.9)
         axes[0, 1].locator_params(axis="x", nbins=5)
@@ -186,7 +200,8 @@ def overview_figure(result: "Result", window: Window) -> Any:
         _one_history(axes[0, 1], result, *held[-1], window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
     _one_history(axes[1, 0], result, *(second if moves(result, *second) else fast), window)
-    draw_spectrum(axes[1, 1], result, *(fast if moves(result, *fast) else ("drive_force", mesh.label if mesh else "")), window)  # fmt: skip
+    loud = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
+    draw_spectrum(axes[1, 1], result, *loud, window)
     _title(figure, result, "overview", window)
     return figure
 

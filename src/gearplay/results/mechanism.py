@@ -87,9 +87,10 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 def frames_of(
     case: Case, time: Floats, signal: Callable[[str, str], Floats], *, start: float = 0.0, most: int = FRAMES
 ) -> dict[str, Any]:
-    """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts, at no more than ``most`` instants.
+    """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts; ``most`` instants.
 
-    ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of an element, such as ``x`` of a rotor.
+    ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of an element: ``x`` of a
+    rotor.
 
     ``turns`` are the rotations by rolling with the leading rotor, within a turn; those in ``rotors`` are beside them: 32 bits
     would not resolve a backlash after some turns. Forces are the largest since the frame before, so that a short impact is seen.
@@ -143,8 +144,10 @@ def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
     return [part[where] for part in parts]
 
 
-def motion_of(case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]) -> dict[str, Floats]:
-    """Return ``x``, ``y`` [m], ``vx``, ``vy`` [m/s] of a rotor's centre, of one of a planetary set as its turning carrier sees it.
+def motion_of(
+    case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]
+) -> dict[str, Floats]:
+    """Return ``x``, ``y`` [m], ``vx``, ``vy`` [m/s] of a rotor's centre, in a planetary set as the turning carrier sees it.
 
     ``time`` [s] counts from the start of the run; ``signal`` returns a signal of an element at these times.
     """
@@ -158,7 +161,9 @@ def motion_of(case: Case, rotor: str, time: Floats, signal: Callable[[str, str],
     return {"x": x, "y": y, "vx": velocity[0], "vy": velocity[1]}
 
 
-def orbit_of(case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]) -> tuple[Floats, Floats]:
+def orbit_of(
+    case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]
+) -> tuple[Floats, Floats]:
     """Return the path x, y [m] of a rotor's centre as `motion_of` does, of one on a carrier beside that carrier's centre."""
     path, on = motion_of(case, rotor, time, signal), carrier_of(case, rotor)
     if on is None:

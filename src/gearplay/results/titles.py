@@ -25,7 +25,9 @@ def case_words(case: Case) -> str:
     """
     changes = changes_of(case)
     more = f" and {len(changes) - MOST_CHANGES} more" if len(changes) > MOST_CHANGES else ""
-    return "; ".join([case.title or "untitled case", *([", ".join(changes[:MOST_CHANGES]) + more] if changes else [])])
+    return "; ".join(
+        [case.title or "untitled case", *([", ".join(changes[:MOST_CHANGES]) + more] if changes else [])]
+    )
 
 
 def changes_of(case: Case) -> list[str]:

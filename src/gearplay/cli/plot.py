@@ -1,0 +1,195 @@
+"""`gearplay plot RUN.nc`: pictures of a stored result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearplay.cli.output import Json, print_json, print_text
+
+if TYPE_CHECKING:
+    from gearplay.results.result import Result
+
+ENDINGS = (".png", ".svg", ".pdf")
+OVERVIEW = "overview"
+Window = Annotated[
+    str | None,
+    typer.Option("--window", metavar="FROM:TO", help="Part of the result: 0.5s:0.6s, 0.5s: or :20ms."),
+]
+Run = Annotated[str, typer.Argument(help="A result that gearplay run has written.", show_default=False)]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(plot)
+
+
+def plot(
+    run: Run,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--kind", help="overview, history, orbit, spectrum, portrait or mechanism.", show_default=False
+        ),
+    ] = None,
+    signal: Annotated[
+        list[str] | None,
+        typer.Option("--signal", help="A signal, ax or ring.ax; those that say most. May be repeated."),
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", help="A rotor, gear, mesh or coupling.", show_default=False)
+    ] = None,
+    window: Window = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="A .png, .svg or .pdf [default: beside the result].")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing picture.")] = False,
+    json: Json = False,
+) -> None:
+    """Draw a result: overview, history, orbit, spectrum, mechanism."""
+    from gearplay.files.atomic import check_new, write_bytes
+    from gearplay.model.wording import did_you_mean
+    from gearplay.pictures.canvas import to_bytes
+    from gearplay.results.choice import stretch
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    chosen = kind or ("history" if signal else OVERVIEW)
+    if chosen not in KINDS:
+        raise InputError(
+            Fault("--kind", chosen, "must be a kind of picture", did_you_mean(chosen, KINDS, "Kinds"))
+        )
+    if signal and chosen not in ("history", "spectrum"):
+        raise InputError(
+            Fault("--signal", signal[0], f"has no meaning for {chosen}", "Leave it out, or use --at")
+        )
+    if at and chosen == OVERVIEW:
+        chosen = "history"
+    place = out or Path(run).with_name(f"{Path(run).stem}-{chosen}.png")
+    if place.suffix.lower() not in ENDINGS:
+        raise InputError(
+            Fault("--out", place.name, f"must end in {', '.join(ENDINGS)}", "Choose another ending")
+        )
+    check_new(place, overwrite=overwrite)
+    result = result_in(run)
+    span = stretch(result, window_of(window))
+    figure = KINDS[chosen](result, signal or [], at, span)
+    write_bytes(place, to_bytes(figure, place.suffix.lower()[1:]))
+    if json:
+        print_json({"status": "done", "kind": chosen, "out": str(place), "window": list(span)})
+    else:
+        print_text(f"Wrote {place}: {chosen}, {span[0]:.6g} to {span[1]:.6g} s")
+
+
+def result_in(run: str) -> Result:
+    """Return the stored result that a command names.
+
+    Raises `InputError` for what is no result, with what reads it.
+    """
+    from gearplay.model.bundled import bundled
+    from gearplay.python_door import read_result
+    from gearplay.results.result import Result
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    if run in bundled("gearplay.model", "cases") or run.endswith(".toml"):
+        rule = "must be a result, not a case"
+        raise InputError(Fault("run", run, rule, f"Simulate it first: gearplay run {run} --out run.nc"))
+    found = read_result(run)
+    if not isinstance(found, Result):
+        rule = f"must be the result of a run, not of {type(found).__name__.lower()}"
+        raise InputError(Fault("run", Path(run).name, rule, "In Python read_result(...).plot() draws it"))
+    return found
+
+
+def window_of(text: str | None) -> tuple[float | None, float | None] | None:
+    """Return the two ends [s] of a window as it is given on the command line, None for an open one.
+
+    >>> window_of("0.5s:600 ms"), window_of(":0.1"), window_of(None)
+    ((0.5, 0.6), (None, 0.1), None)
+    """
+    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.quantities import TIME
+
+    if text is None:
+        return None
+    ends = text.split(":")
+    if len(ends) != 2:
+        raise InputError(Fault("--window", text, "must be two times with a colon between", "Write 0.5s:0.6s"))
+    found: list[float | None] = []
+    for end in map(str.strip, ends):
+        try:
+            found.append(None if not end else _seconds(end, lambda t: parse_quantity(t, TIME)))
+        except UnitError as error:
+            raise InputError(Fault("--window", text, error.rule, "Write 0.5s:0.6s")) from None
+    return found[0], found[1]
+
+
+def _seconds(text: str, parse: Callable[[str], float]) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return parse(text)
+
+
+def _overview(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.figures import overview_figure
+
+    return overview_figure(result, window)
+
+
+def _history(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.choice import choose
+    from gearplay.results.figures import history_figure
+
+    return history_figure(result, choose(result, names, at, kind="history"), window)
+
+
+def _spectrum(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.choice import choose
+    from gearplay.results.figures import spectrum_figure
+
+    return spectrum_figure(result, choose(result, names, at, kind="spectrum"), window)
+
+
+def _orbit(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.figures import orbit_figure
+
+    return orbit_figure(result, _rotors(result, at), window)
+
+
+def _portrait(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.nonlinear.stored import portrait_figure_of
+
+    return portrait_figure_of(result, _rotors(result, at), window)
+
+
+def _mechanism(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.staging import stage_of
+
+    stage = stage_of(result, window, at=at)
+    stage.show(stage.loudest(), "the instant of the largest force")
+    return stage.figure
+
+
+def _rotors(result: Result, at: str | None) -> list[str]:
+    """Return the rotors that a place names, none for all."""
+    from gearplay.results.choice import elements_at
+
+    if at is None:
+        return []
+    named = elements_at(result.case, at)
+    pairs = [rotor for mesh in result.case.meshes if mesh.label in named for rotor in mesh.rotors]
+    return [name for name in named if name in result.case.rotors] or pairs
+
+
+KINDS: dict[str, Callable[[Any, list[str], str | None, tuple[float, float]], Any]] = {
+    OVERVIEW: _overview,
+    "history": _history,
+    "orbit": _orbit,
+    "spectrum": _spectrum,
+    "portrait": _portrait,
+    "mechanism": _mechanism,
+}
