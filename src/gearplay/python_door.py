@@ -109,13 +109,11 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     True
 
     """
-    from gearplay.results.answer import KIND
-
     place = Path(path)
     if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
     dataset = read_dataset(place)
-    kind = str(dataset.attrs.get(KIND) or _older(dataset))
+    kind = kind_of(dataset)
     if kind == "record":
         return _record(place)
     if kind not in ANSWERS:
@@ -131,8 +129,12 @@ def _record(place: Path) -> Any:
     return read_measurement(place)
 
 
-def _older(dataset: Any) -> str:
-    """Return the kind of a file that does not say it, as older versions wrote them; empty where it is none."""
+def kind_of(dataset: Any) -> str:
+    """Return the kind of answer that a file holds, of one that does not say it, as older versions wrote; empty for none."""
+    from gearplay.results.answer import KIND
+
+    if KIND in dataset.attrs:
+        return str(dataset.attrs[KIND])
     names, attributes = set(dataset.variables), dataset.attrs
     marks = {
         "run": {"contact", "share_of_time"} <= names,

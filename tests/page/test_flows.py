@@ -763,19 +763,3 @@ def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None
     assert 0 <= boxes[0]["y"] < boxes[1]["y"] - 200
     assert boxes[1]["y"] + boxes[1]["height"] == pytest.approx(844, abs=2)
     assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
-
-
-@pytest.mark.deep
-def test_stages_are_drawn_beside_each_other(visit: Open) -> None:
-    made = visit().ready()
-    made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
-    found = made.page.evaluate(
-        """async () => {
-          const [{ apart }, { mechanism }] = [await import("/static/planes.js"), window.gearplay.state.result];
-          const { gears, axes } = apart(mechanism);
-          const [wheel, pinion] = ["layshaft.wheel", "layshaft.pinion"].map((name) => gears.find((each) => each.name === name));
-          return [Math.hypot(wheel.x - pinion.x, wheel.y - pinion.y), axes.length];
-        }"""
-    )
-    assert found[0] > 0.1
-    assert found[1] == 1

@@ -3,11 +3,15 @@
 import math
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import wrap
 from typing import Annotated, Any
 
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text
+
+LISTED = 12
+"""Of more channels only the names are printed."""
 
 
 def register(app: typer.Typer) -> None:
@@ -16,9 +20,10 @@ def register(app: typer.Typer) -> None:
 
 
 def analyze(
-    record: Annotated[Path, typer.Argument(help="A measured or simulated record.")],
+    record: Annotated[Path, typer.Argument(help="A measured or simulated record, or a result of a run.")],
     channel: Annotated[
-        str | None, typer.Option("--channel", help="Which channel; not needed where there is one.")
+        str | None,
+        typer.Option("--channel", help="Which channel, of a run ring.ax; not needed where there is one."),
     ] = None,
     lines: Annotated[
         list[float] | None,
@@ -28,7 +33,8 @@ def analyze(
         str | None, typer.Option("--speed", help='Shaft speed for orders: "120 rpm", or a channel\'s name.')
     ] = None,
     band: Annotated[
-        tuple[float, float] | None, typer.Option("--band", help="Band of the envelope spectrum [Hz].")
+        tuple[float, float] | None,
+        typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum [Hz]."),
     ] = None,
     sampling: Annotated[
         float | None, typer.Option("--sampling", help="Sampling rate [Hz] where the file does not say it.")
@@ -42,12 +48,11 @@ def analyze(
 
     Lines come with their uncertainty.
     """
-    from gearplay.files.measurements import read_measurement
     from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics
 
-    held = read_measurement(record, sampling=sampling)
-    chosen, turning = held.channel(channel), _speed(held, speed)
+    held, usual = _read(record, sampling)
+    chosen, turning = held.channel(channel or usual), _speed(held, speed)
     table = line_table(chosen, lines) if lines else None
     figures: list[Path] = []
     if out is not None:
@@ -72,6 +77,23 @@ def analyze(
         print_json(document)
     else:
         print_text(_words(document))
+
+
+def _read(path: Path, sampling: float | None) -> tuple[Any, str | None]:
+    """Return the record in a file, or the run in a file as one, and the channel of a run that says most."""
+    from gearplay.files.measurements import read_measurement
+
+    if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None:
+        from gearplay.files.netcdf import read_dataset
+        from gearplay.python_door import kind_of
+        from gearplay.results.recorded import record_of, usual_channel
+        from gearplay.results.result import Result
+
+        dataset = read_dataset(path)
+        if kind_of(dataset) == Result.answer:
+            result = Result.from_dataset(dataset)
+            return record_of(result), usual_channel(result)
+    return read_measurement(path, sampling=sampling), None
 
 
 def _speed(held: Any, speed: str | None) -> Any:
@@ -101,9 +123,20 @@ def _words(document: dict[str, Any]) -> str:
     s = document["statistics"]
     unit = s["unit"] or "1"
     rows = [f"{document['record']} ({document['format']})"]
+    channels = document["channels"]
+    if len(channels) > LISTED:
+        names = ", ".join(c["name"] for c in channels)
+        rows += wrap(
+            f"{len(channels)} channels: {names}",
+            118,
+            initial_indent="  ",
+            subsequent_indent="    ",
+            break_on_hyphens=False,
+        )
+        channels = [c for c in channels if c["name"] == document["channel"]]
     rows += [
         f"  {c['name']} [{c['unit'] or '?'}]: {c['samples']} samples at {c['sampling']:g} Hz"
-        for c in document["channels"]
+        for c in channels
     ]
     shape = "".join(
         f", {words} {s[key]:.3g}"

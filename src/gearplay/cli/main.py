@@ -19,6 +19,7 @@ COMMANDS: Final = (
     "copy",
     "run",
     "plot",
+    "animate",
     "study",
     "sweep",
     "modes",

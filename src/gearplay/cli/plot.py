@@ -167,9 +167,9 @@ def _portrait(result: Result, names: list[str], at: str | None, window: tuple[fl
 
 
 def _mechanism(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.staging import stage_of
+    from gearplay.results.staging import motion_in, stage_of
 
-    stage = stage_of(result, window, at=at)
+    stage = stage_of(motion_in(result, window, at=at))
     stage.show(stage.loudest(), "the instant of the largest force")
     return stage.figure
 

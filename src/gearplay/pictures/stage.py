@@ -25,7 +25,7 @@ from gearplay.pictures.style import COUPLED, TEST, blank_figure, tidy
 from gearplay.pictures.words import plain, short
 
 Floats = NDArray[np.float64]
-FILLS = ("#dfe3e9", "#f6f7f9")
+FILLS = ("#d3dae4", "#f3ecdd")
 FORCE, SOFT = "#a3123a", "#565d66"
 MM = 1e3
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
@@ -57,6 +57,8 @@ class Stage:
         How many times larger than usual small motions are drawn.
     sleeve, mesh
         Names of those to look at closely; the first if not given.
+    start
+        Time [s] from which that of the frames counts.
 
     """
 
@@ -69,8 +71,9 @@ class Stage:
         times: float = 1.0,
         sleeve: str | None = None,
         mesh: str | None = None,
+        start: float = 0.0,
     ) -> None:
-        self.mechanism, self.frames = mechanism, frames
+        self.mechanism, self.frames, self.start = mechanism, frames, start
         self.factor = magnification(mechanism, times)
         self.phases = phases(mechanism["gears"], mechanism["meshes"])
         self.peak = max([float(np.max(np.abs(frames[key]), initial=0.0)) for key in ("sleeves", "meshes")])
@@ -90,7 +93,7 @@ class Stage:
 
     def show(self, i: int, words: str = "") -> None:
         """Show frame ``i``; ``words`` come after its time and the magnification."""
-        time = float(self.frames["t"][i])
+        time = self.start + float(self.frames["t"][i])
         large = f"clearances and small motions {_round(self.factor):g} times larger"
         self.clock.set_text(plain("   ".join(part for part in (f"t = {time:.5f} s", large, words) if part)))
         for pane in self.panes:
@@ -189,12 +192,23 @@ class Stage:
             )
             gears.append((ax.add_patch(patch), gear))
         for each in self.mechanism["carried"]:
-            if self._reach(self._gear(each["rotor"])) > 0.0:
+            if not words and self._reach(self._gear(each["rotor"])) > 0.0:
                 (line,) = ax.plot(
                     [], [], color=SOFT, alpha=0.55, linewidth=5.0, solid_capstyle="round", zorder=3
                 )
                 arms.append((line, each["rotor"], each["on"]))
-        for gear in {each["rotor"]: each for each in reversed(self.mechanism["gears"])}.values():
+        for x, y, to_x, to_y in self.mechanism["axes"]:
+            ax.plot(
+                [MM * x, MM * to_x],
+                [MM * y, MM * to_y],
+                color=COUPLED,
+                linewidth=0.9,
+                linestyle="-.",
+                zorder=3.5,
+            )
+        for gear in {
+            (each["rotor"], each["plane"]): each for each in reversed(self.mechanism["gears"])
+        }.values():
             radius = shaft or shaft_radius(gear)
             held = next((each for each in self.mechanism["sleeves"] if each["name"] == gear["rotor"]), None)
             if held is not None:
@@ -207,9 +221,35 @@ class Stage:
                 radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), facecolor=COUPLED, zorder=4
             )
             shafts.append((ax.add_patch(disc), gear))
+        if not words:
+            self._names(ax)
         count = len(self.mechanism["sleeves"]) + 2 * len(self.mechanism["meshes"])
-        forces = [ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6)[0] for _ in range(count)]
+        forces = [
+            ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6, clip_on=bool(words))[0]
+            for _ in range(count)
+        ]
         return _Pane(ax, turning, shaft, gears, arms, shafts, sleeves, forces)
+
+    def _names(self, ax: Any) -> None:
+        """Write the names of the gears beside their shafts, that of a ring in its rim."""
+        from matplotlib.patheffects import withStroke
+
+        around, hubs = ({each[key] for each in self.mechanism["carried"]} for key in ("rotor", "on"))
+        for gear in self.mechanism["gears"]:
+            if gear["rotor"] in around or (gear["rotor"] in hubs and not gear["teeth"]):
+                continue  # it goes around, or is a carrier behind a sun
+            rim, shaft = rim_radius(gear), shaft_radius(gear)
+            up = rim - 1.4 * gear["module"] if gear["internal"] else -1.8 * shaft
+            ax.text(
+                MM * gear["x"],
+                MM * (gear["y"] + up),
+                plain(short(gear["shown"], 24)),
+                fontsize=SMALL,
+                ha="center",
+                va="center" if gear["internal"] else "top",
+                zorder=7,
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+            )
 
     def _path(self, gear: Mapping[str, Any]) -> Any:
         """Return a gear's teeth with the magnified backlash, a ring's within its rim."""

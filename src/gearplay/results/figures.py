@@ -11,7 +11,7 @@ from gearplay.pictures.canvas import SMALL, make_figure, set_title
 from gearplay.pictures.style import COUPLED, UNCOUPLED, plot_curve, plot_orbit, plot_spectrum
 from gearplay.pictures.words import axis_label, plain, shown_in, wrapped
 from gearplay.results.choice import Chosen, cut, free_rotors, moves
-from gearplay.results.lines import line_marks, mesh_lines
+from gearplay.results.lines import line_marks, mesh_lines, mesh_names
 from gearplay.results.mechanism import orbit_of
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
@@ -87,10 +87,17 @@ def _unit(result: "Result", signal: str, label: str, window: Window) -> tuple[st
 
 
 def _title(figure: Any, result: "Result", what: str, window: Window, beside: str = "") -> None:
-    member = f", the first of {result.members} members" if result.members > 1 and not beside else beside
-    set_title(
-        figure, f"{case_words(result.case)}: {what}, {window_words(window)}{member}".replace(" um", " µm")
+    member = (
+        f", the first of {result.members} members" if result.members > 1 and "members" not in beside else ""
     )
+    text = f"{case_words(result.case)}: {what}, {window_words(window)}{member}{beside}"
+    set_title(figure, text.replace(" um", " µm"))
+
+
+def _key(case: Any) -> str:
+    """Return which mesh is which where several frequencies are marked."""
+    names = mesh_names(case)
+    return "; " + ", ".join(f"{short} of {mesh}" for short, mesh in names.items()) if len(names) > 1 else ""
 
 
 def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
@@ -138,7 +145,8 @@ def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest
     for ax in axes[:-1, 0]:
         ax.set_xlabel("")
     beside = f", rms average of {result.members} members" if result.members > 1 else ""
-    _title(figure, result, "amplitude spectra" if len(chosen) > 1 else "amplitude spectrum", window, beside)
+    what = "amplitude spectra" if len(chosen) > 1 else "amplitude spectrum"
+    _title(figure, result, what, window, beside + _key(result.case))
     return figure
 
 
@@ -200,9 +208,9 @@ def overview_figure(result: "Result", window: Window) -> Any:
         _one_history(axes[0, 1], result, *held[-1], window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
     _one_history(axes[1, 0], result, *(second if moves(result, *second) else fast), window)
-    loud = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
-    draw_spectrum(axes[1, 1], result, *loud, window)
-    _title(figure, result, "overview", window)
+    heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
+    draw_spectrum(axes[1, 1], result, *heard, window)
+    _title(figure, result, "overview", window, _key(case))
     return figure
 
 

@@ -42,15 +42,23 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 
 def line_marks(case: Case) -> dict[str, float]:
-    """Return what a spectrum marks: orders of all meshes, then planetary orders and shafts, named as far as there is room."""
-    lines = mesh_lines(case)
-    several = len(lines) > 1
-    found = {f"f_m {name}" if several else "f_m": line for name, line in lines.items()}
-    found |= spectrum_lines(case)
-    for order in range(2, MOST_HARMONICS + 1):
-        for name, line in lines.items():
-            found[f"{order} f_m {name}" if several else f"{order} f_m"] = order * line
-    if several:
-        found.pop("f_m", None)
-        found.pop("2 f_m", None)
-    return found
+    """Return what a spectrum marks [Hz], the first ones first: mesh frequencies, planetary orders, shafts, harmonics."""
+    called = dict(zip(mesh_names(case), mesh_lines(case).values(), strict=True))
+    others = {name: line for name, line in spectrum_lines(case).items() if not name.endswith("f_m")}
+    harmonics = {
+        f"{order} {name}": order * line
+        for order in range(2, MOST_HARMONICS + 1)
+        for name, line in called.items()
+    }
+    return called | others | harmonics
+
+
+def mesh_names(case: Case) -> dict[str, str]:
+    """Return what marks call the mesh frequencies, and the mesh: ``f_m``, of several ``f_m1``, ``f_m2``.
+
+    >>> from gearplay.model.reading import load_case
+    >>> mesh_names(load_case("two-stage-reducer"))
+    {'f_m1': 'input-layshaft.wheel', 'f_m2': 'layshaft.pinion-output'}
+    """
+    names = list(mesh_lines(case))
+    return {f"f_m{k}" if len(names) > 1 else "f_m": name for k, name in enumerate(names, 1)}

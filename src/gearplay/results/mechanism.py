@@ -21,6 +21,7 @@ from gearplay.model.geometry import (
 )
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
+from gearplay.pictures.planes import apart
 from gearplay.solver.frames import CarrierFrames
 
 Floats = NDArray[np.float64]
@@ -28,7 +29,10 @@ FRAMES = 900
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
-    """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, lines of the spectrum."""
+    """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, what joins them.
+
+    Gears stand where they are drawn: stages that lie one behind the other beside each other.
+    """
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
@@ -37,9 +41,11 @@ def mechanism_of(case: Case) -> dict[str, Any]:
         for called in (mesh.driver, mesh.driven):
             module.setdefault(full_name(case, called), mesh.module)
             angle.setdefault(full_name(case, called), mesh.pressure_angle)
+    alone = next(iter(case.planetary), "") if len(case.planetary) == 1 else ""
     gears = [
         {
             "name": name,
+            "shown": name.removeprefix(f"{alone}.") if alone else name,
             "rotor": rotor,
             "index": i,
             "x": float(places[rotor][0]),
@@ -55,7 +61,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
         for i, rotor in enumerate(case.rotors)
         for name, gear in toothings(case, rotor).items()
     ]
-    return {
+    drawn = {
         "gears": gears,
         "sleeves": [
             {"name": name, "clearance": sleeve.radial_clearance, "on": sleeve.on}
@@ -82,6 +88,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
             for j, mesh in enumerate(case.meshes)
         ],
     }
+    return apart(drawn)
 
 
 def frames_of(

@@ -1,12 +1,12 @@
 """A stored result on the stage: the mechanism in motion, for pictures and animations."""
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearplay.pictures.stage import Stage
 from gearplay.results.choice import cut, elements_at
+from gearplay.results.figures import close_up
 from gearplay.results.mechanism import frames_of, mechanism_of
 from gearplay.results.result import Result
 from gearplay.results.titles import case_words
@@ -15,17 +15,20 @@ from gearplay.vocabulary.errors import Fault, InputError
 NEEDED = ("x", "y", "theta")
 
 
-def stage_of(
-    result: Result,
-    window: tuple[float, float],
-    *,
-    at: str | None = None,
-    times: float = 1.0,
-    frames: int = 900,
-) -> Stage:
-    """Return the drawing of a result's mechanism with its frames within a window [s].
+class Motion(NamedTuple):
+    """What drawings of a result in motion need: see `mechanism_of`, `frames_of`; ``start`` [s] is that of the frames."""
 
-    ``at`` names what is looked at closely, ``times`` how many times larger than usual small motions are drawn.
+    mechanism: dict[str, Any]
+    frames: dict[str, Any]
+    title: str
+    look: dict[str, str]
+    start: float
+
+
+def motion_in(
+    result: Result, window: tuple[float, float], *, at: str | None = None, frames: int = 900
+) -> Motion:
+    """Return the mechanism of a result and its frames within a window [s]; ``at`` names what is looked at closely.
 
     Raises `InputError` for a result that does not keep places and rotations, a window or a place that is not there.
     """
@@ -40,18 +43,31 @@ def stage_of(
     def signal(name: str, label: str) -> Any:
         return cut(result, name, label, window)[1] if (name, label) in held else np.zeros(time.size)
 
-    return Stage(
+    sleeve = next((name for name in named if name in case.sleeves), None)
+    mesh = next((mesh.label for mesh in case.meshes if mesh.label in named), None)
+    return Motion(
         mechanism_of(case),
         frames_of(case, time - time[0], signal, start=float(time[0]), most=frames),
-        title=case_words(case).replace(" um", " µm"),
-        times=times,
-        sleeve=next((name for name in named if name in case.sleeves), None),
-        mesh=next((mesh.label for mesh in case.meshes if mesh.label in named), None),
+        case_words(case).replace(" um", " µm"),
+        {key: name for key, name in (("sleeve", sleeve), ("mesh", mesh)) if name is not None},
+        float(time[0]),
     )
 
 
-def pictures_in_turn(stage: Stage, draw: Callable[[Any], Any]) -> Iterator[Any]:
-    """Yield what ``draw`` makes of the figure, frame by frame."""
-    for frame in range(len(stage.frames["t"])):
-        stage.show(frame)
-        yield draw(stage.figure)
+def stage_of(motion: Motion, times: float = 1.0) -> Stage:
+    """Return the drawing of a motion; ``times`` larger than usual small motions are drawn."""
+    mechanism, frames, title, look, start = motion
+    return Stage(mechanism, frames, title=title, times=times, start=start, **look)
+
+
+def telling_window(result: Result, window: tuple[float, float]) -> tuple[float, float]:
+    """Return some mesh periods about the largest force of a mesh; all of a window that is not much longer."""
+    case = result.case
+    loud = [
+        (float(np.nanmax(cut(result, "drive_force", mesh.label, window)[1], initial=0.0)), mesh.label)
+        for mesh in case.meshes
+        if ("drive_force", mesh.label) in result.held()
+    ]
+    if not loud:
+        return window
+    return close_up(result, ("drive_force", max(loud)[1]), window) or window

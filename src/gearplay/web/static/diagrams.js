@@ -1,6 +1,7 @@
 // The plots of a bifurcation diagram and of a map.
 
-import { CONFIG, axis, layout, plain, plotly, scaled, shownAs, shownUnit, style } from "./plotting.js";
+import { CONFIG, axis, layout, plain, plotly, scaled, shownAs, shownUnit } from "./plotting.js";
+import { style } from "./colors.js";
 
 const wordsOf = (control) => plain(`${control.owner} ${control.label} [${shownUnit(control.unit)}]`.trim());
 

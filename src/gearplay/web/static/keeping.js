@@ -4,7 +4,8 @@ import { fillForms } from "./forms.js";
 import { showDiagram } from "./jobs.js";
 import { offerOverlays } from "./overlays.js";
 import { $, ask, askJson, current, note, showTitle, state, tell } from "./page.js";
-import { plain, style } from "./plotting.js";
+import { style } from "./colors.js";
+import { plain } from "./plotting.js";
 import { magnified, models, outdate, run, showRun, stage } from "./runs.js";
 import { decode } from "./wire.js";
 

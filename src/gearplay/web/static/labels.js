@@ -1,15 +1,15 @@
 // Names of gears and the way they turn, over the drawing of the whole mechanism.
 
-import { rimOf, shaftOf } from "./planes.js";
+export const shaftOf = (gear) => 0.6 * (gear.module ?? 0.004) + 0.004;
+export const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 0.02);
+
+/** Return the box around gears: [left, right, low, high]. */
+export function boxOf(gears) {
+  const ends = (low, axis) => gears.map((gear) => gear[axis] + (low ? -1 : 1) * rimOf(gear));
+  return [Math.min(...ends(true, "x")), Math.max(...ends(false, "x")), Math.min(...ends(true, "y")), Math.max(...ends(false, "y"))];
+}
 
 const wrapped = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
-
-/** Return a gear's name as it is drawn: without that of the planetary set where there is only one. */
-export function nameOf(gear, gears) {
-  if (!gear.rotor.includes(".")) return gear.name;
-  const sets = new Set(gears.filter((each) => each.rotor.includes(".")).map((each) => each.rotor.split(".")[0]));
-  return sets.size > 1 ? gear.name : gear.rotor.split(".").slice(1).join(".");
-}
 
 /** Return which way a rotor is seen to turn at a frame: 1 counter-clockwise, -1 clockwise, 0 at rest. */
 export function turnOf(index, { turns, orbit, t, i }, turning) {
@@ -51,7 +51,7 @@ export function drawLabels(c, mechanism, view, { to, scale, ratio, turning }) {
   };
   for (const gear of gears) {
     const [x, y] = to(gear);
-    const text = nameOf(gear, gears);
+    const text = gear.shown;
     const hub = carried.find(({ on }) => on === gear.rotor);
     const toothed = gear.teeth && gear.module;
     if (!toothed && hub) { // a carrier: on its first arm
@@ -81,10 +81,10 @@ export function drawAxes(c, { axes }, view, thin) {
   c.strokeStyle = view.color;
   c.lineWidth = 1.5 * thin;
   c.setLineDash([8 * thin, 3 * thin, 2 * thin, 3 * thin]);
-  for (const [one, other] of axes) {
+  for (const [x, y, toX, toY] of axes ?? []) {
     c.beginPath();
-    c.moveTo(one.x, one.y);
-    c.lineTo(other.x, other.y);
+    c.moveTo(x, y);
+    c.lineTo(toX, toY);
     c.stroke();
   }
   c.setLineDash([]);

@@ -1,8 +1,7 @@
 // The mechanism in motion: gears with involute teeth, shafts in their sleeves, forces; small motions magnified.
 
-import { drawAxes, drawLabels } from "./labels.js";
-import { apart, boxOf, rimOf, shaftOf } from "./planes.js";
-import { style } from "./plotting.js";
+import { boxOf, drawAxes, drawLabels, rimOf, shaftOf } from "./labels.js";
+import { style } from "./colors.js";
 
 const involute = (alpha) => Math.tan(alpha) - alpha;
 
@@ -89,7 +88,7 @@ export class Stage {
 
   show(result) {
     this.result = result;
-    this.mechanism = apart(result.mechanism);
+    this.mechanism = { carried: [], couplings: [], ...result.mechanism };
     const models = Object.keys(result.models);
     if (this.panes.map((pane) => pane.model).join() !== models.join()) {
       this.place.replaceChildren();
@@ -257,7 +256,7 @@ export class Stage {
       c.stroke(outlined);
       c.restore();
     }));
-    for (const { rotor, on } of carried) { // arms of a carrier
+    if (named) for (const { rotor, on } of carried) { // arms of a carrier
       const [pin, hub] = [rotor, on].map((name) => gears.find((gear) => gear.rotor === name));
       within(pin.index, () => {
         const [dx, dy] = at(hub.index);

@@ -1,6 +1,7 @@
 // The plots of a run: orbit, spectrum, backlash, forces and contacts; and the table of contacts.
 
-import { CONFIG, MODELS, axis, layout, plain, plotly, scaled, style } from "./plotting.js";
+import { CONFIG, MODELS, axis, layout, plain, plotly, scaled } from "./plotting.js";
+import { style } from "./colors.js";
 
 const SIGNALS = {
   drive_force: { words: "drive", dash: "solid" },

@@ -1,6 +1,7 @@
-// What all plots share: plotly.js itself, the colours of the page, units and texts.
+// What all plots share: plotly.js itself, units and texts.
 
-export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+import { style } from "./colors.js";
+
 export const MODELS = ["coupled", "uncoupled"];
 export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
   toImageButtonOptions: { format: "svg", filename: "gearplay" } };

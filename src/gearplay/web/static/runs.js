@@ -107,7 +107,7 @@ export async function showRun(result) {
   magnified();
   showTitle();
   $("carrier-row").hidden = !Object.values(result.models).some(({ frames }) => frames.orbit?.some((angle) => angle));
-  $("arrows").textContent = `arrows: forces, the longest ${stage.peak.toPrecision(3)} N`;
+  $("arrows").textContent = `arrows: forces, the longest ${Number(stage.peak.toPrecision(3))} N`;
   $("few").textContent = fillStatistics($("statistics"), result);
   const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "" : `${view.status} `}${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
   $("status").textContent = words.join("; ");

@@ -1,0 +1,100 @@
+"""Stages that lie one behind the other, drawn beside each other: what meshes lies in one plane."""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+from gearplay.pictures.gears import Gear, rim_radius
+
+ASPECT = 0.9
+"""Width to height of the place for a drawing of the whole."""
+GAP = 0.04
+"""Between planes, of the larger side of one."""
+Box = tuple[float, float, float, float]
+
+
+def apart(mechanism: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a mechanism whose planes do not cover each other.
+
+    Its gears are moved where needed and know their ``plane``; ``axes`` are pairs of places [m] where one shaft, or two that
+    are coupled, are seen.
+    """
+    planes = _planes(mechanism)
+    gears = min((_spread(mechanism["gears"], planes, axis) for axis in (0, 1)), key=_size)
+    pairs = [
+        (one, other)
+        for one, other in combinations(gears, 2)
+        if one["rotor"] == other["rotor"] and one["plane"] != other["plane"]
+    ]
+    for each in mechanism["couplings"]:
+        one, other = (next(gear for gear in gears if gear["rotor"] == name) for name in each["between"])
+        if one["plane"] != other["plane"]:
+            pairs.append((one, other))
+    axes = [[one["x"], one["y"], other["x"], other["y"]] for one, other in pairs]
+    return {**mechanism, "gears": gears, "axes": axes}
+
+
+def _planes(mechanism: Mapping[str, Any]) -> list[int]:
+    """Return the number of each gear's plane: with the gears it meshes with, its carrier, and discs coupled to it."""
+    gears = mechanism["gears"]
+    lead = list(range(len(gears)))
+
+    def find(k: int) -> int:
+        while lead[k] != k:
+            k = lead[k]
+        return k
+
+    def named(name: str, key: str = "rotor") -> int:
+        return next(k for k, gear in enumerate(gears) if gear[key] == name)
+
+    def join(a: int, b: int) -> None:
+        lead[find(b)] = find(a)
+
+    for mesh in mechanism["meshes"]:
+        join(named(mesh["driver"], "name"), named(mesh["driven"], "name"))
+    for each in mechanism["carried"]:
+        join(named(each["on"]), named(each["rotor"]))
+    hubs = {each["on"] for each in mechanism["carried"]}
+    for each in mechanism["couplings"]:
+        ends = [named(name) for name in each["between"]]
+        if any(gears[k]["rotor"] not in hubs and not gears[k]["teeth"] for k in ends):
+            join(*ends)  # a plain disc
+    known = list(dict.fromkeys(find(k) for k in range(len(gears))))
+    return [known.index(find(k)) for k in range(len(gears))]
+
+
+def _box(gears: Sequence[Gear]) -> Box:
+    """Return left, right, low and high end [m] of what gears cover."""
+    rims = [rim_radius(gear) for gear in gears]
+    ends = [
+        pick(gear[axis] + sign * rim for gear, rim in zip(gears, rims, strict=True))
+        for axis in "xy"
+        for pick, sign in ((min, -1.0), (max, 1.0))
+    ]
+    return ends[0], ends[1], ends[2], ends[3]
+
+
+def _size(gears: Sequence[Gear]) -> float:
+    left, right, low, high = _box(gears)
+    return max((right - left) / ASPECT, high - low)
+
+
+def _spread(gears: Sequence[Gear], planes: Sequence[int], axis: int) -> list[dict[str, Any]]:
+    """Return the gears, planes that would cover one before moved beside all of those: along x (0) or down y (1)."""
+    placed: list[Box] = []
+    moved = [{**gear, "plane": plane} for gear, plane in zip(gears, planes, strict=True)]
+    for plane in range(max(planes, default=-1) + 1):
+        mine = [gear for gear in moved if gear["plane"] == plane]
+        left, right, low, high = _box(mine)
+        shift = [0.0, 0.0]
+        if any(left < b[1] and b[0] < right and low < b[3] and b[2] < high for b in placed):
+            gap = GAP * max(right - left, high - low)
+            if axis == 0:
+                shift[0] = max(b[1] for b in placed) + gap - left
+            else:
+                shift[1] = min(b[2] for b in placed) - gap - high
+        placed.append((left + shift[0], right + shift[0], low + shift[1], high + shift[1]))
+        for gear in mine:
+            gear["x"] += shift[0]
+            gear["y"] += shift[1]
+    return moved

@@ -1,0 +1,3 @@
+// Colours of the page, by name.
+
+export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
