@@ -7,12 +7,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from depth import BEYOND, DEEP, SHARE
+from pictures import faults_of
 
 TESTS = Path(__file__).resolve().parent
 KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
@@ -131,3 +133,29 @@ def measured(record_property: Callable[[str, object], None]) -> Callable[[str, f
         record_property("measured", f"{quantity}|{value:.2g}|{limit}")
 
     return record
+
+
+@pytest.fixture(scope="session")
+def watched() -> Iterator[list[str]]:
+    """Look at every figure that is drawn, with `pictures.faults_of`, and keep what is wrong with any."""
+    from gearplay.pictures import canvas
+
+    found: list[str] = []
+    draw = canvas.to_bytes
+
+    def look(figure: Any, form: str) -> bytes:
+        drawn = draw(figure, form)
+        found.extend(faults_of(figure))
+        return drawn
+
+    canvas.to_bytes = look
+    yield found
+    canvas.to_bytes = draw
+
+
+@pytest.fixture(autouse=True)
+def pictures_are_whole(watched: list[str]) -> Iterator[None]:
+    """Fail a test that draws a figure with a blank panel, with text cut off or over another, or with axes that have no name."""
+    watched.clear()
+    yield
+    assert not watched

@@ -32,7 +32,9 @@ def plot(
     kind: Annotated[
         str | None,
         typer.Option(
-            "--kind", help="overview, history, orbit, spectrum, portrait or mechanism.", show_default=False
+            "--kind",
+            help="overview, history, orbit, spectrum, waterfall, portrait, mechanism.",
+            show_default=False,
         ),
     ] = None,
     signal: Annotated[
@@ -61,7 +63,7 @@ def plot(
         raise InputError(
             Fault("--kind", chosen, "must be a kind of picture", did_you_mean(chosen, KINDS, "Kinds"))
         )
-    if signal and chosen not in ("history", "spectrum"):
+    if signal and chosen not in ("history", "spectrum", "waterfall"):
         raise InputError(
             Fault("--signal", signal[0], f"has no meaning for {chosen}", "Leave it out, or use --at")
         )
@@ -154,6 +156,13 @@ def _spectrum(result: Result, names: list[str], at: str | None, window: tuple[fl
     return spectrum_figure(result, choose(result, names, at, kind="spectrum"), window)
 
 
+def _waterfall(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    from gearplay.results.choice import choose
+    from gearplay.results.waterfall import waterfall_figure
+
+    return waterfall_figure(result, *choose(result, names, at, kind="spectrum")[0], window)
+
+
 def _orbit(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
     from gearplay.results.figures import orbit_figure
 
@@ -190,6 +199,7 @@ KINDS: dict[str, Callable[[Any, list[str], str | None, tuple[float, float]], Any
     "history": _history,
     "orbit": _orbit,
     "spectrum": _spectrum,
+    "waterfall": _waterfall,
     "portrait": _portrait,
     "mechanism": _mechanism,
 }

@@ -64,6 +64,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
             if SEAL in dataset.attrs and not sealed:
                 raise _refusal(path, "it was changed or cut off after it was written")
             found = dataset.load()
+            found.attrs.pop(SEAL, None)  # of the file, not of what is in it
     except InputError:
         raise
     except RecursionError:

@@ -7,6 +7,7 @@ from pydantic import BaseModel
 
 from gearplay.model.case import Case
 from gearplay.model.fields import HertzStiffness, Measure
+from gearplay.model.item_names import numbered
 from gearplay.vocabulary.quantities import hertz_stiffness
 
 
@@ -19,7 +20,7 @@ def unit_at(case: Case, path: str) -> str:
     """
     place: Any = case
     holder, field = case, ""
-    for part in path.split("."):
+    for part in numbered(case, path).split("."):
         if isinstance(place, BaseModel):
             holder, field = place, part  # type: ignore[assignment]
             place = getattr(place, part, None)

@@ -6,6 +6,7 @@ import tomllib
 from typing import Any, Final
 
 from gearplay.model.case import Case
+from gearplay.model.item_names import LISTS, item_names, numbered
 from gearplay.model.toml_files import DEEPEST, plain_copy, text_depth
 from gearplay.model.wording import did_you_mean, known_fields
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, shorten
@@ -57,7 +58,7 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
     Tables that a file may leave out are made on the way; whether the last name is a field is for validation
     to say, which knows the nearest one.
     """
-    parts = [part.strip() for part in path.split(".")]
+    parts = [part.strip() for part in numbered(document, path).split(".")]
     if len(parts) > DEEPEST or not all(parts):
         return Fault(
             join_path(parts[:DEEPEST]), NO_VALUE, "is not a path of a field", "Write names with single dots"
@@ -69,7 +70,11 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
             if not part.isdecimal() or len(part) > 6 or int(part) >= len(place):
                 count = f"has {len(place)} {'item' if len(place) == 1 else 'items'}, counted from 0"
                 rule = f"no such item: {join_path(parts[:index])} {count}"
-                return Fault(join_path(parts[: index + 1]), NO_VALUE, rule, "Correct the number")
+                names = item_names(document, parts[0]) if index == 1 and parts[0] in LISTS else []
+                cure = (
+                    f"Write its number or its name: {', '.join(names[:8])}" if names else "Correct the number"
+                )
+                return Fault(join_path(parts[: index + 1]), NO_VALUE, rule, cure)
             if last:
                 place[int(part)] = value
             else:

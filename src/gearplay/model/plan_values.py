@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearplay.model.case import Case
+from gearplay.model.item_names import numbered
 from gearplay.model.reading import replace
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -21,7 +22,7 @@ def changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
 def value_at(document: Any, path: str) -> Any:
     """Return the value at a dotted path of a resolved case; `InputError` where there is none."""
     value = document
-    for part in path.split("."):
+    for part in numbered(document, path).split("."):
         try:
             value = value[int(part)] if isinstance(value, list) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):

@@ -14,6 +14,7 @@ from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import JOINTS, NO_ROTORS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import FrozenTable, Part
+from gearplay.model.item_names import numbered
 from gearplay.model.members import with_members
 from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
@@ -83,7 +84,8 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
     case
         What to start from.
     changes
-        New values by path, as numbers in SI, text with a unit, or tables; None removes an optional value.
+        New values by path (``meshes.pinion-ring.backlash`` or ``meshes.0.backlash``), as numbers in SI, text with a unit, or
+        tables; None removes an optional value.
 
     Returns
     -------
@@ -120,7 +122,7 @@ def _opened(case: Case, paths: Iterable[str]) -> dict[str, Any]:
     document = _fields(case)
     for path in paths:
         place: Any = document
-        for part in map(str.strip, path.split(".")):
+        for part in map(str.strip, numbered(case, path).split(".")):
             at: Any = part
             if isinstance(place, list):
                 at = int(part) if part in map(str, range(len(place))) else None

@@ -14,6 +14,7 @@ PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#189
 SMALL, TEXT = 7.5, 8.5  # points; a page 900 px wide shows figures of 9 inches
 WIDTH = 9.0  # inches
 DPI = 130
+LETTERS = 11  # of a title, an inch
 MOST_NAMES = 24  # entries of a legend
 
 
@@ -42,8 +43,9 @@ def to_bytes(figure: Any, form: str) -> bytes:
 
 
 def set_title(figure: Any, text: str) -> None:
-    """Set a figure's title, in lines of at most 100 characters."""
-    figure.suptitle(plain("\n".join(textwrap.wrap(text, 100))), fontsize=9.5)
+    """Set a figure's title, in lines that fit its width."""
+    wide = int(LETTERS * figure.get_figwidth())
+    figure.suptitle(plain("\n".join(textwrap.wrap(text, wide))), fontsize=9.5)
 
 
 def set_legend(figure: Any, handles: Mapping[str, Any]) -> None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.canvas import SMALL
+from gearplay.pictures.canvas import SMALL, set_title
 from gearplay.pictures.gears import (
     magnification,
     outline,
@@ -85,7 +85,7 @@ class Stage:
         self.panes = [self._pane(self.figure.add_subplot(grid[:, 0]), self._whole(), turning=True)]
         for row, look in enumerate(looks):
             self.panes.append(self._pane(self.figure.add_subplot(grid[row, 1]), look, turning=False))
-        self.figure.suptitle(plain(title), fontsize=9.5)
+        set_title(self.figure, title)
         self.clock = self.figure.text(
             0.5, 0.005, "", fontsize=SMALL, ha="center", va="bottom", family="monospace", color=SOFT
         )

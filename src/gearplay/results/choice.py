@@ -145,11 +145,11 @@ def stretch(result: "Result", window: tuple[float | None, float | None] | None) 
     high = last if window[1] is None else window[1]
     step = 1.0 / result.sampling
     shown = f"{low:.9g}s:{high:.9g}s"
-    if not low < high:
-        raise InputError(Fault("--window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
-    if low < first - step or high > last + 1.5 * step:
+    if not all(first - step <= end <= last + 1.5 * step for end in (low, high)):
         rule = f"must lie within the result, {first:.6g} to {last:.6g} s"
         raise InputError(Fault("--window", shown, rule, "Choose another, or simulate longer"))
+    if not low < high:
+        raise InputError(Fault("--window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
     if np.count_nonzero((time >= low - 0.5 * step) & (time <= high + 0.5 * step)) < 2:
         rule = f"must hold two samples or more; they are {step:.3g} s apart"
         raise InputError(Fault("--window", shown, rule, "Choose a longer one"))

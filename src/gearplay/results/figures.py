@@ -49,7 +49,7 @@ def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: b
             t, v = cut(result, signal, label, span)
             plot_curve(ax, t, factor * v, "", color=COUPLED)
             ax.set_xlim(*span)
-            ax.set_xlabel("time [s]" if row is axes[-1] else "", fontsize=SMALL)
+            ax.set_xlabel("time [s]" if (signal, label) == chosen[-1] else "", fontsize=SMALL)
             ax.locator_params(axis="y", nbins=5)
             ax.locator_params(axis="x", nbins=5 if columns == 2 else 9)
         _name(row[0], signal, label, unit)
@@ -94,7 +94,7 @@ def _title(figure: Any, result: "Result", what: str, window: Window, beside: str
     set_title(figure, text.replace(" um", " µm"))
 
 
-def _key(case: Any) -> str:
+def key_of(case: Any) -> str:
     """Return which mesh is which where several frequencies are marked."""
     names = mesh_names(case)
     return "; " + ", ".join(f"{short} of {mesh}" for short, mesh in names.items()) if len(names) > 1 else ""
@@ -146,7 +146,7 @@ def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest
         ax.set_xlabel("")
     beside = f", rms average of {result.members} members" if result.members > 1 else ""
     what = "amplitude spectra" if len(chosen) > 1 else "amplitude spectrum"
-    _title(figure, result, what, window, beside + _key(result.case))
+    _title(figure, result, what, window, beside + key_of(result.case))
     return figure
 
 
@@ -210,7 +210,7 @@ def overview_figure(result: "Result", window: Window) -> Any:
     _one_history(axes[1, 0], result, *(second if moves(result, *second) else fast), window)
     heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
     draw_spectrum(axes[1, 1], result, *heard, window)
-    _title(figure, result, "overview", window, _key(case))
+    _title(figure, result, "overview", window, key_of(case))
     return figure
 
 

@@ -113,6 +113,13 @@ def _mark(ax: "Axes", table: LineTable) -> None:
     ax.legend(fontsize=7, framealpha=0.9, loc="upper right")
 
 
+def _from_zero(ax: "Axes", values: Floats) -> None:
+    """Let an ordinate begin at 0, where a curve that is all 0 would not be seen: it is said."""
+    ax.set_ylim(bottom=0.0)
+    if not np.any(np.asarray(values) > 0.0):
+        ax.text(0.5, 0.5, "0 throughout", transform=ax.transAxes, ha="center", va="center", fontsize=9)
+
+
 def plot_envelope_spectrum(
     ax: "Axes", result: EnvelopeSpectrum, *, highest: float | None = None, color: str = COUPLED
 ) -> "Axes":
@@ -122,7 +129,7 @@ def plot_envelope_spectrum(
     ax.plot(
         *extremes(s.frequency[kept][1:], s.values[kept][1:], MOST_POINTS // 2), color=color, linewidth=0.7
     )
-    ax.set_ylim(bottom=0.0)
+    _from_zero(ax, s.values[kept][1:])
     ax.set_xlim(0.0, float(s.frequency[kept][-1]))
     return _finish(ax, "frequency [Hz]", f"envelope amplitude [{shown_unit(s.unit)}]", result.caption, s.name)
 
@@ -179,7 +186,7 @@ def plot_order_tracks(ax: "Axes", result: OrderTracks) -> "Axes":
         ax.plot(
             result.time if steady else speed, amplitude, linewidth=1.0, marker=".", label=f"order {order:g}"
         )
-    ax.set_ylim(bottom=0.0)
+    _from_zero(ax, result.amplitude)
     ax.legend(fontsize=7)
     horizontal = "time [s]" if steady else "speed of the shaft [rpm]"
     return _finish(ax, horizontal, f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)

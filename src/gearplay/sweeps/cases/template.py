@@ -5,6 +5,7 @@ import json
 from typing import Any
 
 from gearplay.model.case import Case
+from gearplay.model.item_names import numbered
 from gearplay.model.plan_values import changed, value_at
 from gearplay.model.policy import LIMITS
 from gearplay.model.reading import load_case, replace
@@ -67,7 +68,7 @@ class Template:
         document = self.base.identity()
         for at, (path, _, _) in enumerate(self.fields):
             place: Any = document
-            *way, last = path.split(".")
+            *way, last = numbered(document, path).split(".")
             for part in way:
                 place = place[int(part)] if isinstance(place, list) else place[part]
             place[int(last) if isinstance(place, list) else last] = f"{MARK}{at}{MARK}"

@@ -1,0 +1,146 @@
+"""What a figure must hold whatever it shows: ink in all axes, no text cut off or over another, names and units at the axes."""
+
+import re
+import warnings
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+LEAST_INK = 20
+"""Dark pixels within the axes of a figure at 100 dots an inch."""
+DARK = 0.82
+"""A pixel whose darkest channel is below it is ink; grids are lighter."""
+EDGE = 3
+"""Pixels along the axes' border that are frame and ticks."""
+NUMBER = re.compile(r"[-−+0-9.,eE ×%]+|\$.*\$")
+PURE = ("number", "order", "share", "factor", "member", "rank", "probability", "trial", "coherence", "ratio")
+"""Words of what has no unit."""
+
+
+def faults_of(figure: Any) -> list[str]:
+    """Return what is wrong with a figure, as sentences."""
+    before, canvas_before = figure.dpi, figure.canvas
+    figure.set_dpi(100)
+    canvas = FigureCanvasAgg(figure)
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
+            canvas.draw()  # finds the layout
+            texts, pixels = _drawn(figure, canvas)
+        boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts]
+        found = _cut(figure, boxes) + _overlaps(boxes) + _blank(figure, pixels) + _offsets(figure, texts)
+        return found + _unnamed(figure, {id(text) for text in texts})
+    finally:
+        figure.set_dpi(before)
+        figure.set_canvas(canvas_before)
+
+
+def _drawn(figure: Any, canvas: Any) -> tuple[list[Any], Any]:
+    """Draw, and return the texts that were drawn and the pixels, shape [row, column, channel], from 0 to 1."""
+    renderer = canvas.get_renderer()
+    renderer.clear()
+    texts: dict[int, Any] = {}
+    draw_text = renderer.draw_text
+
+    def record(gc: Any, x: Any, y: Any, s: str, *more: Any, **named: Any) -> None:
+        text = named.get("mtext")
+        if text is not None and s.strip():
+            texts[id(text)] = text
+        draw_text(gc, x, y, s, *more, **named)
+
+    renderer.draw_text = record
+    try:
+        figure.draw(renderer)
+    finally:
+        del renderer.draw_text
+    return list(texts.values()), np.asarray(renderer.buffer_rgba())[::-1, :, :3] / 255.0
+
+
+def _shown(text: Any) -> str:
+    return repr(text.get_text()[:40])
+
+
+def _cut(figure: Any, boxes: list[tuple[Any, Any]]) -> list[str]:
+    whole, found = figure.bbox, []
+    for text, box in boxes:
+        room = whole
+        if text.get_clip_on() and text.get_clip_box() is not None:
+            room = text.get_clip_box()
+        out = max(room.x0 - box.x0, box.x1 - room.x1, room.y0 - box.y0, box.y1 - room.y1)
+        if out > 2.0:
+            found.append(f"{_shown(text)} is cut off by {out:.0f} pixels")
+    return found
+
+
+def _overlaps(boxes: list[tuple[Any, Any]]) -> list[str]:
+    found = []
+    for (a, one), (b, other) in combinations(boxes, 2):
+        wide = min(one.x1, other.x1) - max(one.x0, other.x0)
+        high = min(one.y1, other.y1) - max(one.y0, other.y0)
+        if wide > 2.0 and high > 2.5 and not {a.get_rotation() % 90.0, b.get_rotation() % 90.0} - {0.0}:
+            found.append(f"{_shown(a)} lies over {_shown(b)}")
+    return found
+
+
+def _panels(figure: Any) -> list[Any]:
+    """Return all visible axes, insets too, that have a frame."""
+    every = list(figure.axes)
+    for ax in figure.axes:
+        every += [child for child in ax.child_axes if child not in every]
+    return [ax for ax in every if ax.get_visible() and ax.axison]
+
+
+def _blank(figure: Any, pixels: Any) -> list[str]:
+    found = []
+    for ax in _panels(figure):
+        box = ax.get_window_extent()
+        rows = slice(int(box.y0) + EDGE, int(box.y1) - EDGE)
+        inside = pixels[rows, int(box.x0) + EDGE : int(box.x1) - EDGE]
+        if np.count_nonzero(inside.min(axis=2) < DARK) < LEAST_INK:
+            found.append(
+                f"the axes {ax.get_title(loc='left') or ax.get_title() or ax.get_ylabel()!r} are blank"
+            )
+    return found
+
+
+def _offsets(figure: Any, texts: list[Any]) -> list[str]:
+    drawn = {id(text) for text in texts}
+    offsets = [axis.offsetText for ax in _panels(figure) for axis in (ax.xaxis, ax.yaxis)]
+    return [f"an axis has the offset {_shown(each)}" for each in offsets if id(each) in drawn]
+
+
+def _unnamed(figure: Any, drawn: set[int]) -> list[str]:
+    """Return the axes with numbers at which no name with a unit stands, nor at one in the same column or row."""
+    found, panels = [], _panels(figure)
+    insets = {id(child) for ax in figure.axes for child in ax.child_axes}
+    for ax in panels:
+        if id(ax) in insets:
+            continue
+        for way in "xy":
+            axis = getattr(ax, f"{way}axis")
+            labels = [label.get_text() for label in axis.get_ticklabels() if id(label) in drawn]
+            if not labels or not all(NUMBER.fullmatch(label) for label in labels):
+                continue
+            beside = [each for each in panels if _same(ax, each, way)]
+            names = [getattr(each, f"{way}axis").get_label().get_text() for each in beside]
+            names.append(
+                getattr(figure, f"_sup{way}label").get_text() if getattr(figure, f"_sup{way}label") else ""
+            )
+            words = " ".join(names)
+            if not words.strip():
+                found.append(f"the {way} axis of {ax.get_title(loc='left') or ax.get_title()!r} has no name")
+            elif not any(mark in words for mark in "[%]°") and not any(
+                word in words.lower() for word in PURE
+            ):
+                found.append(f"the {way} axis {words!r} has no unit")
+    return found
+
+
+def _same(one: Any, other: Any, way: str) -> bool:
+    """Return whether two axes share a column (for x) or a row (for y)."""
+    a, b = one.get_position(), other.get_position()
+    if way == "x":
+        return abs(a.x0 - b.x0) < 0.02 and abs(a.x1 - b.x1) < 0.02
+    return abs(a.y0 - b.y0) < 0.02 and abs(a.y1 - b.y1) < 0.02
