@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study test test-all test-beyond verification lint format bench docs clean
+.PHONY: help study extras test test-all test-beyond verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -24,12 +24,18 @@ $(VENV)/dev.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@ $(VENV)/user.stamp
 
+$(VENV)/extras.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[all]'
+	@touch $@ $(VENV)/user.stamp
+
 $(VENV)/docs.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@ $(VENV)/user.stamp
 
 study: $(VENV)/user.stamp ## set up, then reproduce the article's study into out/han2021/
 	$(BIN)/gearplay study han2021 --out out/han2021 --overwrite
+
+extras: $(VENV)/extras.stamp ## add what calibrate, serve, Sobol indices, clusters, PDF and some file formats need
 
 test: $(VENV)/dev.stamp ## set up, then run the tests: the whole width at small size
 	$(BIN)/python -m pytest $(SPREAD)

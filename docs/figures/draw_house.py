@@ -14,7 +14,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "gearplay"
 OUT = Path(__file__).with_name("house.svg")
-LEVELS = {"cli": "doors", "published": "wings", "results": "foundations", "solver": "core"}
+LEVELS = {"__main__": "doors", "published": "wings", "results": "foundations", "solver": "core"}
 COLORS = {"doors": "#e8eef6", "wings": "#dfeee4", "foundations": "#f6efdd", "core": "#efe6f3"}
 
 

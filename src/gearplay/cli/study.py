@@ -52,9 +52,7 @@ def study(
     fit_drag: Annotated[
         bool, typer.Option("--fit-drag", help="Fit the assumed drag to the six measured f_r first (slow).")
     ] = False,
-    pdf: Annotated[
-        bool, typer.Option("--pdf", help="Write report.pdf too (pip install 'gearplay[pdf]').")
-    ] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf too, by typst (make extras).")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing report.")] = False,
     json: Json = False,
 ) -> None:

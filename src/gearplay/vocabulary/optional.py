@@ -1,6 +1,8 @@
 """Libraries that only some commands need: asked for by name, with the command that installs them."""
 
+import sys
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
@@ -17,5 +19,15 @@ def load_optional(module: str, extra: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0]:
             raise
-        cure = f"Run: pip install 'gearplay[{extra}]'"
-        raise InputError(Fault(module, NO_VALUE, "is needed for this and not installed", cure)) from None
+        raise InputError(
+            Fault(module, NO_VALUE, "is needed for this and not installed", cure_for(extra))
+        ) from None
+
+
+def cure_for(extra: str) -> str:
+    """Return the one command that adds an optional part where gearplay runs: that of the clone which has made its environment."""
+    environment = Path(sys.prefix)
+    clone = environment.parent
+    if environment.name == ".venv" and (clone / "Makefile").is_file() and (clone / "src/gearplay").is_dir():
+        return "Run: make extras" if clone == Path.cwd() else f"Run: make -C {clone} extras"
+    return f"Run: {sys.executable} -m pip install 'gearplay[{extra}]'"

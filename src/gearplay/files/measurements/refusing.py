@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError, MeasurementError, shorten
+from gearplay.vocabulary.optional import cure_for
 
 LARGEST_FILE: Final = 4 * 2**30
 """Largest file that is read [bytes]."""
@@ -76,7 +77,7 @@ def need(module: str, package: str, path: Path) -> ModuleType:
             "file",
             shorten(path.name),
             f"needs the package {package}, which is not installed",
-            "Run: pip install 'gearplay[measurements]'",
+            cure_for("measurements"),
         )
         raise InputError([fault]) from None
 

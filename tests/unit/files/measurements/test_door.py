@@ -16,6 +16,7 @@ from gearplay.files.measurements import door, mdf4_signals, read_measurement, re
 from gearplay.files.measurements.building import Request, make_channel
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, ResourceError
+from gearplay.vocabulary.optional import cure_for
 
 RECORD = Record(
     (
@@ -125,7 +126,7 @@ def test_a_missing_package_is_named_with_its_cure(
     with pytest.raises(InputError) as caught:
         mdf4_signals.read(Request(path, 1)) if suffix == ".mf4" else read_measurement(path)
     assert "is not installed" in str(caught.value)
-    assert "pip install 'gearplay[measurements]'" in str(caught.value)
+    assert cure_for("measurements") in str(caught.value)
 
 
 def test_other_formats_need_no_optional_package(csv_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
