@@ -25,7 +25,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Return a short result of each bundled case."""
     folder = tmp_path_factory.mktemp("results")
     for name in bundled_names():
-        gp.simulate(name, duration=0.3, sampling=2e4).save(folder / f"{name}.nc")
+        gp.simulate(name, duration=0.7, sampling=2e4).save(folder / f"{name}.nc")
     return {name: folder / f"{name}.nc" for name in bundled_names()}
 
 
