@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearplay.cli.interrupts import interruptible
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.plot import Run, Window, result_in, window_of
-from gearplay.cli.progress import interruptible, progress_bar
+from gearplay.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     import threading

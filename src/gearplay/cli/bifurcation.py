@@ -7,10 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.arguments import CaseName, Changes, Period, period_of
-from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
-from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
+from gearplay.vocabulary.exit_codes import PARTLY
 
 
 def register(app: typer.Typer) -> None:
@@ -118,8 +119,7 @@ def bifurcation(
                     document |= {"tree": str(tree), "branches": _listed(trees)}
     except KeyboardInterrupt:
         said = f"{data} is written, its branches are not" if written else "nothing was written"
-        say(f"Interrupted: {said}.")
-        raise typer.Exit(INTERRUPTED) from None
+        raise CommandInterruptedError(f"Interrupted: {said}.") from None
     print_json(document) if json else print_text(_words(document))
     if document["failed"] or "branches_error" in document:
         raise typer.Exit(PARTLY)

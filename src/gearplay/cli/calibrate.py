@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
-from gearplay.vocabulary.exit_codes import INTERRUPTED
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compile_kernels, progress_bar
 
 
 def register(app: typer.Typer) -> None:
@@ -58,8 +58,9 @@ def calibrate(
                         loaded, folder, records=plan_folder(plan), progress=report, stop=stop
                     ).document
         except KeyboardInterrupt:
-            say(f"Interrupted. Finished trials are kept in {folder}: the same command goes on there.")
-            raise typer.Exit(INTERRUPTED) from None
+            raise CommandInterruptedError(
+                f"Interrupted. Finished trials are kept in {folder}: the same command goes on there."
+            ) from None
     if json:
         print_json(document)
     else:

@@ -10,6 +10,7 @@ from typing import Annotated, Final, Protocol
 
 import typer
 
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
 from gearplay.cli.output import error_document, print_json, say_error
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
@@ -94,7 +95,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
-    sys.exit(run([word for word in words if word != "--debug"], debug=debug))
+    code = run([word for word in words if word != "--debug"], debug=debug)
+    leave_at_once(code)
+    sys.exit(code)
 
 
 def run(words: Sequence[str], *, debug: bool = False) -> int:
@@ -103,20 +106,31 @@ def run(words: Sequence[str], *, debug: bool = False) -> int:
     With `debug`, errors are raised as they are.
     """
     wants_json = "--json" in words
-    try:
-        code = app(args=list(words) or ["--help"], prog_name="gearplay", standalone_mode=False)
-        sys.stdout.flush()
-        return code if isinstance(code, int) else DONE
-    except (KeyboardInterrupt, typer.Abort):
-        say_error("Interrupted.")
-        return INTERRUPTED
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains at exit
-        return 0
-    except Exception as error:
-        if debug:
-            raise
-        return _report(error, wants_json)
+    with interruptible() as stop:
+        try:
+            code = app(args=list(words) or ["--help"], prog_name="gearplay", standalone_mode=False)
+            sys.stdout.flush()
+            if code == INTERRUPTED:  # what typer makes of Ctrl-C
+                return _interrupted()
+            return code if isinstance(code, int) else DONE
+        except (KeyboardInterrupt, typer.Abort):
+            return _interrupted()
+        except BrokenPipeError:
+            os.dup2(
+                os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+            )  # or the interpreter complains at exit
+            return 0
+        except Exception as error:
+            if stop.is_set() and not isinstance(error, CommandInterruptedError):  # what a library made of it
+                return _interrupted()
+            if debug:
+                raise
+            return _report(error, wants_json)
+
+
+def _interrupted() -> int:
+    say_error("Interrupted.")
+    return INTERRUPTED
 
 
 def _report(error: Exception, wants_json: bool) -> int:

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.arguments import CaseName, Changes, Period, period_of
-from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
-from gearplay.vocabulary.exit_codes import INTERRUPTED
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compile_kernels, progress_bar
 
 
 def register(app: typer.Typer) -> None:
@@ -48,8 +48,7 @@ def motion(
                 stop=stop,
             )
     except KeyboardInterrupt:
-        say("Interrupted: nothing can be said yet.")
-        raise typer.Exit(INTERRUPTED) from None
+        raise CommandInterruptedError("Interrupted: nothing can be said yet.") from None
     document = _document(base, found)
     print_json(document) if json else print_text(_words(document))
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,22 +12,6 @@ from gearplay.vocabulary.progress import Progress as Told
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-
-
-@contextmanager
-def interruptible() -> Iterator[threading.Event]:
-    """Yield an event that Ctrl-C sets before it raises: libraries may swallow the exception, not the event."""
-    stop = threading.Event()
-
-    def interrupt(signum: int, frame: object) -> None:
-        stop.set()
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield stop
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.arguments import CaseName, Changes
+from gearplay.cli.interrupts import interruptible
 from gearplay.cli.output import Json, print_json, print_text, say_error
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
+from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
+from gearplay.vocabulary.exit_codes import PARTLY
 
 if TYPE_CHECKING:
     from gearplay.published.settings import Settings
@@ -107,8 +108,9 @@ def _one(
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
             document = _written(settings, folder, points, fit, pdf, report, stop)
     except KeyboardInterrupt:
-        say(f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there.")
-        raise typer.Exit(INTERRUPTED) from None
+        raise CommandInterruptedError(
+            f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there."
+        ) from None
     return {
         **document,
         "report": str(folder / "report.html"),

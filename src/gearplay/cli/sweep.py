@@ -7,10 +7,11 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.output import Json, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, interruptible, progress_bar
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
+from gearplay.vocabulary.exit_codes import PARTLY
 
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads or processes; the cores.")]
 EngineKind = Annotated[str, typer.Option("--engine", help="threads or processes.")]
@@ -160,8 +161,9 @@ def _run(
                     found = answer(made, product, folder, engine=chosen, progress=report, stop=stop)
                     document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
         except KeyboardInterrupt:
-            say(f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there.")
-            raise typer.Exit(INTERRUPTED) from None
+            raise CommandInterruptedError(
+                f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there."
+            ) from None
     print_json(document) if json else print_text(_words(document))
     if document["failed"] or document["missing"]:
         raise typer.Exit(PARTLY)

@@ -131,15 +131,25 @@ def run_processes(
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Keep Ctrl-C from processes that are started meanwhile; this one hears of it afterwards."""
+    """Keep Ctrl-C from processes that are started meanwhile, and from the start itself; this one hears of it afterwards.
+
+    A mask alone would not do: another thread takes the signal, and Python raises in the main one all the same.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    heard: list[int] = []
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, lambda signum, _: heard.append(signum)) if main else None
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if main:
+            signal.signal(signal.SIGINT, handler if handler is not None else signal.SIG_DFL)
+        if heard:
+            signal.raise_signal(signal.SIGINT)
 
 
 def _live_with(life: Connection) -> None:
