@@ -70,6 +70,20 @@ tolerance = 1e-7
 """
 
 
+KEPT = (
+    "name",
+    "unit",
+    "shown_unit",
+    "shown_factor",
+    "scale",
+    "searched",
+    "best",
+    "low",
+    "high",
+    "identified",
+)
+
+
 def shown(best: dict[str, float]) -> dict[str, float]:
     """Return the best values in the units of the text."""
     micro = ("pinion_runout", "ring_runout", "tooth_error", "tooth_error_2")
@@ -97,10 +111,7 @@ def fit_part(fit: dict[str, Any]) -> dict[str, Any]:
             }
             for each in fit["held_out"]
         },
-        "parameters": [
-            {k: p[k] for k in ("name", "unit", "scale", "searched", "best", "low", "high", "identified")}
-            for p in fit["parameters"]
-        ],
+        "parameters": [{k: p[k] for k in KEPT} for p in fit["parameters"]],
     }
 
 
