@@ -127,6 +127,8 @@ def draw_cells(ax: Any, x: Floats, y: Floats, table: Floats, norm: Any) -> Any:
     shown = np.maximum(table, norm.vmin)
     ax.set_facecolor(GREY)
     ax.grid(False)
+    if not np.isfinite(table).any():
+        ax.text(0.5, 0.5, "no number", transform=ax.transAxes, ha="center", va="center", fontsize=SMALL)
     return ax.pcolormesh(x, y, np.ma.masked_invalid(shown), norm=norm, cmap=MAP, rasterized=True)
 
 
@@ -166,8 +168,6 @@ def map_figure(view: View, name: str, across: str, up: str) -> bytes | None:
         draw_failed(ax, x, y, failed)
         if failed.any():
             handles["failed"] = _patch()
-        elif not np.isfinite(table).any():
-            ax.text(0.5, 0.5, "no number", transform=ax.transAxes, ha="center", va="center", fontsize=SMALL)
         scale_axis(ax, x_axis, label=number >= len(flat) - columns)
         scale_axis(ax, y_axis, up=True, label=number % columns == 0)
         ax.tick_params(
