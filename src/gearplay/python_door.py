@@ -1,13 +1,16 @@
 """What `import gearplay` offers: where each public name lives, and reading any saved answer back."""
 
 import os
+from functools import cache
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
 from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import read_dataset
+from gearplay.vocabulary.arguments import guarded
 from gearplay.vocabulary.errors import Fault, InputError
 
 HOMES: Final = MappingProxyType(
@@ -77,9 +80,24 @@ ANSWERS: Final = MappingProxyType(
 """Class of each kind of saved answer."""
 
 
+@cache
 def public(name: str) -> Any:
-    """Return a public name's object."""
-    return getattr(import_module(f"gearplay.{HOMES[name]}"), name)
+    """Return a public name's object; functions check their arguments first."""
+    found = getattr(import_module(f"gearplay.{HOMES[name]}"), name)
+    return guarded(found, _seconds) if isfunction(found) else found
+
+
+def _seconds(name: str, text: str) -> float:
+    """Return a time that an argument gives as text, such as ``"10 ms"`` [s]."""
+    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.vocabulary.quantities import TIME
+
+    try:
+        return parse_quantity(text, TIME)
+    except UnitError as error:
+        raise InputError(
+            Fault(name, text, error.rule, "Write for example 10 ms, or a number of seconds")
+        ) from None
 
 
 def read_result(path: str | os.PathLike[str]) -> Any:

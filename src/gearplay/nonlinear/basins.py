@@ -17,6 +17,7 @@ from gearplay.pictures.words import axis_label
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 from gearplay.vocabulary.progress import Tick
@@ -153,8 +154,15 @@ def basins_of_attraction(
         raise InputError(Fault("second", second.name, "must be another entry than the first", "Choose one"))
     if settle < 1:
         raise InputError(Fault("settle", settle, "must be 1 or more", "Raise it"))
+    total = first.count * second.count
+    check_work(
+        "basins",
+        flow.packed,
+        seconds=total * settle * step,
+        numbers=total * 2.0 * MOST_ORDER * len(flow.free),
+    )
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
-    start, total = flow.start(), axes[0].size * axes[1].size
+    start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
     asked = stop or threading.Event()
 

@@ -19,6 +19,7 @@ from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.solver.trajectory import all_columns
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
@@ -160,7 +161,10 @@ def bifurcation_diagram(
     prepare(first)
     packed = Flow(first).packed
     names = Observables(packed, signals).names
-    section_period(packed, period)
+    span = (settle + keep) * section_period(packed, period) * values.size * len(directions)
+    check_work(
+        "bifurcation", packed, seconds=span, numbers=float(values.size) * len(directions) * keep * len(names)
+    )
     table = np.full((len(directions), values.size, keep, len(names)), np.nan)
     reasons = [[""] * values.size for _ in directions]
     asked = stop or threading.Event()

@@ -17,8 +17,12 @@ from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
 from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.cores import worker_count
+from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, listening, ticking
 from gearplay.vocabulary.renamed import renamed
+
+MOST_VALUES = 100_000
+"""Values of the parameter on one diagram."""
 
 
 def bifurcation(
@@ -85,6 +89,10 @@ def bifurcation(
 
     """
     base = case_of(case)
+    if len(values) > MOST_VALUES:
+        raise ResourceError(
+            f"bifurcation: {len(values)} values, more than {MOST_VALUES} on one diagram. Give fewer."
+        )
     numbers = [number_in_si(base, (path,), value, f"values.{at}") for at, value in enumerate(values)]
     found = bifurcation_diagram(
         along(base, path, keep_load=keep_load),

@@ -12,6 +12,7 @@ from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.results.answer import OfDataset, WasDataset
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -65,6 +66,12 @@ def portrait_of(
     step, parts = section_period(packed, period), PARTS
     with contextlib.suppress(InputError):  # of a mesh period where there is one
         parts = PARTS * max(1, min(100, round(step / section_period(packed, "mesh"))))
+    check_work(
+        "portrait",
+        packed,
+        seconds=(3 * settle + 2 * keep + show) * step,
+        numbers=20.0 * (keep + show * parts),
+    )
     path = stroboscopic_section(
         case, signals, keep=show * parts + 1, settle=settle * parts, period=step / parts, member=member
     )

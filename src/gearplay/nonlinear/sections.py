@@ -15,6 +15,7 @@ from gearplay.pictures.words import plain, shown_in
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -107,6 +108,7 @@ def stroboscopic_section(
             raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     flow = Flow(case)
     step = section_period(flow.packed, period)
+    check_work("section", flow.packed, seconds=(settle + keep) * step, numbers=keep * (len(signals) + 20.0))
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if settle:
         course.advance(settle * step)

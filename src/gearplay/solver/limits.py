@@ -74,3 +74,14 @@ def check_estimate(wanted: Estimate) -> None:
         raise ResourceError(
             f"run: {wanted} are more than the limit of {MAX_STEPS:.0e} steps. Shorten run.duration or lower run.ensemble."
         )
+
+
+def check_work(what: str, packed: Packed, *, seconds: float, numbers: float = 0.0) -> None:
+    """Raise `ResourceError` for a study of motions, ``seconds`` of them with ``numbers`` kept, that nobody should start."""
+    steps, held = STEPS_PER_SECOND * max(1, packed.system.records[MESH].size) * seconds, 8.0 * numbers
+    if held > MAX_BYTES or steps > MAX_STEPS:
+        raise ResourceError(
+            f"{what}: {seconds:.2g} s of motion, about {steps:.2g} steps, {held / 1e9:.2g} GB,"
+            f" {steps / STEPS_PER_WALL_SECOND:.2g} s on one core, are more than the limits of {MAX_STEPS:.0e} steps and"
+            f" {MAX_BYTES / 1e9:.0f} GB. Ask for fewer periods, points or seconds."
+        )

@@ -14,6 +14,7 @@ from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.tabled import Column, Tabled
 from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Tick
 
@@ -114,6 +115,7 @@ def lyapunov_exponents(
     lead = case.run.transient if transient is None else transient
     if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
         raise InputError(Fault("duration", span, "must be above 0 s, transient 0 s or more", "Correct it"))
+    check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
     whole = number == most and not remembers
     return _exponents(flow, member, lead, span, number, whole=whole, progress=progress)

@@ -20,6 +20,7 @@ from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.solver.flow import Flow
+from gearplay.solver.limits import check_work
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
@@ -195,6 +196,8 @@ def identify_motion(
     tell = progress or (lambda what, done, total: None)
     flow = Flow(case)
     step = section_period(flow.packed, period)
+    seconds = (settle + periods) * step * (1 + ensemble)
+    check_work("motion", flow.packed, seconds=seconds, numbers=20.0 * periods * (1 + ensemble))
     samples, swing = _section(flow, step, periods, settle, tell, stop)
     resolution = TRUSTED * case.run.tolerance * flow.natural[flow.free]
     value, half, known = math.nan, math.nan, None

@@ -1,0 +1,212 @@
+"""Public functions with hostile arguments: each answers, or refuses with an error of gearplay's own, soon."""
+
+import inspect
+import math
+import random
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from depth import sized
+from gearplay.vocabulary.errors import GearplayError
+
+CALLS = sized(5000)
+LONGEST = 3.0
+"""Of one call [s]: longer work is stopped, as Ctrl-C would."""
+SOON = 15.0
+"""When what is stopped has to end [s], on a busy machine."""
+SHORT = {"run.duration": 0.01, "run.transient": 0.0, "run.sampling": 1e4}
+PLAN = {
+    "title": "small",
+    "case": "han2021",
+    "sensor": {"rotor": "ring"},
+    "parameters": [
+        {"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"}
+    ],
+    "models": [{"name": "coupled", "set": {"backlash_model": "coupled"}}],
+    "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
+    "effort": {
+        "evaluations": 8,
+        "startup": 8,
+        "polish": 0,
+        "polish_members": 2,
+        "check_members": 2,
+        "seed": 3,
+    },
+    "targets": [{"kind": "line", "name": "mesh", "order": 1, "search": 0.1}],
+    "conditions": [
+        {
+            "name": "slow",
+            "set": {"rotors.pinion.drive.speed": "60 rpm"},
+            "measured": {"mesh": {"amplitude": 0.004}},
+        }
+    ],
+}
+
+
+def valid(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return arguments of each public function that work, so small that a call is short."""
+    short = gp.replace(gp.load_case("han2021"), SHORT)
+    pair = gp.torsional_pair(0.8, mean_force=0.1, force=0.05)
+    backlash = "meshes.0.backlash"
+    record = gp.Record((gp.Channel("acc", np.sin(np.arange(256.0)), 1000.0, "m/s^2"),))
+    gp.write_record(record, folder / "record.h5")
+    gp.simulate(short).save(folder / "run.nc")
+    force, at = "pinion-ring.transmission_error", ["ring.x"]
+    pressed = gp.load_case("external-pair")
+    return {
+        "basins": {
+            "case": pair,
+            "first": ("wheel.theta", -1e-3, 1e-3, 3),
+            "second": ("wheel.omega", -5.0, 5.0, 3),
+            "settle": 5,
+        },
+        "bifurcation": {
+            "case": short,
+            "path": backlash,
+            "values": ["90 um", "100 um"],
+            "signals": ["ring.x"],
+            "settle": 2,
+            "keep": 2,
+            "period": "mesh",
+        },
+        "branch": {"case": pair, "path": "run.duration", "low": 0.5, "high": 1.0, "settle": 5, "orbits": 3},
+        "branches": {"case": pair, "path": "run.duration", "low": 0.5, "high": 1.0, "settle": 5, "orbits": 3},
+        "calibrate": {"plan": PLAN, "folder": folder / "calibration"},
+        "campbell": {"case": pressed, "speeds": [10.0, 20.0]},
+        "check_case": {"case": short},
+        "frequency_response": {
+            "case": pressed,
+            "force": force.replace("pinion-ring", "input-output"),
+            "at": ["input.x"],
+            "frequencies": [10.0, 20.0],
+        },
+        "impacts": {"case": short, "signals": at, "contact": "ring", "duration": 0.05, "transient": 0.0},
+        "load_case": {"source": "han2021", "overrides": ["run.seed=3"]},
+        "load_plan": {"source": PLAN},
+        "load_sharing": {"source": "planetary-reducer"},
+        "lyapunov": {"case": pair, "count": 1, "duration": 0.5, "transient": 0.1},
+        "measure": {"case": short, "duration": 0.01, "transient": 0.0},
+        "modes": {"case": pressed},
+        "motion": {"case": pair, "periods": 100, "settle": 5, "ensemble": 4, "compare": False},
+        "periodic_orbit": {"case": pair, "settle": 20},
+        "planetary": {"name": "stage"},
+        "portrait": {"case": short, "settle": 2, "keep": 3, "show": 2},
+        "read_measurement": {"path": folder / "record.h5"},
+        "read_result": {"path": folder / "run.nc"},
+        "replace": {"case": short, "changes": {backlash: "120 um"}},
+        "section": {"case": short, "signals": at, "keep": 3, "settle": 1, "period": "mesh"},
+        "simulate": {"case": short, "ensemble": 2},
+        "sweep": {
+            "case": short,
+            "axes": {backlash: ["50 um", "100 um"]},
+            "reduce": [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}],
+        },
+        "torsional_pair": {"frequency": 0.8},
+        "write_record": {"record": record, "path": folder / "again.h5", "overwrite": True},
+    }
+
+
+def hostile(rng: random.Random) -> Any:
+    """Return a value that hardly any argument is made for."""
+    makers: list[Callable[[], Any]] = [
+        lambda: rng.choice(
+            [None, True, False, "", "x", "ring.x", "nan", "1 furlong", "\x00", "../..", "a" * 5000]
+        ),
+        lambda: rng.choice([0, -1, 1, 2, 7, 10**6, 10**12, 10**40, -(10**9)]),
+        lambda: rng.choice([0.0, -0.0, 0.5, -1.5, 1e-300, 1e-9, 1e9, 1e300, math.nan, math.inf, -math.inf]),
+        lambda: rng.choice(
+            [b"", b"bytes", 1j, Fraction(1, 3), object(), type, len, range(3), {1, 2}, slice(3)]
+        ),
+        lambda: rng.choice(
+            [[], [None], [[]], ["ring.x", 3], {}, {"a": 1}, {1: 2}, (), ("x", 0.0, 1.0, 2), [1e300]]
+        ),
+        lambda: rng.choice(
+            [np.nan, np.float32(1.5), np.int8(-3), np.array([]), np.zeros((2, 2)), np.array("text")]
+        ),
+        lambda: [hostile(rng) for _ in range(rng.randrange(3))],
+    ]
+    return rng.choice(makers)()
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Raise `TimeoutError` in what takes longer."""
+
+    def late(signum: int, frame: object) -> None:
+        raise TimeoutError(f"longer than {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    return valid(tmp_path_factory.mktemp("calls"))
+
+
+DOORS = [name for name in gp.__all__ if inspect.isfunction(getattr(gp, name))]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("door", DOORS)
+def test_a_function_answers_or_refuses(
+    door: str, calls: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    function, given = getattr(gp, door), calls[door]
+    if door not in ("branch", "branches", "calibrate", "planetary"):
+        function(**given)
+    names = list(inspect.signature(function).parameters)
+    rng = random.Random(door)
+    for _ in range(max(2, CALLS // len(DOORS))):
+        tried = dict(given)
+        for name in rng.sample(names, rng.choice([1, 1, 1, 2]) if len(names) > 1 else 1):
+            tried[name] = 3 if name == "progress" else hostile(rng)  # a function that fails is its author's
+        if rng.random() < 0.05:
+            tried[rng.choice(["setle", "x", "dur"])] = hostile(rng)
+        begun = time.monotonic()
+        try:
+            with within(LONGEST):
+                function(**tried)
+        except GearplayError:
+            continue
+        except TimeoutError:
+            assert time.monotonic() - begun < SOON, tried
+        except Exception as error:
+            changed = {name: value for name, value in tried.items() if given.get(name) is not value}
+            raise AssertionError(f"{door}({changed!r:.300}): {type(error).__name__}: {error}") from error
+
+
+ASKING = [
+    lambda: gp.section("han2021", ["ring.x"], keep=10**12),
+    lambda: gp.portrait("han2021", keep=10**9),
+    lambda: gp.bifurcation("han2021", "meshes.0.backlash", [1e-4] * 10**7, ["ring.x"]),
+    lambda: gp.basins("han2021", ("ring.x", -1e-4, 1e-4, 10**5), ("ring.y", -1e-4, 1e-4, 10**5)),
+    lambda: gp.lyapunov("han2021", duration=1e9),
+    lambda: gp.simulate("han2021", duration=1e6, ensemble=1000),
+    lambda: gp.motion("han2021", periods=10**12),
+]
+
+
+@pytest.mark.parametrize("ask", ASKING, ids=range(len(ASKING)))
+def test_what_would_take_for_ever_is_refused_with_an_estimate(ask: Callable[[], Any]) -> None:
+    with within(20.0), pytest.raises(gp.ResourceError, match=r"\d"):
+        ask()
+
+
+def test_every_function_is_tried(calls: dict[str, dict[str, Any]]) -> None:
+    assert set(DOORS) == set(calls)
