@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.renamed import with_new_names
 
 MOST: Final = 10**15
 """Largest count that is taken at all; what it would cost is for the function to say."""
@@ -124,22 +125,24 @@ class Has:
 
 @dataclass(frozen=True)
 class Numbers:
-    """A list or an array of finite numbers, of texts too where they are read further in."""
+    """A list or an array of finite numbers, of texts too where they are read further in, one alone where ``single``."""
 
     text: bool = False
+    single: bool = False
 
     def fault(self, value: object) -> str:
         """Return what is required where a value is something else, else nothing."""
         wanted = "must be a list of finite numbers" + (" or of texts" if self.text else "")
-        if isinstance(value, (str, bytes)) or not (
-            isinstance(value, Sequence) or hasattr(value, "__array__")
-        ):
+        one = Real(-math.inf, text=self.text)
+        if self.single and not one.fault(value):
+            return ""
+        listed = isinstance(value, Sequence) or hasattr(value, "__array__")
+        if not listed or isinstance(value, (str, bytes)):
             return wanted
         try:
             each = [*value]  # type: ignore[misc]
         except TypeError:  # an array without dimensions
             return wanted
-        one = Real(-math.inf, text=self.text)
         return wanted if not each or any(one.fault(number) for number in each) else ""
 
 
@@ -217,8 +220,8 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "record": Has("channels", "a Record, as read_measurement or measure returns it"),
         "plan": PLAN,
         **dict.fromkeys(("first", "second"), Axis()),
-        "speeds": Numbers(text=True),
-        "frequencies": Numbers(),
+        "speeds": Numbers(text=True, single=True),
+        "frequencies": Numbers(single=True),
         "axes": Tables(single=True),
         "reduce": Tables(),
         "values": Numbers(text=True),
@@ -264,6 +267,7 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
 
     @wraps(function)
     def door(*args: Any, **named: Any) -> Any:
+        named = with_new_names(function.__name__, getattr(function, "old_names", {}), named)
         try:
             bound = signature.bind(*args, **named)
         except TypeError as error:

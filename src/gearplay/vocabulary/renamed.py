@@ -2,8 +2,10 @@
 
 import functools
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar, cast
+
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -11,7 +13,7 @@ Verb = TypeVar("Verb", bound=Callable[..., Any])
 def renamed(**names: str) -> Callable[[Verb], Verb]:
     """Return what lets a function take old argument names: ``renamed(time="duration")``.
 
-    Raises `TypeError` where both the old and the new name are given.
+    Raises `InputError` where both the old and the new name are given.
 
     >>> @renamed(time="duration")
     ... def wait(*, duration: float) -> float:
@@ -25,16 +27,28 @@ def renamed(**names: str) -> Callable[[Verb], Verb]:
     def wrap(verb: Verb) -> Verb:
         @functools.wraps(verb)
         def called(*given: Any, **named: Any) -> Any:
-            for old, new in names.items():
-                if old not in named:
-                    continue
-                if new in named:
-                    raise TypeError(f"{verb.__name__}(): {old} is the old name of {new}; give one of them")
-                words = f"{verb.__name__}({old}=...): the argument is called {new} now"
-                warnings.warn(words, DeprecationWarning, stacklevel=2)
-                named[new] = named.pop(old)
-            return verb(*given, **named)
+            return verb(*given, **with_new_names(verb.__name__, names, named))
 
+        called.old_names = names  # type: ignore[attr-defined]
         return cast(Verb, called)
 
     return wrap
+
+
+def with_new_names(
+    verb: str, names: Mapping[str, str], named: Mapping[str, Any], *, depth: int = 3
+) -> dict[str, Any]:
+    """Return arguments under their new names, each old one with a warning at the caller, ``depth`` calls up.
+
+    Raises `InputError` where both the old and the new name are given.
+    """
+    found = dict(named)
+    for old, new in names.items():
+        if old not in found:
+            continue
+        if new in found:
+            raise InputError(Fault(old, NO_VALUE, f"is the old name of {new}", "Give one of them"))
+        words = f"{verb}({old}=...): the argument is called {new} now"
+        warnings.warn(words, DeprecationWarning, stacklevel=depth)
+        found[new] = found.pop(old)
+    return found

@@ -154,7 +154,7 @@ def test_old_names_work_and_say_the_new_one() -> None:
             "han2021", duration=0.01, transient=0.0, progress=lambda done, total: seen.append((done, total))
         )  # type: ignore[arg-type, misc]
     assert seen
-    with pytest.raises(TypeError, match="old name of duration"):
+    with pytest.raises(gp.InputError, match="old name of duration"):
         gp.lyapunov(pair(), time=1.0, duration=1.0)  # type: ignore[call-arg]
     diagram = gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=1, keep=2)
     with pytest.deprecated_call(match=r"say \.ds\['wheel.theta'\]"):
