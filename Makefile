@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study extras test test-all test-beyond verification lint format bench docs clean
+.PHONY: help study extras test test-all test-beyond torture verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -47,6 +47,10 @@ test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once who
 test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
 	GEARPLAY_DEEP=beyond $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+
+torture: $(VENV)/dev.stamp ## hostile trials in full: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
+	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml
+	$(BIN)/python tests/reliability_page.py $(VENV)/torture.xml
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
 	GEARPLAY_DEEP=1 $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml

@@ -135,6 +135,12 @@ def measured(record_property: Callable[[str, object], None]) -> Callable[[str, f
     return record
 
 
+@pytest.fixture
+def tried(record_property: Callable[[str, object], None]) -> Callable[[int], None]:
+    """Record how many hostile inputs a test tried; `make torture` turns the records into docs/reliability.md."""
+    return lambda count: record_property("tried", count)
+
+
 @pytest.fixture(scope="session")
 def watched() -> Iterator[list[str]]:
     """Look at every figure that is drawn, with `pictures.faults_of`, and keep what is wrong with any."""

@@ -122,6 +122,7 @@ def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tm
     assert (fewer.returncode, "must hold trials of the same plan" in fewer.stderr) == (2, True)
 
 
+@pytest.mark.hostile
 def test_twenty_kills_reach_the_same_trials_and_the_same_result(
     plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -198,6 +199,7 @@ def test_two_processes_in_one_folder_are_refused(plan: Path, tmp_path: Path) -> 
     assert "must not be in use by another process" in second.stderr
 
 
+@pytest.mark.hostile
 def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
         command(plan, tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True

@@ -16,6 +16,8 @@ from acceptance.damage_elements import damaged_elements
 from gearplay.model.reading import load_case
 from gearplay.vocabulary.errors import InputError
 
+pytestmark = pytest.mark.hostile
+
 CASES = [*damaged_cases(), *damaged_elements()]
 HANG = 60  # s: far beyond what any input takes, on a busy machine too
 FOREIGN = (

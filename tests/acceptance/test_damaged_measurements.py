@@ -20,6 +20,8 @@ from gearplay.files.measurements import apart, read_measurement, write_record
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
+pytestmark = pytest.mark.hostile
+
 FORMATS = ("csv", "uff", "tdms", "mdf4", "wav", "mat", "hdf5", "netcdf")
 SUFFIXES = {
     "csv": ".csv",

@@ -14,6 +14,8 @@ import gearplay as gp
 from depth import sized
 from gearplay.cli.main import app
 
+pytestmark = pytest.mark.hostile
+
 TIMES = sized(20, 2)
 """Of each verb, at times uniform over its first seconds."""
 LONGEST = 6.0

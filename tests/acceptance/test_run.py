@@ -72,6 +72,7 @@ def test_refusals_have_their_exit_code_and_one_sentence(words: list[str], code: 
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.hostile
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     out = tmp_path / "part.nc"
     words = ["run", "han2021", "--set", "run.duration=400000", "--set", "run.sampling=1", "--out", str(out)]

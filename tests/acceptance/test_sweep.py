@@ -327,6 +327,7 @@ def start_once(made: Sweep, folder: Path, told: BinaryIO) -> int:
         os._exit(1)
 
 
+@pytest.mark.hostile
 def test_a_hundred_kills_change_nothing(tmp_path: Path) -> None:
     slow = write_plan({**PLAN, "set": {**RUN, "run.duration": "2 s"}}, tmp_path / "slow.toml")
     out, log = tmp_path / "killed", tmp_path / "log"
@@ -356,6 +357,7 @@ def test_a_hundred_kills_change_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.many
 @pytest.mark.parametrize(("engine", "kills"), [("threads", 4), ("processes", 2)])
+@pytest.mark.hostile
 def test_kills_of_the_command_change_nothing(
     begin: Begin, engine: str, kills: int, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -372,6 +374,7 @@ def test_kills_of_the_command_change_nothing(
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.hostile
 def test_what_a_killed_start_leaves_does_not_hinder(few: Path, tmp_path: Path) -> None:
     """A store that is not made yet, and temporary files of the plan and the product."""
     (tmp_path / "figures").mkdir()
@@ -383,6 +386,7 @@ def test_what_a_killed_start_leaves_does_not_hinder(few: Path, tmp_path: Path) -
 
 
 @pytest.mark.deep
+@pytest.mark.hostile
 def test_a_killed_worker_of_a_cluster_changes_nothing(
     begin: Begin, cluster: Cluster, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -395,6 +399,7 @@ def test_a_killed_worker_of_a_cluster_changes_nothing(
 
 
 @pytest.mark.deep
+@pytest.mark.hostile
 def test_a_killed_worker_process_changes_nothing(
     begin: Begin, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -441,6 +446,7 @@ def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_pa
 
 @pytest.mark.many
 @pytest.mark.parametrize("engine", ["threads", "processes"])
+@pytest.mark.hostile
 def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: Path, tmp_path: Path) -> None:
     process = begin("sweep", plan, "--out", tmp_path, "--engine", engine, "--workers", 1)
     wait_for(lambda: log_size(tmp_path) > 30_000, process)
@@ -456,6 +462,7 @@ def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: 
 
 
 @pytest.mark.parametrize("engine", ["threads", "processes"])
+@pytest.mark.hostile
 def test_ctrl_c_does_not_wait_for_long_cases(begin: Begin, engine: str, plan: Path, tmp_path: Path) -> None:
     process = begin("sweep", plan, *ENDLESS, "--out", tmp_path, "--engine", engine)
     wait_for((tmp_path / "rows.sqlite").exists, process)
@@ -551,6 +558,7 @@ def test_a_shard_does_not_forget_for_others(
 
 
 @pytest.mark.parametrize("limit", [500, 3_000, 60_000])
+@pytest.mark.hostile
 def test_a_full_disk_is_one_sentence(
     begin: Begin, limit: int, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -573,6 +581,7 @@ def test_a_full_disk_is_one_sentence(
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.hostile
 def test_a_disk_that_is_full_for_the_product_only(begin: Begin, tmp_path: Path) -> None:
     """80 kB of samples in the product, 40 kB for each file: the store is read, which takes 32 kB, and nothing written."""
     history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}

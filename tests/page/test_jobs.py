@@ -251,6 +251,7 @@ def test_a_link_that_breaks_before_its_result(visit: Callable[..., Visit]) -> No
     assert backlash == pytest.approx(131e-6)
 
 
+@pytest.mark.hostile
 def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
     case = long_case(server)
 
@@ -271,6 +272,7 @@ def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
 
 
 @pytest.mark.deep
+@pytest.mark.hostile
 def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, tmp_path: Path) -> None:
     server = Server(tmp_path)
     made = Visit(chromium, server.url).ready()

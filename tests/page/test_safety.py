@@ -14,6 +14,8 @@ import pytest
 from depth import some
 from serving import Server, Visit
 
+pytestmark = pytest.mark.hostile
+
 Open = Callable[..., Visit]
 ROUTES = (
     "/",

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from scipy.optimize import brentq
 
 from building import Document, Floats, Measured, case_of
 from gearplay.solver.flow import Flow
+
+pytestmark = pytest.mark.hostile
 
 TORQUE, SINGLE, DOUBLE = 20.0, 0.7e8, 1.3e8  # N m, N/m
 TEETH, INERTIA_1, INERTIA_2 = 20, 2e-4, 3e-3  # kg m^2

@@ -20,6 +20,7 @@ def whole() -> ListStore:
     return store
 
 
+@pytest.mark.hostile
 def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) -> None:
     store, kills = ListStore(), 0
     while True:

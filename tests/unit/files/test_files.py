@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from depth import sized
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
 from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
 from gearplay.vocabulary.errors import InputError
+
+pytestmark = pytest.mark.hostile
+DAMAGED = sized(10_000, 300)
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_leftovers(tmp_path: Path) -> None:
@@ -210,12 +214,12 @@ def test_a_result_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_no_damage_goes_unseen(tmp_path: Path) -> None:
+def test_no_damage_goes_unseen(tmp_path: Path, tried: Callable[[int], None]) -> None:
     """Flips, cuts, swaps and growth of a result file: refused in one sentence, or the very same numbers."""
     whole, generator = netcdf_bytes(a_result()), np.random.default_rng(5)
     said: list[str] = []
     place = tmp_path / "damaged.nc"
-    for turn in range(300):
+    for turn in range(DAMAGED):
         content = bytearray(whole)
         at = int(generator.integers(len(content)))
         kind = turn % 5
@@ -236,7 +240,8 @@ def test_no_damage_goes_unseen(tmp_path: Path) -> None:
             said.append(str(error))
         else:
             xr.testing.assert_identical(found, a_result())
-    assert len(said) > 200
+    assert len(said) > 0.7 * DAMAGED
+    tried(DAMAGED)
     assert not [words for words in said if "\n" in words]
 
 

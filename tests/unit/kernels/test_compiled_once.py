@@ -8,6 +8,8 @@ import pytest
 
 from programs import run_program
 
+pytestmark = pytest.mark.hostile
+
 PROGRAM = """
 import json, sys
 import numpy as np

@@ -33,6 +33,8 @@ from gearplay.files.measurements.building import Request
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 
+pytestmark = pytest.mark.hostile
+
 Change = Callable[[bytes], bytes]
 RECORD = Record(
     (

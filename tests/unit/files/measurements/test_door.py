@@ -145,6 +145,7 @@ def test_other_formats_need_no_optional_package(csv_file: Path, monkeypatch: pyt
 @pytest.mark.parametrize(
     ("error", "kind"), [(OSError(5, "I/O error"), InputError), (MemoryError(), ResourceError)]
 )
+@pytest.mark.hostile
 def test_a_failing_disk_or_memory_is_a_sentence(
     error: Exception, kind: type[Exception], csv_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

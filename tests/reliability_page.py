@@ -1,0 +1,75 @@
+"""Write docs/reliability.md from the records of a run of the hostile tests: ``make torture``."""
+
+import ast
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAD = """# Reliability
+
+What is promised, what was tried, how often, and what failed. The tables are written by `make torture` from its run; do not
+edit.
+
+## Promises
+
+* Bad input, in a file, on the command line, in Python or on the page, gets a sentence that names the field, the value, the
+  rule and the cure;
+  never a traceback, a hang or a silent change.
+* What would take for ever or more memory than a machine of ordinary size has is refused before it starts, with an estimate.
+* A file that gearplay writes is whole or absent: written beside, synced, renamed. Only a plain file of one's own is
+  replaced, and only where
+  `--overwrite` says so; of two that write the same new name one wins; a complete result is never replaced by a partial one.
+* A result that was changed, cut or grown after it was written is refused: its last bytes are a digest of all others.
+* Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same command goes on
+  there. A second Ctrl-C
+  within three seconds destroys nothing.
+* A process that is killed loses the piece it was working on and nothing else; what is computed again is the same to the
+  last byte.
+
+Not promised: that two machines with other processors or compilers give the same last digits; that a disk which lies about
+syncing keeps
+anything; that Ctrl-C in the first tenth of a second, while Python itself starts, is answered by gearplay.
+
+## Tried
+"""
+
+
+def purposes() -> dict[str, str]:
+    """Return the first line of each test's docstring, or its name in words, by name."""
+    found = {}
+    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                words = node.name.removeprefix("test_").replace("_", " ").replace("ctrl c", "Ctrl-C")
+                found[node.name] = (
+                    (ast.get_docstring(node) or words[0].upper() + words[1:]).split("\n")[0].rstrip(".")
+                )
+    return found
+
+
+def main(report: Path) -> None:
+    """Turn a JUnit report into the page."""
+    words = purposes()
+    tries: dict[tuple[str, str], int] = defaultdict(int)
+    failed: dict[tuple[str, str], int] = defaultdict(int)
+    for case in ElementTree.parse(report).iter("testcase"):
+        name = str(case.get("name")).partition("[")[0]
+        key = str(case.get("classname")).split(".")[-1], name
+        if name not in words or list(case.iter("skipped")):
+            continue
+        counts = [
+            int(str(each.get("value"))) for each in case.iter("property") if each.get("name") == "tried"
+        ]
+        tries[key] += sum(counts) or 1
+        failed[key] += bool(list(case.iter("failure")) or list(case.iter("error")))
+    lines = [HEAD, f"{sum(tries.values())} trials, {sum(failed.values())} failures.", ""]
+    lines += ["| what | trials | failed | test |", "|---|---:|---:|---|"]
+    for (module, name), count in sorted(tries.items()):
+        lines.append(f"| {words[name]} | {count} | {failed[module, name]} | `{module}.py` |")
+    (ROOT / "docs" / "reliability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
