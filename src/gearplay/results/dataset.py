@@ -1,7 +1,7 @@
 """Trajectories -> one labelled `xarray.Dataset`, as docs/conventions and the result-file contract say."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 METHOD = "Dormand-Prince 5(4), located events"
 FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
+STATES = "not_simulated open drive_flank back_flank both_flanks"
 JUDGED_METHOD = "Dormand-Prince 5(4) formula, equal steps, contacts judged at every stage"
 
 
@@ -67,15 +68,17 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
     for (signal, dimension), columns in places.items():
         quantity = RESULT_VARIABLES[signal]
         names = packed.labels[dimension]
-        attributes = {"units": quantity.unit, "long_name": quantity.long_name}
-        if signal == "contact_state":
-            attributes["flag_values"] = "0 1 2 3"
-            attributes["flag_meanings"] = "open drive_flank back_flank both_flanks"
+        attributes: dict[str, Any] = {"units": quantity.unit, "long_name": quantity.long_name}
         own = () if dimension == "base" else (dimension,)  # there is one housing
         dims = ("member", "time", *own) if ensemble else ("time", *own)
         sizes = (len(names),) if own else ()
         shape = (len(runs), length, *sizes) if ensemble else (length, *sizes)
-        block = lazy_array(shape, partial(_block, runs, columns, names, shape))
+        values: Callable[[], NDArray[Any]] = partial(_block, runs, columns, names, shape)
+        kind: type = np.float64
+        if signal == "contact_state":
+            values, kind = partial(_flags, values), np.int8
+            attributes |= {"flag_values": np.arange(-1, 4, dtype=np.int8), "flag_meanings": STATES}
+        block = lazy_array(shape, values, kind)
         variables[signal] = (dims, block, attributes)
     for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
@@ -99,6 +102,11 @@ def _block(
     for m, run in enumerate(runs):
         block[m, : run.samples.count, elements] = run.samples.some(columns).T
     return block.reshape(shape)
+
+
+def _flags(compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.int8]:
+    """Return flags as integers, -1 where there is none."""
+    return np.nan_to_num(compute(), nan=-1.0).astype(np.int8)
 
 
 def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":

@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 class _Computed(BackendArray):
     """An array known by its shape, and by what computes it."""
 
-    def __init__(self, shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"]) -> None:
-        self.shape, self.dtype, self._compute = shape, np.dtype(np.float64), compute
+    def __init__(
+        self, shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"], dtype: "np.dtype[Any]"
+    ) -> None:
+        self.shape, self.dtype, self._compute = shape, dtype, compute
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         return indexing.explicit_indexing_adapter(
@@ -23,6 +25,6 @@ class _Computed(BackendArray):
         )
 
 
-def lazy_array(shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"]) -> Any:
+def lazy_array(shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"], dtype: Any = np.float64) -> Any:
     """Return data for a variable of ``shape`` that is computed, whole, when its values are asked for; xarray keeps them then."""
-    return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Computed(shape, compute)))  # type: ignore[no-untyped-call]
+    return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Computed(shape, compute, np.dtype(dtype))))  # type: ignore[no-untyped-call]

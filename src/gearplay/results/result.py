@@ -226,6 +226,8 @@ class Result(Answer, WasDataset):
         values = variable.sel({dimensions[0]: label}) if dimensions else variable  # there is one housing
         values = values.isel(member=member) if "member" in values.dims else values
         found = np.asarray(values.values, dtype=np.float64)
+        if values.dtype.kind == "i":  # flags, -1 where there is none
+            found[found < 0.0] = np.nan
         if self.statuses[member] == Status.DONE:
             return found
         known = np.flatnonzero(np.isfinite(found))

@@ -277,3 +277,18 @@ def test_statistics_of_contacts_are_those_of_their_log() -> None:
         touched = sum(b - a for a, b in zip(times[::2], times[1::2], strict=True))
         assert s.share_of_time[k] == pytest.approx(touched / span, rel=1e-6, abs=1e-9)
     assert s.impacts_per_second[0] > 0.0
+
+
+def test_contact_states_are_flags_of_cf(tmp_path: Path) -> None:
+    found = gp.simulate("external-pair", duration=0.02, transient=0.0)
+    state = found.ds["contact_state"]
+    assert state.dtype == np.int8
+    assert state.attrs["flag_values"].tolist() == [-1, 0, 1, 2, 3]
+    assert len(state.attrs["flag_meanings"].split()) == 5
+    found.save(tmp_path / "run.nc")
+    again = gp.read_result(tmp_path / "run.nc")
+    assert again.ds["contact_state"].dtype == np.int8
+    assert again.ds["contact_state"].attrs["flag_values"].tolist() == [-1, 0, 1, 2, 3]
+    expected = found.signal("contact_state", "input-output")
+    np.testing.assert_array_equal(again.signal("contact_state", "input-output"), expected)
+    assert set(expected) <= {0.0, 1.0, 2.0, 3.0}
