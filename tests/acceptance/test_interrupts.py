@@ -29,7 +29,7 @@ VERBS: dict[str, list[str]] = {
     "sweep": ["sweep", "han2021-map", "--out", "out"],
     "sweep, processes": ["sweep", "han2021-map", "--engine", "processes", "--out", "out"],
     "calibrate": ["calibrate", "tutorial", "--out", "out"],
-    "motion": ["motion", "han2021", "--periods", "2000000"],
+    "motion": ["motion", "han2021", "--periods", "30000"],
     "bifurcation": [
         *("bifurcation", "han2021", "rotors.pinion.drive.speed", "--low", "60rpm", "--high", "300rpm"),
         *("--count", "400", "--settle", "5000", "--signal", "ring.x", "--out", "out"),
