@@ -2,13 +2,16 @@ import pickle
 
 import pytest
 
+from gearplay.cli.interrupts import CommandInterruptedError
 from gearplay.vocabulary import errors
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 
 def test_exit_codes_are_those_of_the_contract() -> None:
-    codes = {kind.__name__: kind.exit_code for kind in errors.GearplayError.__subclasses__()}
+    kinds = [kind for kind in errors.GearplayError.__subclasses__() if kind.__module__ == errors.__name__]
+    codes = {kind.__name__: kind.exit_code for kind in kinds}
     assert codes == {"InputError": 2, "SimulationError": 3, "ResourceError": 5, "MeasurementError": 6}
+    assert CommandInterruptedError.exit_code == 130
 
 
 def test_a_fault_is_written_in_the_grammar() -> None:
