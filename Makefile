@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study extras test test-all test-beyond torture verification lint format bench docs clean
+.PHONY: help study extras test test-all test-beyond torture mutation verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -28,6 +28,10 @@ $(VENV)/extras.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[all]'
 	@touch $@ $(VENV)/user.stamp
 
+$(VENV)/mutation.stamp: $(VENV)/dev.stamp
+	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[mutation]'
+	@touch $@
+
 $(VENV)/docs.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@ $(VENV)/user.stamp
@@ -49,8 +53,11 @@ test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 torture: $(VENV)/dev.stamp ## hostile trials in full: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
-	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml
+	GEARPLAY_DEEP=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml
 	$(BIN)/python tests/reliability_page.py $(VENV)/torture.xml
+
+mutation: $(VENV)/mutation.stamp ## break the physics in 150 random places and see whether a test notices; an hour or more; writes docs/mutation.md
+	$(BIN)/python tests/mutation/run.py
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
 	GEARPLAY_DEEP=1 $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
@@ -72,6 +79,7 @@ bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performan
 docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
 	$(BIN)/python docs/figures/draw_conventions.py
 	$(BIN)/python docs/figures/draw_elements.py
+	$(BIN)/python docs/figures/draw_clearances.py
 	$(BIN)/python docs/figures/draw_house.py
 	$(BIN)/python docs/write_reference.py
 	$(BIN)/python docs/write_case_file.py

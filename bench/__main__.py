@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 import gearplay as gp
-from bench import loaded, page, plain, trains, work_precision
+from bench import joined, loaded, page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run as kernel
@@ -321,6 +321,7 @@ def ross():
 SECTIONS = (  # the peers last: their libraries' threads and memory would disturb the others
     ("Throughput", throughput),
     ("Loaded pairs and trains", loaded.report),
+    ("Rotors behind springs", joined.report),
     ("Signals of a kept motion", signals),
     ("Scaling", scaling),
     ("Start-up", starting),

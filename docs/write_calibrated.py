@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gearplay.calibration.reading import load_plan
+from gearplay.calibration.result import Calibration
 from gearplay.calibration.store import digest_of
 
 SOURCE = Path(__file__).parents[1] / "src" / "gearplay"
@@ -117,7 +118,7 @@ def fit_part(fit: dict[str, Any]) -> dict[str, Any]:
 
 def main(folder: Path) -> None:
     """Write both cases and the provenance."""
-    document = json.loads((folder / "calibration.json").read_text(encoding="utf-8"))
+    document = Calibration.from_document(folder / "calibration.json").document
     plan = load_plan("han2021")
     digest, seed = digest_of(plan)[:16], plan.effort.seed
     fits = {fit["model"]: fit for fit in document["fits"] if fit["reading"] == "unnormalised"}

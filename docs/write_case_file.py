@@ -22,6 +22,15 @@ PLACES = {
     "run": "[run]",
 }
 """Tables of a case file, as they are headed there."""
+DRAWINGS = {
+    "rotors": ("conventions.svg", "Axes, senses and lines of action of an internal and an external pair"),
+    "sleeves": ("clearances.svg", "What radial clearance, backlash and runout measure"),
+    "couplings": (
+        "elements.svg",
+        "Several gears on a rotor, coupling, support, unbalance, base, friction of the teeth",
+    ),
+}
+"""Drawings by the table at whose head they stand."""
 HEAD = """\
 # Case file: every field
 
@@ -181,7 +190,9 @@ def page() -> str:
     for name, heading in PLACES.items():
         (own,) = dict.fromkeys(reference(top[name]))
         told.append(own)
-        parts.append(f'\n## `{heading}`\n\n<a id="{slug(title_of(own))}"></a>\n\n{described(own)}')
+        file, words = DRAWINGS.get(name, ("", ""))
+        drawing = f"![{words}](figures/{file})\n\n" if file else ""
+        parts.append(f'\n## `{heading}`\n\n<a id="{slug(title_of(own))}"></a>\n\n{drawing}{described(own)}')
     parts.append("\n## Tables inside tables\n")
     waiting = [each for own in told for each in reference(SCHEMA["$defs"][own]["properties"])]
     while waiting:

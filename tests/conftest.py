@@ -159,9 +159,22 @@ def watched() -> Iterator[list[str]]:
     canvas.to_bytes = draw
 
 
+@pytest.fixture(scope="session")
+def beside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Have commands that tests start look at their figures too; yield the folder where they say what is wrong with one."""
+    folder = tmp_path_factory.mktemp("watched")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GEARPLAY_TESTS_WATCHED", str(folder))
+        patch.setenv("PYTHONPATH", str(Path(__file__).parent / "watching"), prepend=os.pathsep)
+        yield folder
+
+
 @pytest.fixture(autouse=True)
-def pictures_are_whole(watched: list[str]) -> Iterator[None]:
-    """Fail a test that draws a figure with a blank panel, with text cut off or over another, or with axes that have no name."""
+def pictures_are_whole(watched: list[str], beside: Path) -> Iterator[None]:
+    """Fail a test that draws a figure, itself or by a command, which `pictures.faults_of` finds at fault."""
     watched.clear()
     yield
+    for each in sorted(beside.iterdir()):
+        watched.append(each.read_text(encoding="utf-8"))
+        each.unlink()
     assert not watched

@@ -2,13 +2,13 @@
 
 import re
 import warnings
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-LEAST_INK = 20
+LEAST_INK = 30
 """Dark pixels within the axes of a figure at 100 dots an inch."""
 DARK = 0.82
 """A pixel whose darkest channel is below it is ink; grids are lighter."""
@@ -31,6 +31,7 @@ def faults_of(figure: Any) -> list[str]:
             texts, pixels = _drawn(figure, canvas)
         boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts]
         found = _cut(figure, boxes) + _overlaps(boxes) + _blank(figure, pixels) + _offsets(figure, texts)
+        found += _alike(figure)
         return found + _unnamed(figure, {id(text) for text in texts})
     finally:
         figure.set_dpi(before)
@@ -102,6 +103,57 @@ def _blank(figure: Any, pixels: Any) -> list[str]:
             found.append(
                 f"the axes {ax.get_title(loc='left') or ax.get_title() or ax.get_ylabel()!r} are blank"
             )
+    return found
+
+
+BLIND = {
+    "all": np.eye(3),
+    "those who lack red": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    ),
+    "those who lack green": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    ),
+    "those who lack blue": np.array(
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
+    ),
+}
+"""How linear red, green and blue are seen: Machado, Oliveira and Fernandes (2009), severity 1."""
+XYZ = np.array(
+    [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+)
+APART = 12.0
+"""Least distance in CIE Lab of two lines that nothing but their colour tells apart."""
+
+
+def seen_as(color: Any, eyes: Any) -> Any:
+    """Return CIE Lab (D65) of a colour as it is seen."""
+    from matplotlib.colors import to_rgb
+
+    c = np.array(to_rgb(color))
+    linear = np.clip(eyes @ np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4), 0.0, 1.0)
+    t = XYZ @ linear / np.array([0.95047, 1.0, 1.08883])
+    f = np.where(t > 0.008856, np.cbrt(t), 7.787 * t + 16.0 / 116.0)
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+def _alike(figure: Any) -> list[str]:
+    """Return pairs of colours of lines in one axes that somebody cannot tell apart, where style and marker are the same."""
+    from matplotlib.colors import to_hex
+
+    found = []
+    for ax in _panels(figure):
+        kinds: dict[Any, set[str]] = {}
+        for line in ax.get_lines():
+            if line.get_visible() and len(line.get_xdata()) > 2:
+                kinds.setdefault((line.get_linestyle(), line.get_marker()), set()).add(
+                    to_hex(line.get_color())
+                )
+        for colors in kinds.values():
+            for (one, other), (words, eyes) in product(combinations(sorted(colors), 2), BLIND.items()):
+                distance = float(np.linalg.norm(seen_as(one, eyes) - seen_as(other, eyes)))
+                if distance < APART:
+                    found.append(f"{one} and {other} are {distance:.0f} apart for {words}")
     return found
 
 

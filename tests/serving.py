@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Coroutine
@@ -54,10 +55,12 @@ class Server:
         self.start(port)
 
     def start(self, port: int = 0) -> None:
+        self.log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - it is kept
         words = ["serve", "--no-browser", "--port", str(port), "--folder", str(self.folder), *self.more]
         self.process = subprocess.Popen(
             [sys.executable, "-c", COMMAND, *words],
             stdout=subprocess.PIPE,
+            stderr=self.log,
             text=True,
             start_new_session=True,
             env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"},
@@ -65,27 +68,40 @@ class Server:
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
         found = re.search(r"http://[^/]+:(\d+)/", line)
-        assert found, line
+        assert found, (line, self.said())
         self.port = int(found[1])
         self.url = f"http://127.0.0.1:{self.port}"
+
+    def said(self) -> str:
+        """Return what it has logged."""
+        self.log.seek(0)
+        return self.log.read()
 
     def kill(self) -> None:
         """End it at once, and its workers with it."""
         self.process.kill()
         self.process.wait()
+        self._close()
+
+    def _close(self) -> None:
+        self.log.close()
         if self.process.stdout is not None:
             self.process.stdout.close()
 
     def stop(self) -> None:
-        """End it as Ctrl-C does."""
+        """End it as Ctrl-C does; it may not have logged a traceback."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
             try:
                 self.process.wait(10)
             except subprocess.TimeoutExpired:
-                self.kill()
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+                self.process.kill()
+                self.process.wait()
+        if self.log.closed:
+            return
+        said = self.said()
+        self._close()
+        assert "Traceback" not in said, said
 
 
 class Visit:

@@ -23,7 +23,7 @@ def missing():
 
 
 def make_rate(problem):
-    """Return the derivative f(t, y) of the pair in JAX; docs/theory.md, T1 to T13."""
+    """Return the derivative f(t, y) of the pair in JAX; docs/theory.md, T1 to T14."""
     import jax
     import jax.numpy as jnp
 
@@ -40,7 +40,7 @@ def make_rate(problem):
         x_p, y_p, th_p, x_r, y_r, th_r, vx_p, vy_p, om_p, vx_r, vy_r, om_r = (y[i] for i in range(STATES))
         spin_p, spin_r = p["pinion_nominal_speed"] + om_p, p["ring_nominal_speed"] + om_r
 
-        # sleeve, T9 without dissipation
+        # sleeve, T10 without dissipation
         distance = jnp.sqrt(x_r * x_r + y_r * y_r)
         deep = jnp.maximum(distance - p["clearance"], 0.0)
         push = p["sleeve_stiffness"] * deep * jnp.sqrt(deep) / jnp.where(distance > 0.0, distance, 1.0)
@@ -84,7 +84,7 @@ def make_rate(problem):
         drive = flank(w + opening, w_rate + opening_rate)
         back = flank(-w + opening - p["backlash"], -w_rate + opening_rate)
 
-        # forces, T5, on the pinion; the ring gets the opposite
+        # forces, T4, on the pinion; the ring gets the opposite
         both, difference = (drive + back) * sine, (drive - back) * cosine
         f_x, f_y = -both * e_x + difference * e_y, -both * e_y - difference * e_x
         torque_p = p["pinion_torque"] - p["pinion_drag"] * spin_p

@@ -4,11 +4,18 @@ import math
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 INK, RING, PINION, LINE, SOFT = "#1c2430", "#5b6573", "#0b5fa5", "#c8641b", "#b9c0c9"
 ALPHA = math.radians(20.0)
+
+
+def save(figure, target):
+    """Write a drawing as SVG, the same bytes each time."""
+    with rc_context({"svg.hashsalt": "gearplay"}):
+        figure.savefig(target, format="svg", metadata={"Date": None})
 
 
 def circle(ax, centre, radius, color, style="-", width=1.4):
@@ -130,7 +137,7 @@ def main() -> None:
         ha="center", fontsize=9, color=RING,
     )  # fmt: skip
     target = Path(__file__).with_name("conventions.svg")
-    figure.savefig(target, metadata={"Date": None})
+    save(figure, target)
     print(target.name)
 
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/pictures.md and the README: python docs/figures/draw_pictures.py."""
+"""Draw the pictures of docs/pictures.md, the README, the first steps and the controller: python docs/figures/draw_pictures.py."""
 
 import tempfile
 from pathlib import Path
@@ -6,6 +6,18 @@ from pathlib import Path
 from gearplay.cli.main import run
 
 HERE = Path(__file__).parent
+HOW_TO = HERE.parent / "how-to"
+AXIS = ["--signal", "wheel.theta", "--signal", "motor.drive_torque"]
+
+
+def axis() -> None:
+    """Draw how the axis of docs/how-to hunts with one sampling time and rests with another."""
+    for name, sample_time in (("axis-1ms", "1ms"), ("axis-fast", "0.5ms")):
+        with tempfile.TemporaryDirectory() as folder:
+            result = f"{folder}/axis.nc"
+            change = f"rotors.motor.drive.sample_time={sample_time}"
+            run(["run", str(HOW_TO / "position-drive.toml"), "--set", change, "--out", result])
+            run(["plot", result, *AXIS, "--out", str(HOW_TO / f"{name}.png"), "--overwrite"])
 
 
 def main() -> None:
@@ -18,5 +30,15 @@ def main() -> None:
             run(["plot", result, "--kind", kind, "--out", out, "--overwrite"])
 
 
+def first_run() -> None:
+    """Draw what docs/first-steps.md shows of its first run."""
+    with tempfile.TemporaryDirectory() as folder:
+        result = f"{folder}/run.nc"
+        run(["run", "han2021", "--set", "run.start=drawn", "--out", result])
+        run(["plot", result, "--out", str(HERE / "first-run.png"), "--overwrite"])
+
+
 if __name__ == "__main__":
     main()
+    axis()
+    first_run()

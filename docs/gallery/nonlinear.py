@@ -1,10 +1,12 @@
-"""Draw the pictures of docs/gallery/nonlinear.md beside this file: python docs/gallery/nonlinear.py."""
+"""Draw the pictures of docs/gallery/nonlinear.md beside this file: python docs/gallery/nonlinear.py;
+--short --out FOLDER tries it.
+"""
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from sizes import draw, sized
 
 import gearplay as gp
 from gearplay.nonlinear.basins import basins_figure
@@ -17,7 +19,6 @@ from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.torsional import BASE_RADIUS
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 
-HERE = Path(__file__).parent
 RED = "#b02a4c"
 LABEL = "wheel's rotation on its base circle at the section [µm]"
 Family = Callable[[float], gp.Case]
@@ -41,7 +42,7 @@ def finish(figure: Any, ax: Any, x: str, title: str, handles: dict[str, Any], na
     ax.set_ylabel(LABEL, fontsize=SMALL)
     set_title(figure, title)
     set_legend(figure, handles)
-    (HERE / name).write_bytes(to_png(figure))
+    (sized.out / name).write_bytes(to_png(figure))
 
 
 def jump() -> None:
@@ -51,8 +52,8 @@ def jump() -> None:
         return gp.torsional_pair(frequency, mean_force=0.1, force=0.05)
 
     branch = branch_of(family, 1.3, Settings(low=0.4, high=1.35, size=0.1), upwards=False)
-    values = np.linspace(0.42, 1.3, 120)
-    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=150, keep=1)
+    values = np.linspace(0.42, 1.3, sized(120, 30))
+    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=sized(150, 100), keep=1)
     figure, axes = make_figure(1, 1, 4.2)
     ax = axes[0, 0]
     for way, name in enumerate(found.directions):
@@ -70,7 +71,14 @@ def jump() -> None:
         "grazing": legend_mark(RED, marker="x"),
     }
     title = "Torsional pair, F_m = 0.1, F_a = 0.05, zeta = 0.05: primary resonance"
-    finish(figure, ax, "mesh frequency over natural frequency", title, handles, "nonlinear-jump.png")
+    finish(
+        figure,
+        ax,
+        "ratio of the mesh frequency to the natural frequency",
+        title,
+        handles,
+        "nonlinear-jump.png",
+    )
 
 
 def route() -> None:
@@ -80,8 +88,10 @@ def route() -> None:
         return gp.torsional_pair(0.6, mean_force=0.1, force=force, damping_ratio=0.1)
 
     branch = branch_of(family, 0.12, Settings(low=0.119, high=0.3, size=0.05, most=0.1), upwards=True)
-    values = np.linspace(0.12, 0.3, 500)
-    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=300, keep=80, directions=["up"])
+    values = np.linspace(0.12, 0.3, sized(500, 30))
+    found = bifurcation_diagram(
+        family, values, ["wheel.theta"], settle=sized(300, 100), keep=80, directions=["up"]
+    )
     figure, axes = make_figure(1, 1, 4.2)
     ax = axes[0, 0]
     ax.plot(
@@ -98,19 +108,27 @@ def route() -> None:
         "period doubling": legend_mark(RED, marker="^"),
     }
     title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, zeta = 0.1: the way into chaos"
-    finish(figure, ax, "amplitude of the force, F_a", title, handles, "nonlinear-route.png")
+    finish(figure, ax, "amplitude of the force, F_a [1]", title, handles, "nonlinear-route.png")
 
 
 def basins() -> None:
     """Which of two motions a start leads to."""
     case = gp.torsional_pair(0.6, mean_force=0.1, force=0.05)
-    found = gp.basins(case, ("wheel.theta", -1.5e-3, 1.2e-3, 110), ("wheel.omega", -9.0, 9.0, 90), settle=100)
+    found = gp.basins(
+        case,
+        ("wheel.theta", -1.5e-3, 1.2e-3, sized(110, 12)),
+        ("wheel.omega", -9.0, 9.0, sized(90, 10)),
+        settle=100,
+    )
     labels = ("wheel's rotation [rad]", "wheel's speed beside the nominal one [rad/s]")
     title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, F_a = 0.05: where a start leads"
-    (HERE / "nonlinear-basins.png").write_bytes(basins_figure(found, labels, title=title))
+    (sized.out / "nonlinear-basins.png").write_bytes(basins_figure(found, labels, title=title))
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Draw all of it."""
+    draw(words, jump, route, basins)
 
 
 if __name__ == "__main__":
-    jump()
-    route()
-    basins()
+    main()

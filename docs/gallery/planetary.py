@@ -1,9 +1,13 @@
-"""Draw the pictures of docs/gallery/planetary.md beside this file and print its numbers: python docs/gallery/planetary.py."""
+"""Draw the pictures of docs/gallery/planetary.md beside this file and print its numbers: python docs/gallery/planetary.py;
+--short --out FOLDER tries it.
+"""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
+from sizes import draw, sized
 
 import gearplay as gp
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
@@ -19,10 +23,10 @@ LIMIT = 1.2
 def modes() -> None:
     """Mode shapes, and where the first stage's mesh meets them."""
     found = gp.modes(CASE)
-    (HERE / "planetary-modes.png").write_bytes(to_png(found.plot(most=8)))
+    (sized.out / "planetary-modes.png").write_bytes(to_png(found.plot(most=8)))
     print(found.message)
-    diagram = gp.campbell(CASE, np.linspace(20.0, 7000.0, 120) / RPM)
-    (HERE / "planetary-campbell.png").write_bytes(to_png(diagram.plot()))
+    diagram = gp.campbell(CASE, np.linspace(20.0, 7000.0, sized(120, 20)) / RPM)
+    (sized.out / "planetary-campbell.png").write_bytes(to_png(diagram.plot()))
 
 
 def off_by(error: float, *, floating: bool) -> gp.Case:
@@ -37,9 +41,9 @@ def sharing() -> None:
             "floating" if floating else "held",
             gp.load_sharing(off_by(50e-6, floating=floating), name="second").message,
         )
-    moving = gp.simulate(off_by(50e-6, floating=True), duration=1.0)
-    (HERE / "planetary-sharing.png").write_bytes(to_png(gp.load_sharing(moving, name="second").plot()))
-    errors = np.linspace(0.0, 50e-6, 41)
+    moving = gp.simulate(off_by(50e-6, floating=True), duration=sized(1.0, 0.2))
+    (sized.out / "planetary-sharing.png").write_bytes(to_png(gp.load_sharing(moving, name="second").plot()))
+    errors = np.linspace(0.0, 50e-6, sized(41, 6))
     figure, axes = make_figure(1, 1, 3.8)
     ax = axes[0, 0]
     for floating, color in ((True, COUPLED), (False, UNCOUPLED)):
@@ -53,7 +57,7 @@ def sharing() -> None:
     marks = {"sun floats": legend_mark(COUPLED, line="-"), "sun held": legend_mark(UNCOUPLED, line="-")}
     set_legend(figure, marks | {f"limit {LIMIT}": legend_mark(CLEARANCE, line="--")})
     set_title(figure, "Second stage: what an error of one pin does to the load")
-    (HERE / "planetary-tolerance.png").write_bytes(to_png(figure))
+    (sized.out / "planetary-tolerance.png").write_bytes(to_png(figure))
 
 
 def factor(error: float, *, floating: bool) -> float:
@@ -64,7 +68,7 @@ def factor(error: float, *, floating: bool) -> float:
 
 def run_up() -> None:
     """Contact of the first stage's meshes over speed, at a small and at the full load."""
-    speeds = np.linspace(500.0, 8500.0, 33)
+    speeds = np.linspace(500.0, 8500.0, sized(33, 5))
     figure, axes = make_figure(2, 1, 5.6)
     natural = gp.modes(gp.replace(CASE, {"planetary.second.carrier.load.torque": 20.0})).ds
     orders = 20.0 * (1.0 - 20.0 / 92.0) / 60.0  # mesh frequency [Hz] per rpm of the sun
@@ -112,10 +116,13 @@ def run_up() -> None:
         figure, marks | {"mesh frequency at a rotational mode, 20 N m": legend_mark(CLEARANCE, line=":")}
     )
     set_title(figure, "First stage: sun's meshes over speed, mean of 2 members and 4 planets")
-    (HERE / "planetary-run-up.png").write_bytes(to_png(figure))
+    (sized.out / "planetary-run-up.png").write_bytes(to_png(figure))
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Draw all of it."""
+    draw(words, modes, sharing, run_up)
 
 
 if __name__ == "__main__":
-    modes()
-    sharing()
-    run_up()
+    main()

@@ -106,7 +106,8 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     Parameters
     ----------
     path
-        A file that ``save`` or a command wrote: ``.nc`` of any verb, or a record in any format of `read_measurement`.
+        A file that ``save`` or a command wrote: ``.nc`` of any verb, ``calibration.json``, or a record in any format of
+        `read_measurement`.
 
     Returns
     -------
@@ -128,6 +129,10 @@ def read_result(path: str | os.PathLike[str]) -> Any:
 
     """
     place = Path(path)
+    if place.suffix.lower() == ".json":
+        from gearplay.calibration.result import Calibration
+
+        return Calibration.from_document(place)
     if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
     dataset = read_dataset(place)

@@ -121,7 +121,7 @@ def test_sections_and_exponents_of_a_bundled_case() -> None:
     radius = np.hypot(hits.values[:, 0], hits.values[:, 1])
     assert len(hits.times) > 0
     assert radius == pytest.approx(100e-6, rel=1e-6)
-    found = gp.lyapunov("han2021", count=2, duration=2.0, transient=0.5)
+    found = gp.lyapunov("han2021", count=2, duration=60.0, transient=5.0)
     assert found.values.shape == (2,)
     assert found.blocks.shape == (20, 2)
     assert found.largest[0] >= found.values[1]

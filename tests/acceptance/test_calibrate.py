@@ -15,9 +15,10 @@ from typing import Any
 import pytest
 
 from depth import sized
-from gearplay.model.toml_files import write_toml
+from gearplay.model.toml_files import parse_toml, write_toml
+from gearplay.vocabulary.errors import InputError
 
-KILLS = sized(20)
+KILLS = sized(6, 2, torture=20)
 
 PLAN: dict[str, Any] = {
     "title": "small",
@@ -82,6 +83,12 @@ def trials(out: Path) -> list[tuple[Any, ...]]:
             connection.commit()
 
 
+def written(out: Path) -> dict[str, Path]:
+    """Return what a calibration wrote for its reader: document, table, page and figures."""
+    files = [out / "calibration.json", out / "residuals.csv", out / "report.html", *out.glob("figures/*.png")]
+    return {file.relative_to(out).as_posix(): file for file in files}
+
+
 @pytest.fixture(scope="module")
 def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("plan") / "small.toml"
@@ -102,7 +109,7 @@ def test_the_report_is_written(whole: Path) -> None:
     assert {"report.html", "calibration.json", "residuals.csv"} <= {p.name for p in whole.iterdir()}
     document = json.loads((whole / "calibration.json").read_text(encoding="utf-8"))
     assert document["statement"]["words"]
-    assert len(trials(whole)) == 2 * 40 * 4
+    assert len(trials(whole)) == 2 * 40 * 5
 
 
 def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tmp_path: Path) -> None:
@@ -123,9 +130,7 @@ def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tm
 
 
 @pytest.mark.hostile
-def test_twenty_kills_reach_the_same_trials_and_the_same_result(
-    plan: Path, whole: Path, tmp_path: Path
-) -> None:
+def test_kills_reach_the_same_trials_and_the_same_result(plan: Path, whole: Path, tmp_path: Path) -> None:
     chance, kills, rows, every = random.Random(1), 0, 4, 2 * 40
     while True:
         before = len(trials(tmp_path))
@@ -157,6 +162,9 @@ def test_twenty_kills_reach_the_same_trials_and_the_same_result(
         json.loads((out / "calibration.json").read_text(encoding="utf-8")) for out in (tmp_path, whole)
     )
     assert found == expected
+    assert {place: same.read_bytes() for place, same in written(tmp_path).items()} == {
+        place: same.read_bytes() for place, same in written(whole).items()
+    }
     assert not list(tmp_path.glob(".*.part"))
 
 
@@ -213,6 +221,32 @@ def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
     assert "goes on there" in words
 
 
+@pytest.mark.deep
+def test_two_runs_of_a_plan_with_a_record_write_the_same_bytes(tmp_path: Path) -> None:
+    """The seed of the plan decides all: what the tutorial says can be had again."""
+    subprocess.run([sys.executable, "-m", "gearplay", "copy", "tutorial"], cwd=tmp_path, check=True)
+    short = parse_toml((tmp_path / "tutorial.toml").read_text(encoding="utf-8"), "tutorial")
+    short["simulation"] |= {"members": 2, "transient": "0.1 s"}
+    short["effort"] |= {
+        "evaluations": 40,
+        "startup": 30,
+        "polish": 4,
+        "polish_members": 2,
+        "check_members": 2,
+    }
+    (tmp_path / "short.toml").write_text(write_toml(short), encoding="utf-8")
+    for name in ("one", "two"):
+        done = subprocess.run(
+            command(tmp_path / "short.toml", tmp_path / name), check=False, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+    one, two = written(tmp_path / "one"), written(tmp_path / "two")
+    assert len(one) > 6
+    assert {place: file.read_bytes() for place, file in one.items()} == {
+        place: file.read_bytes() for place, file in two.items()
+    }
+
+
 @pytest.mark.parametrize(
     ("change", "code", "words"),
     [
@@ -242,4 +276,55 @@ def test_a_plan_can_be_asked_whether_it_finds_known_parameters(plan: Path, tmp_p
         for name, interval in zip(("drag", "error"), each["intervals"], strict=True):
             assert interval["low"] <= interval["median"] <= interval["high"]
             assert each["true"][name] > 0.0
-    assert len(trials(tmp_path)) == 24 * 4
+    assert len(trials(tmp_path)) == 24 * 5
+
+
+def test_an_interrupted_overwrite_leaves_the_old_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from gearplay.calibration import door
+    from gearplay.cli.main import run
+
+    plan, out = tmp_path / "plan.toml", tmp_path / "out"
+    plan.write_text(write_toml(PLAN), encoding="utf-8")
+    out.mkdir()
+    for name in ("calibration.json", "trials.sqlite"):
+        (out / name).write_text("old", encoding="utf-8")
+
+    def interrupted(plan: Any, folder: Path, **more: Any) -> None:
+        (folder / "trials.sqlite").write_text("new", encoding="utf-8")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(door, "calibrate", interrupted)
+    assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
+    assert str(out / ".new") in capsys.readouterr().err
+    assert (out / "trials.sqlite").read_text(encoding="utf-8") == "old"
+
+
+WRITTEN_BEFORE = "e454d4f10a759af3861a612c5780cbab99c2201e5737eb990740150fe8116fe0"
+"""Digest of the trial below as the store wrote it first: stores that are there stay readable."""
+
+
+def test_a_trial_that_was_changed_is_named(tmp_path: Path) -> None:
+    from gearplay.calibration.observe import Observed
+    from gearplay.calibration.reading import load_plan
+    from gearplay.calibration.store import StudyStore
+    from gearplay.calibration.trials import Trial
+
+    plan = load_plan(PLAN)
+    seen = {"slow": {"mesh": {"frequency": Observed(4.0, 0.01), "amplitude": Observed(0.1, 0.01)}}}
+    trial = Trial(0, (0.25, 0.5), seen, "", "startup")
+    StudyStore(tmp_path, plan, "coupled", "digest").add(trial)
+    assert StudyStore(tmp_path, plan, "coupled", "digest").read() == [trial]
+    with sqlite3.connect(tmp_path / "trials.sqlite") as connection:
+        find = "select value_json from trial_user_attributes where key = 'sha256'"
+        assert json.loads(connection.execute(find).fetchone()[0]) == WRITTEN_BEFORE
+    with sqlite3.connect(tmp_path / "trials.sqlite") as connection:
+        connection.execute(
+            "update trial_user_attributes set value_json = '[0.25, 0.75]' where key = 'unit'",
+        )
+    with pytest.raises(InputError, match="trial 0 was changed"):
+        StudyStore(tmp_path, plan, "coupled", "digest").read()
+    with sqlite3.connect(tmp_path / "trials.sqlite") as connection:
+        connection.execute("delete from trial_user_attributes where key = 'sha256'")
+    assert StudyStore(tmp_path, plan, "coupled", "digest").read()[0].unit == (0.25, 0.75)  # an older one

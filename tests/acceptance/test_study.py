@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gearplay.cli.study import _words
 from gearplay.published.calibrated import seeds_seen
 from gearplay.published.findings import GROUPS
 from gearplay.published.story import QUESTIONS
@@ -52,6 +53,30 @@ def test_the_folder_holds_report_tables_and_figures(finished: tuple[Path, dict])
         *(p.stem for p in (folder / "figures").glob("*.png")),
     }
     assert json.loads((folder / "claims.json").read_text())["shares"]
+
+
+def test_every_picture_is_named(finished: tuple[Path, dict]) -> None:
+    folder, document = finished
+    said = _words(document)
+    assert all(each.name in said for each in (folder / "figures").iterdir())
+    assert str(folder / "report.html") in said
+    assert str(folder / "report.pdf") in said
+
+
+def test_verdicts_and_tables_have_one_level(finished: tuple[Path, dict]) -> None:
+    _, document = finished
+    claim = next(
+        f for f in document["findings"] if f["claim"].startswith("Coupled: the vibration is largest")
+    )
+    rows = {
+        (row["line"], row["speed_rpm"]): row["ours_coupled_m_per_s2"]
+        for row in document["tables"]
+        if row["quantity"] == "amplitude_as_printed"
+        and row["radial_clearance_um"] == row["backlash_um"] == 100.0
+    }
+    for line in ("radial", "mesh_1x", "mesh_2x"):
+        middle, *others = (f"{rows[line, speed]:.3g}" for speed in (120.0, 60.0, 180.0))
+        assert f"{middle} against {', '.join(others)} m/s²" in claim["evidence"]
 
 
 def test_the_report_is_one_self_contained_page(finished: tuple[Path, dict]) -> None:
@@ -126,6 +151,18 @@ def test_the_report_as_pdf(finished: tuple[Path, dict]) -> None:
     assert written.startswith(b"%PDF-")
     assert written.count(b"/Type/Page") + written.count(b"/Type /Page") >= 3
     assert len(written) > 200_000  # with its figures
+
+
+@pytest.mark.deep
+def test_the_same_seed_gives_the_same_page(finished: tuple[Path, dict], tmp_path: Path) -> None:
+    """Page, tables, claims and every picture of two studies with one seed are the same to the last byte."""
+    folder, again = finished[0], tmp_path / "again"
+    assert run("--out", str(again), "--json", "--pdf").returncode == 0
+    names = sorted(p.relative_to(folder) for p in folder.rglob("*.*") if "parts" not in p.parts)
+    names = [name for name in names if name.suffix in (".html", ".csv", ".json", ".png")]
+    assert len(names) >= FIGURES + 4
+    for name in names:
+        assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
 
 def test_a_second_run_refuses_to_overwrite(finished: tuple[Path, dict]) -> None:

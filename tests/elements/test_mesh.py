@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from building import Document, Floats, mesh_at
+from building import Document, Floats, mesh_at, pair_case
 from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.mesh_geometry import P_B, P_D
-from gearplay.model.pack import Packed
+from gearplay.kernels.tooth_stiffness import mesh_stiffness, stiffness_slope
+from gearplay.model.pack import Packed, pack
 
 
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
@@ -77,3 +78,24 @@ def potential(packed: Packed, y: Floats) -> float:
         out = mesh_at(packed, j, y)
         total += 0.5 * mesh.k_m * sum(max(float(out[p]), 0.0) ** 2 for p in (P_D, P_B))
     return total
+
+
+def test_a_table_of_points_of_a_cosine_is_the_cosine() -> None:
+    """At its points exactly, between 24 of them to h^4 / 384 of the amplitude, its slope too; its mean is the cosine's."""
+    mean, swing, phases = 1e8, 3e7, 2.0 * math.pi * np.arange(24) / 24.0
+    stiffness = {"kind": "table", "phase": list(phases), "stiffness": list(mean + swing * np.cos(phases))}
+    packed = pack(pair_case(mesh={"stiffness": stiffness}))
+    mesh = packed.system.records[MESH][0]
+    assert abs(mesh.k_m - mean) < 1e-9 * mean
+
+    def k(psi: float) -> float:
+        return mesh_stiffness(mesh, packed.system, psi, math.cos(psi), math.sin(psi), 0)
+
+    assert max(abs(k(psi) - mean - swing * math.cos(psi)) for psi in phases) < 1e-9 * mean
+    between = np.linspace(-7.0, 7.0, 57)
+    assert (
+        max(abs(k(psi) - mean - swing * math.cos(psi)) for psi in between)
+        < swing * (math.pi / 12) ** 4 / 384 * 1.1
+    )
+    slopes = [stiffness_slope(mesh, packed.system, psi, math.cos(psi), math.sin(psi)) for psi in between]
+    assert np.max(np.abs(slopes + swing * np.sin(between))) < 1e-3 * swing

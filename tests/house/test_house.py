@@ -1,8 +1,10 @@
 """What the house holds itself to: sizes, public names and what is said of them, what an import loads."""
 
+import ast
 import importlib.util
 import inspect
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -120,3 +122,30 @@ def test_pages_made_from_the_code_are_what_it_says(name: str) -> None:
     module = importlib.util.module_from_spec(loaded)
     loaded.loader.exec_module(module)
     assert module.OUT.read_text(encoding="utf-8") == module.page(), f"run: python docs/{name}.py"
+
+
+def test_no_message_below_the_command_line_names_its_options() -> None:
+    """Whoever calls from Python has arguments: `cli.advice` says them as options."""
+    found = []
+    for path in sorted(SOURCE.rglob("*.py")):
+        if path.relative_to(SOURCE).parts[0] in ("cli", "web"):
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        words = {
+            id(node.body[0].value)
+            for node in ast.walk(tree)
+            if isinstance(node, _DOCUMENTED) and _docstring(node)
+        }
+        for node in ast.walk(tree):
+            said = isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in words
+            if said and re.search(r"(^|[\s(])--[a-z]", node.value):
+                found.append(f"{path.relative_to(SOURCE)}:{node.lineno}: {node.value}")
+    assert found == []
+
+
+_DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def _docstring(node: ast.AST) -> bool:
+    first = next(iter(getattr(node, "body", [])), None)
+    return isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)

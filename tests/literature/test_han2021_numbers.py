@@ -56,6 +56,14 @@ def test_the_stiffness_of_a_case_is_of_its_own_rack() -> None:
         assert pack_stiffness(turned, 0).mean == pytest.approx(expected, rel=1e-12)
 
 
+def test_the_wave_of_a_case_is_a_share_of_its_mean() -> None:
+    """K runs from 0.8 to 1.2 of its mean once a mesh period where amplitude_ratio is 0.2."""
+    given = {"kind": "iso6336", "facewidth": "6 mm", "amplitude_ratio": 0.2, "phase": 0.5}
+    wave = pack_stiffness(replace(load_case("han2021"), {"meshes.0.stiffness": given}), 0)
+    assert wave.rows.tolist() == [[1.0, pytest.approx(0.2 * wave.mean, rel=1e-12), 0.5]]
+    assert wave.highest == pytest.approx(1.2 * wave.mean, rel=1e-12)
+
+
 def test_contact_ratio_of_the_pair() -> None:
     """Full-depth 20/60 of 20 deg: 1.95 internal; the same teeth external 1.67, from the ends of contact."""
     assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(1.95, abs=0.03)

@@ -49,6 +49,95 @@ def test_opens_with_the_article_s_case(visit: Open) -> None:
         assert page.locator(f"#{name} .main-svg").count() > 0
 
 
+NAMES = ("orbit", "spectrum", "backlash", "forces")
+AXES = """([of, inside]) => Object.fromEntries(["orbit", "spectrum", "backlash", "forces"].map((name) => {
+  const place = document.getElementById(name);
+  const { left, top } = place.getBoundingClientRect();
+  const texts = [...place.querySelectorAll(`${inside} text`)].map((each) => {
+    const box = each.getBoundingClientRect();
+    return [each.textContent.replaceAll("\u200b", ""), box.left - left, box.top - top];
+  }).sort();
+  const ranges = ["xaxis", "yaxis", "yaxis2"].map((axis) => place[of][axis]?.range ?? null);
+  return [name, { texts, ranges }];
+}))"""
+
+
+def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
+    """Open a case while plotly.js is held back; return the page and what the answer to its request waits for."""
+    made, held = visit(), []
+    made.page.route("**/plotly.js", lambda route: held.append(route))
+    made.until("Boolean(window.gearplay && window.gearplay.first)", 60.0)
+    if case != "han2021":
+        made.page.select_option("#case", case)
+        made.until(f"window.gearplay.state.name === '{case}' && window.gearplay.latencies.length > 1", 60.0)
+    made.until("document.querySelectorAll('.sketch').length === 4 && !window.gearplay.state.running")
+
+    def release() -> None:
+        made.page.hover("#orbit")  # who points at a plot wants to zoom
+        while not held:
+            made.page.wait_for_timeout(20)
+        held[0].continue_()
+
+    return made, release
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "han2021",
+        pytest.param("planetary-reducer", marks=pytest.mark.deep),
+        pytest.param("two-stage-reducer", marks=pytest.mark.deep),
+    ],
+)
+def test_first_plots_need_no_plotly_and_stay_as_they_are_when_it_comes(visit: Open, case: str) -> None:
+    made, release = first_view(visit, case)
+    made.page.click("#play")
+    assert made.page.evaluate("window.Plotly === undefined")
+    sketched = made.page.evaluate(AXES, ["sketched", ".sketch"])
+    colors = "[...document.querySelectorAll('#spectrum .sketch g path')].map((each) => each.getAttribute('stroke'))"
+    assert set(made.page.evaluate(colors)) == {"#0b5fa5", "#b4540f"}
+    assert "frequency [Hz]" in [each[0] for each in sketched["spectrum"]["texts"]]
+    release()
+    made.ready()
+    assert made.page.locator(".sketch").count() == 0
+    drawn = made.page.evaluate(AXES, ["_fullLayout", ".main-svg"])
+    for name in NAMES:
+        for one, other in zip(sketched[name]["ranges"], drawn[name]["ranges"], strict=True):
+            assert one == (other and pytest.approx(other, rel=2e-3, abs=1e-9))
+        assert [each[0] for each in sketched[name]["texts"]] == [each[0] for each in drawn[name]["texts"]]
+        for one, other in zip(sketched[name]["texts"], drawn[name]["texts"], strict=True):
+            assert one[1:] == pytest.approx(other[1:], abs=3.0), one[0]
+
+
+@pytest.mark.deep
+def test_the_quieter_curve_lies_on_top(visit: Open) -> None:
+    made = visit().ready()
+    curves = made.page.evaluate(
+        "document.getElementById('spectrum').data.map(({ name, y }) => [name, y.reduce((sum, a) => sum + a, 0)])"
+    )
+    assert curves[0][1] > curves[1][1]
+    legend = made.page.locator("#spectrum .legendtext").all_text_contents()
+    assert legend == ["coupled", "uncoupled"]
+
+
+@pytest.mark.deep
+def test_gears_of_a_planetary_set_and_of_two_stages_have_their_views(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", "planetary-reducer"))
+    assert made.page.locator("#carrier-row").is_visible()
+    choices = made.page.locator("#mesh-of option").all_text_contents()
+    assert len(choices) == 6
+    made.page.select_option("#sleeve-of", "stage.planet1")
+    made.until("document.getElementById('orbit').layout.annotations?.[0].text.includes('no orbit to draw')")
+    made.page.select_option("#carrier", "turning")
+    made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
+    assert made.page.locator("#carrier-row").is_hidden()
+    made.page.select_option("#mesh-of", label=made.page.locator("#mesh-of option").nth(1).text_content())
+    made.until("document.getElementById('forces').data.some((each) => each.y.some((force) => force > 0))")
+    drawn = "[...document.querySelector('#stage canvas').getContext('2d').getImageData(0, 0, 300, 300).data]"
+    assert len(set(made.page.evaluate(drawn))) > 20
+
+
 def test_a_field_changes_the_run(visit: Open) -> None:
     made = visit().ready()
     before = shown(made, "result.sha256")
@@ -565,6 +654,28 @@ def test_an_ensemble_has_its_spread(visit: Open) -> None:
     assert shown(made, "result.members") == 4
     assert made.page.evaluate("document.getElementById('spectrum').data.length") == 6
     assert "averages over 4 members" in made.page.text_content("#few")
+
+
+def test_averages_come_behind_one_run(visit: Open) -> None:
+    """Of a rattling pair the contacts and the spectrum are means with their interval; a moved slider asks for new ones."""
+    made = visit().ready()
+    made.until("window.gearplay.state.result.average")
+    words = made.page.text_content("#few")
+    assert words.startswith(
+        "Contacts are means over 16 members of 5 s after 1 s, from drawn starts; ± holds 95 %."
+    )
+    assert made.page.text_content("#statistics tr:nth-child(2) td:nth-child(5)").count(" ± ") == 1
+    assert (
+        made.page.evaluate("document.getElementById('spectrum').data.length") == 6
+    )  # two models, each with its band
+    fill(made, "meshes.0.backlash", "140")
+    made.until("window.gearplay.state.result.average")
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(140e-6)
+    kinds = made.page.evaluate(
+        "fetch('/api/results').then((answer) => answer.json()).then((all) => all.map((each) => each.kind))"
+    )
+    assert "run" in kinds
+    assert "average" not in kinds  # which are not kept as results
 
 
 @pytest.mark.deep

@@ -60,7 +60,7 @@ def test_the_start_of_a_ramp_rolls() -> None:
 
 
 def test_a_servo_follows_its_ramp() -> None:
-    """A stiff servo without a load lags its target by acceleration x inertia / gain, theory T4."""
+    """A stiff servo without a load lags its target by acceleration x inertia / gain."""
     servo = {
         "kind": "servo", "speed": 20.0, "start_speed": 10.0, "ramp": 1.0,
         "proportional_gain": 5.0, "integral_gain": 0.0, "torque_limit": 100.0,

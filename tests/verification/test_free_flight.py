@@ -2,27 +2,22 @@
 
 import itertools
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.integrate import solve_ivp
 
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of
 from depth import sized
+from flights import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.advancement import open_span
-from gearplay.kernels.elements import table
 from gearplay.kernels.flight import NEVER, closed_form_span, decay, fly
-from gearplay.kernels.layout import FLYING, PENETRATION, Loads
-from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.roster import state_of
+from gearplay.kernels.layout import FLYING
 from gearplay.model.pack import pack
 
 FLIGHTS = sized(10_000)
-LOOKS = 1500  # at each flight
 
 
 @pytest.mark.parametrize("z", [0.0, 1e-12, 1e-3, 0.0999999, 0.1, 3.0, 700.0])
@@ -142,23 +137,6 @@ def random_flyer(generator: np.random.Generator) -> Document:
     return document
 
 
-@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Loads) -> float:  # type: ignore[no-untyped-def]
-    """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
-    deepest = -1.0
-    y = motion.y_try
-    for s in range(1, looks):
-        # half of the looks crowd towards the end, where a miss would be
-        share = s / looks if s % 2 == 0 else 1.0 - (1.0 - s / looks) ** 6
-        t = t_0 + share * (t_1 - t_0)
-        for i in range(system.rotors.size):
-            state_of(system, motion.roster, i, t, motion.y, y)
-        for e in range(system.elements.size):
-            table.press(system, e, t, y, motion.branch, loads)
-        deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
-    return deepest
-
-
 def rippling(document: Document, generator: np.random.Generator) -> Document:
     """Return a document whose pinion is driven with a ripple of one to three random orders."""
     terms = [
@@ -172,35 +150,6 @@ def rippling(document: Document, generator: np.random.Generator) -> Document:
     drive = {"kind": "speed", "speed": float(generator.uniform(-60.0, 60.0)), "ripple": terms}
     wheel = next(name for name in document["rotors"] if name != "pinion")
     return merged(document, {"rotors": {"pinion": {"drive": drive}, wheel: {"drive": None}}})
-
-
-def oversights(documents: Iterator[Document], wanted: int) -> tuple[float, int]:
-    """Return the deepest touch [m] that dense looks see in so many flights, and how many flights end within 1 nm of one."""
-    flights, grazing = 0, 0
-    worst = -1.0
-    while flights < wanted:
-        document = next(documents)
-        case = case_of(document)
-        packed = pack(case)
-        motion = run_of(case, packed, member=1)
-        motion.clock[kernel.T_END] = 0.3
-        for _ in range(4000):
-            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[kernel.T])
-            roles = motion.roster.roles.copy()
-            since, origin = motion.roster.since.copy(), motion.roster.origin.copy()
-            status = stepper.advance(packed.system, motion, 1)
-            t_1 = float(motion.clock[kernel.T])
-            if flying:
-                after = (motion.roster.roles.copy(), motion.roster.since.copy(), motion.roster.origin.copy())
-                motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = roles, since, origin
-                deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, make_loads(packed.system))
-                motion.roster.roles[:], motion.roster.since[:], motion.roster.origin[:] = after
-                worst = max(worst, deepest)
-                grazing += deepest > -1e-9
-                flights += 1
-            if status != kernel.PAUSED or flights >= wanted:
-                break
-    return worst, grazing
 
 
 def test_no_contact_is_missed_in_ten_thousand_random_flights(measured: Measured) -> None:

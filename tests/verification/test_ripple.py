@@ -83,6 +83,17 @@ def test_a_shaft_that_nothing_touches_follows_it_too() -> None:
     assert run.counters.steps <= 2, "a ripple alone is flown in one stride"
 
 
+def test_the_centre_of_a_rippling_disc_falls_like_any_other() -> None:
+    """A ripple turns the disc and leaves the parabola of its centre alone."""
+    drive = {"kind": "speed", "speed": SPEED, "ripple": RIPPLE}
+    start = {"vx": 0.1, "vy": 0.2}
+    disc = {"mass": 1.0, "inertia": 1e-3, "drive": drive, "floating": True, "initial": start}
+    run = {"duration": 0.05, "sampling": 1e4}
+    fall = simulate_one({"rotors": {"disc": disc}, "gravity": [0.0, -9.81], "run": run})
+    assert np.max(np.abs(fall.signal("x", "disc") - 0.1 * fall.time)) < 1e-12
+    assert np.max(np.abs(fall.signal("y", "disc") - (0.2 - 0.5 * 9.81 * fall.time) * fall.time)) < 1e-12
+
+
 @pytest.mark.parametrize("kind", ["internal", "external"])
 def test_a_heavily_loaded_gear_follows_kinematically(kind: str) -> None:
     """On rigid shafts the wheel has the pinion's speed over the ratio, and the flank carries T + J alpha / ratio."""

@@ -107,7 +107,7 @@ def test_known_rebounds(law: str, given: float, delivered: float) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("wanted", [0.95, 0.3])
+@pytest.mark.parametrize("wanted", [1.0, 0.95, 0.3])
 @pytest.mark.parametrize("exponent", [1.5, 1.0])
 def test_delivered_reading_gives_the_restitution_asked_for(law: str, wanted: float, exponent: float) -> None:
     """restitution_reading = delivered: the rebound is the given one, whatever law and exponent."""

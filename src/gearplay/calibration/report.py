@@ -6,7 +6,7 @@ import json
 import math
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -25,7 +25,9 @@ from gearplay.calibration.statement import Statement, statement_of
 from gearplay.calibration.verdict import CLEAR, OPEN, STRONG
 from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.files.json_text import finite
+from gearplay.files.parts import with_digest
 from gearplay.pictures.pages import data_uri, render_page
+from gearplay.pictures.words import shown_in
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (
@@ -37,8 +39,8 @@ COLUMNS = (
 def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str, Any]:
     """Write report, residual table, figures and the JSON document into ``folder``; return that document.
 
-    Every file is whole or absent. Numbers that do not exist, such as the frequency error of a plan without frequencies, are
-    null in the document, empty in the table and a dash on the page.
+    Every file is whole or absent; the document's has a digest. Numbers that do not exist, such as the frequency error of a
+    plan without frequencies, are null in the document, empty in the table and a dash on the page.
 
     Raises `InputError` where the folder cannot be written.
     """
@@ -52,7 +54,8 @@ def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str
     for name, png in figures.items():
         write_bytes(folder / "figures" / f"{name}.png", png)
     write_text(folder / "residuals.csv", residuals_csv(plan, fits))
-    write_text(folder / "calibration.json", json.dumps(document, indent=1, allow_nan=False))
+    text = json.dumps(with_digest(document), indent=1, allow_nan=False)
+    write_text(folder / "calibration.json", text)
     write_text(folder / "report.html", render(plan, fits, document, figures))
     return document
 
@@ -249,6 +252,21 @@ def _fixed(value: Any, decimals: int = 1) -> str:
     return f"{value:.{decimals}f}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
 
 
+def _shown_unit(row: Mapping[str, Any]) -> str:
+    """Return the unit in which the page shows a datum."""
+    return shown_in(row["unit"], abs(row["measured"] or 0.0))[0]
+
+
+def _shown(row: Mapping[str, Any], name: str) -> float | None:
+    """Return a value of a datum in the unit in which the page shows it.
+
+    >>> _shown({"unit": "m", "measured": 2e-6, "simulated": 1e-6}, "simulated")
+    1.0
+    """
+    factor = shown_in(row["unit"], abs(row["measured"] or 0.0))[1]
+    return None if row[name] is None else float(f"{factor * row[name]:.12g}")
+
+
 def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: dict[str, bytes]) -> str:
     """Return the report as one self-contained HTML page."""
     images = {name: data_uri(png) for name, png in figures.items()}
@@ -256,7 +274,7 @@ def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: d
     return render_page(
         "gearplay.calibration",
         "report.html",
-        filters={"number": _number, "fixed": _fixed},
+        filters={"number": _number, "fixed": _fixed, "shown": _shown, "shown_unit": _shown_unit},
         title=plan.title or "Calibration",
         plan=plan,
         document=document,

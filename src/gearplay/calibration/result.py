@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from gearplay.files.atomic import shown_path
+from gearplay.files.parts import without_digest
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, WasDocument, check_kind
@@ -20,6 +23,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLUMNS = {"best": "best value", "low": "lower end of its interval", "high": "upper end of its interval"}
+
+ORIGIN = "must be a calibration.json that gearplay calibrate wrote"
+LARGEST = 64 * 1024**2
+"""Of a document that is read [bytes]: far above what any plan gives."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,6 +85,22 @@ class Calibration(Answer, WasDocument):
             raise InputError(Fault("dataset", "no document", rule, "Write it again"))
         return cls(json.loads(dataset.attrs["document"]))
 
+    @classmethod
+    def from_document(cls, path: Path) -> Self:
+        """Return the calibration whose ``calibration.json`` a file is.
+
+        Raises `InputError` where it is missing, something else, or was changed after it was written.
+        """
+        stored = _stored(path)
+        if (document := without_digest(stored)) is None:
+            raise _refusal(path, "must be as gearplay calibrate wrote it; it was changed since")
+        found = cls(document)
+        try:  # an older file has no digest, and another document may have one
+            found.ds.attrs["words"] = found.message
+        except (LookupError, TypeError, ValueError, AttributeError):
+            raise _refusal(path, ORIGIN) from None
+        return found
+
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each parameter of each fit."""
         return [
@@ -101,6 +124,24 @@ class Calibration(Answer, WasDocument):
         drawn.set_yticks(range(len(rows)), names, fontsize=6.5)
         drawn.set_xlabel("interval of the parameter over its best value [1]", fontsize=8)
         return drawn
+
+
+def _stored(path: Path) -> dict[str, Any]:
+    """Return what a file holds as JSON; `InputError` where that is no table."""
+    try:
+        plain = path.is_file() and path.stat().st_size <= LARGEST
+        stored = json.loads(path.read_text(encoding="utf-8")) if plain else None
+    except (OSError, ValueError, RecursionError):
+        stored = None
+    if not isinstance(stored, dict):
+        raise _refusal(path, ORIGIN)
+    return stored
+
+
+def _refusal(path: Path, rule: str) -> InputError:
+    return InputError(
+        Fault("file", shown_path(path), rule, "Run the same calibration again: it writes it anew")
+    )
 
 
 def _shown(row: Mapping[str, Any], key: str) -> str:

@@ -1,12 +1,12 @@
 """Trials of a calibration on disk: one optuna study per model in an SQLite file, finished trials only."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Seen, Trial
+from gearplay.files import parts
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 
@@ -24,7 +24,7 @@ class StudyStore:
     def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
         optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
-        path = folder / FILE
+        path, self.folder = folder / FILE, folder
         self.names = [p.name for p in plan.parameters]
         try:
             self.study = optuna.create_study(
@@ -51,7 +51,10 @@ class StudyStore:
         """Return the finished trials in order."""
         trials = []
         for stored in self.study.get_trials(deepcopy=False):
-            held = stored.user_attrs
+            held = parts.without_digest(stored.user_attrs, in_order=False)  # a table of SQL has none
+            if held is None:
+                rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
+                raise InputError(Fault("out", str(self.folder), rule, _CURE))
             seen = {
                 c: {t: {k: Observed(*v) for k, v in keys.items()} for t, keys in targets.items()}
                 for c, targets in held["seen"].items()
@@ -64,23 +67,24 @@ class StudyStore:
         import optuna
         from optuna.distributions import FloatDistribution
 
+        held = {
+            "unit": list(trial.unit),
+            "seen": _plain(trial.seen),
+            "reason": trial.reason,
+            "phase": trial.phase,
+        }
         self.study.add_trial(
             optuna.trial.create_trial(
                 state=optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL,
                 value=0.0 if trial.good else None,
                 params=dict(zip(self.names, trial.unit, strict=True)),
                 distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
-                user_attrs={
-                    "unit": list(trial.unit),
-                    "seen": _plain(trial.seen),
-                    "reason": trial.reason,
-                    "phase": trial.phase,
-                },
+                user_attrs=parts.with_digest(held, in_order=False),
             )
         )
 
 
-_CURE = "Choose another folder with --out, or say --overwrite to begin anew."
+_CURE = "Choose another folder, or overwrite it to begin anew."
 
 
 def _plain(seen: Seen) -> dict[str, Any]:
@@ -95,7 +99,5 @@ def digest_of(plan: Plan) -> str:
 
     Not their number: more of them go on from those that are there.
     """
-    import hashlib
-
     document = plan.model_dump(mode="json", exclude={"title": True, "effort": set(AFTER)})
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+    return parts.digest_of(document, in_order=False)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
 LISTED = 12
 """Of more channels only the names are printed."""
@@ -159,5 +159,5 @@ def _words(document: dict[str, Any]) -> str:
     if document["settings"]:
         rows.append(f"  ({document['settings']})")
     if document["figures"]:
-        rows.append(f"{len(document['figures'])} figures in {Path(document['figures'][0]).parent}")
+        rows += pictures_in(Path(document["figures"][0]).parent)
     return "\n".join(rows)

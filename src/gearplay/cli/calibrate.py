@@ -7,8 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
+
+WHOLE = ("calibration.json", "recovery.json")
+"""Files that a finished calibration has."""
 
 
 def register(app: typer.Typer) -> None:
@@ -39,28 +42,30 @@ def calibrate(
     """
     from gearplay.calibration import door as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
+    from gearplay.calibration.store import digest_of
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
+    from gearplay.files.renewal import renewal, replace_old
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
     problem = Problem(loaded, loaded.models[0])
     compile_kernels(problem.cases[0], quiet=json)
     with locked(folder):
-        if overwrite:
-            _forget(folder)
+        place = renewal(folder, overwrite=overwrite, of=digest_of(loaded), whole=WHOLE, forget=_forget)
         try:
             with interruptible() as stop, progress_bar(quiet=json) as report:
                 if recover is not None:
-                    document: Any = calibration.recover(loaded, folder, recover, progress=report, stop=stop)
+                    document: Any = calibration.recover(loaded, place, recover, progress=report, stop=stop)
                 else:
                     document = calibration.calibrate(
-                        loaded, folder, records=plan_folder(plan), progress=report, stop=stop
+                        loaded, place, records=plan_folder(plan), progress=report, stop=stop
                     ).document
         except KeyboardInterrupt:
             raise CommandInterruptedError(
-                f"Interrupted. Finished trials are kept in {folder}: the same command goes on there."
+                f"Interrupted. Finished trials are kept in {place}: the same command goes on there."
             ) from None
+        replace_old(folder, place, _forget)
     if json:
         print_json(document)
     else:
@@ -91,7 +96,7 @@ def _forget(folder: Path) -> None:
 
 def _words(document: dict[str, Any], folder: Path) -> str:
     lines = [document["title"] or "Calibration", *document["answer"], *document["statement"]["words"][1:]]
-    lines.append(f"Report: {folder / 'report.html'}")
+    lines += [f"Report: {folder / 'report.html'}", *pictures_in(folder / "figures")]
     return "\n".join(lines)
 
 

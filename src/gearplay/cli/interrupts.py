@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any
 
 from gearplay.vocabulary.errors import GearplayError
@@ -27,8 +27,11 @@ class CommandInterruptedError(GearplayError):
 
 SOON = 0.05
 """When an interrupt that cannot be raised yet is tried again [s]."""
-ASKED_BY_COMPILED_CODE = ("gearplay.kernels.compiled_once", "_answer")
-"""The function that compiled code calls: an exception that leaves it is lost, with a traceback."""
+LOST_WITHIN = {
+    ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
+    ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
+}
+"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on."""
 
 
 _running: list[threading.Event] = []
@@ -58,14 +61,14 @@ def interruptible() -> Iterator[threading.Event]:
     if _running:
         yield _running[-1]
         return
-    stop, heard = threading.Event(), [-GRACE]
+    stop, heard, again = threading.Event(), [-GRACE], _Again()
 
     def interrupt(signum: int, frame: FrameType | None) -> None:
         stop.set()
         if time.monotonic() - heard[0] < GRACE:
             return
-        if _in_compiled_code(frame):
-            _again()
+        if _would_be_lost(frame):
+            again.soon()
             return
         heard[0] = time.monotonic()
         raise KeyboardInterrupt
@@ -76,41 +79,61 @@ def interruptible() -> Iterator[threading.Event]:
             sys.__unraisablehook__(unraisable)
             return
         heard[0] = -GRACE
-        _again()
+        again.soon()
+
+    def silent(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        """Print no traceback of an interrupt: Cython prints one of what it is about to lose."""
+        if not issubclass(kind, KeyboardInterrupt):
+            sys.__excepthook__(kind, error, trace)
 
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return
-    before, hook = signal.signal(signal.SIGINT, interrupt), sys.unraisablehook
-    sys.unraisablehook = lost
+    before, hooks = signal.signal(signal.SIGINT, interrupt), (sys.unraisablehook, sys.excepthook)
+    sys.unraisablehook, sys.excepthook = lost, silent
     _running.append(stop)
     try:
         yield stop
     finally:
         _running.pop()
-        sys.unraisablehook = hook
+        again.never()
+        sys.unraisablehook, sys.excepthook = hooks
         signal.signal(signal.SIGINT, before if before is not None else signal.SIG_DFL)
 
 
-def _again() -> None:
-    """Let an interrupt that could not be raised come again soon."""
-    timer = threading.Timer(SOON, _send)
-    timer.daemon = True
-    timer.start()
+class _Again:
+    """An interrupt that could not be raised yet, and comes again soon: one at a time, and none after the command."""
+
+    def __init__(self) -> None:
+        self.timer: threading.Timer | None = None
+        self.due = False
+
+    def soon(self) -> None:
+        """Let it come again, if it is not coming already."""
+        if not self.due:
+            self.due, self.timer = True, threading.Timer(SOON, self._send)
+            self.timer.daemon = True
+            self.timer.start()
+
+    def never(self) -> None:
+        """Let it come no more: the handler that knows what to do with it is about to go."""
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer.join()
+
+    def _send(self) -> None:
+        """Send Ctrl-C to the main thread, which may be waiting."""
+        self.due = False
+        if hasattr(signal, "pthread_kill"):
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        else:
+            signal.raise_signal(signal.SIGINT)
 
 
-def _send() -> None:
-    """Send Ctrl-C to the main thread, which may be waiting."""
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-    else:
-        signal.raise_signal(signal.SIGINT)
-
-
-def _in_compiled_code(frame: FrameType | None) -> bool:
-    """Return whether a frame was called from compiled code, which can take no exception."""
+def _would_be_lost(frame: FrameType | None) -> bool:
+    """Return whether an exception raised at a frame would meet compiled code that can pass none on."""
     while frame is not None:
-        if (frame.f_globals.get("__name__"), frame.f_code.co_name) == ASKED_BY_COMPILED_CODE:
+        if (frame.f_globals.get("__name__"), frame.f_code.co_qualname) in LOST_WITHIN:
             return True
         frame = frame.f_back
     return False

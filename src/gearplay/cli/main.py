@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -10,6 +12,7 @@ from typing import Annotated, Final, Protocol
 
 import typer
 
+from gearplay.cli.advice import commanded
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
 from gearplay.cli.output import error_document, print_json, say_error
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
@@ -97,6 +100,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     debug = "--debug" in words
     code = run([word for word in words if word != "--debug"], debug=debug)
     leave_at_once(code)
+    if code == INTERRUPTED:  # without waiting for what a library still does on a thread
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # while Python itself ends
     sys.exit(code)
 
 
@@ -137,6 +145,7 @@ def _report(error: Exception, wants_json: bool) -> int:
     """Print an error in one sentence and return its exit code."""
     code = BROKEN
     if isinstance(error, GearplayError):
+        error = commanded(error)
         code, shown = error.exit_code, str(error)
     elif isinstance(error, _UsageError):
         code = InputError.exit_code

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, TextIO
 
 import typer
@@ -24,6 +25,12 @@ def print_json(document: Mapping[str, Any]) -> None:
 def print_text(text: str) -> None:
     """Print a result for people on standard output."""
     _write(sys.stdout, text)
+
+
+def pictures_in(folder: Path) -> list[str]:
+    """Return the line that names every picture in a folder, none where there is no picture."""
+    names = sorted(each.name for each in folder.glob("*") if each.suffix in (".png", ".svg", ".pdf", ".gif"))
+    return [f"Pictures in {folder}: {', '.join(names)}"] if names else []
 
 
 def say(text: str) -> None:

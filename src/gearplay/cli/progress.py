@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from gearplay.cli.output import say
 from gearplay.vocabulary.progress import Progress as Told
 
 if TYPE_CHECKING:
@@ -44,12 +43,5 @@ def compile_kernels(case: Case, *, quiet: bool, derivative: bool = False) -> Non
     """Compile what a case needs, with progress: a bar on a terminal, else one line."""
     from gearplay.solver.compiling import prepare
 
-    said: list[str] = []
-
-    def say_once(label: str, done: float, total: float) -> None:
-        if not said:
-            said.append(label)
-            say(f"{label}.")
-
     with progress_bar(quiet=quiet) as bar:
-        prepare(case, derivative=derivative, progress=bar or say_once)
+        prepare(case, derivative=derivative, progress=bar)

@@ -1,14 +1,16 @@
 """`gearplay run CASE`: simulate one case, show what came out, save it."""
 
+import shlex
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated, Any
 
 import typer
 
 from gearplay.cli.arguments import CaseName, Changes
-from gearplay.cli.interrupts import interruptible
+from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import SimulationError
@@ -16,6 +18,9 @@ from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 LEAST_PACKED = 0.1
 """Of its samples' bytes a saved run has about a quarter, hardly ever less than this."""
+
+PATIENCE = 1.0
+"""So long [s] after Ctrl-C may it take to compress what was computed, else it is saved as it is."""
 
 
 def register(app: typer.Typer) -> None:
@@ -46,7 +51,7 @@ def run(
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
         from gearplay.model.reading import load_case
-        from gearplay.results.door import simulate
+        from gearplay.results.door import record, simulate
 
         chosen = load_case(case, given)
         if out is not None:
@@ -55,22 +60,42 @@ def run(
         compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
+        began = perf_counter()
         with progress_bar(quiet=json) as report:
-            result = simulate(chosen, progress=report, stop=stop)
+            work = simulate if out is None else record
+            result = work(chosen, progress=report, stop=stop)
+        elapsed = perf_counter() - began
+    stopped, lost = result.status.name == "INTERRUPTED", None
     if out is not None:
         out = _place_of(out, whole=result.success)
-        result.save(out, overwrite=overwrite)
-    document = _summary(result, out)
+        lost = _save(result, out, overwrite=overwrite, stopped=stopped)
+    document = _summary(result, None if lost else out, elapsed) | ({"lost": str(lost)} if lost else {})
     if json:
         print_json(document)
     else:
         print_text(_words(document))
-    if result.status.name == "INTERRUPTED":
+    if lost is not None:
+        if not json:
+            raise lost
+        raise typer.Exit(lost.exit_code)
+    if stopped:
         raise typer.Exit(INTERRUPTED)
     if not result.success:
         say_error(f"{case}: {result.message}")
         partly = any(run.success for run in result.runs)
         raise typer.Exit(PARTLY if partly else SimulationError.exit_code)
+
+
+def _save(result: Any, out: Path, *, overwrite: bool, stopped: bool) -> CommandInterruptedError | None:
+    """Save a result; return the error to end with where Ctrl-C came before it was saved."""
+    try:
+        result.save(out, overwrite=overwrite, within=PATIENCE if stopped else None)
+    except KeyboardInterrupt:
+        again = "the same command starts again; a lower run.sampling is saved sooner"
+        return CommandInterruptedError(
+            f"Interrupted while the result was saved. Nothing was written to {out}; {again}."
+        )
+    return None
 
 
 def _check_size(case: Any) -> float:
@@ -98,7 +123,7 @@ def _place_of(out: Path, *, whole: bool) -> Path:
     return out if whole or not out.exists() else out.with_name(f"{out.stem}.partial{out.suffix}")
 
 
-def _summary(result: Any, out: Path | None) -> dict[str, Any]:
+def _summary(result: Any, out: Path | None, elapsed: float) -> dict[str, Any]:
     from gearplay.model.initial import usual_member
     from gearplay.results.contacts import SHOWN
 
@@ -111,6 +136,7 @@ def _summary(result: Any, out: Path | None) -> dict[str, Any]:
         "members": result.members,
         "simulated_time": result.reached,
         **asdict(result.work),
+        "elapsed": elapsed,
         "contacts": {
             label: {name: _finite(table.values[name][at]) for name in SHOWN}
             | ({"angular": True} if table.angular[at] else {})
@@ -130,8 +156,8 @@ def _words(d: dict[str, Any]) -> str:
     wide = max(24, *(len(label) + 1 for label in d["contacts"])) if d["contacts"] else 24
     lines = [
         f"{d['title'] or 'untitled'}: {d['message']}",
-        f"{d['simulated_time']:g} s simulated in {d['wall_time']:.3g} s, {d['steps']} steps, {d['events']} contact events"
-        + (f", {d['members']} members" if d["members"] > 1 else ""),
+        f"{d['simulated_time']:g} s simulated in {d['elapsed']:.3g} s, {d['steps']} steps, {d['events']} contact events"
+        + (f", {d['members']} members, {d['wall_time']:.3g} core seconds" if d["members"] > 1 else ""),
         f"{'contact':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
     ]
     for label, c in d["contacts"].items():
@@ -149,4 +175,5 @@ def _words(d: dict[str, Any]) -> str:
         )
     if d["out"] is not None:
         lines.append(f"Saved to {d['out']}, {Path(d['out']).stat().st_size / 1e6:.3g} MB")
+        lines.append(f"See it: gearplay plot {shlex.quote(d['out'])}")
     return "\n".join(lines)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
-from gearplay.cli.output import Json, print_json, print_text, say
+from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
@@ -84,7 +84,8 @@ def study(
         place = folder if each == chosen[0] else folder / each
         settings = Settings(parameters=each, members=members, duration=duration)
         wanted = points if claims and each == chosen[0] else 0
-        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json))
+        beside = {other: _way(each, other, chosen[0]) for other in chosen if other != each}
+        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, beside))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
     else:
@@ -95,8 +96,20 @@ def study(
         raise typer.Exit(PARTLY)
 
 
+def _way(here: str, there: str, first: str) -> str:
+    """Return the address of one parameter set's report in that of another; the first lies in the folder itself."""
+    return ("" if here == first else "../") + ("" if there == first else f"{there}/") + "report.html"
+
+
 def _one(
-    settings: "Settings", folder: Path, points: int, fit: bool, pdf: bool, overwrite: bool, quiet: bool
+    settings: "Settings",
+    folder: Path,
+    points: int,
+    fit: bool,
+    pdf: bool,
+    overwrite: bool,
+    quiet: bool,
+    beside: dict[str, str],
 ) -> dict[str, Any]:
     from gearplay.files.atomic import check_new, make_folder
     from gearplay.published.settings import base_case
@@ -106,7 +119,7 @@ def _one(
     compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
-            document = _written(settings, folder, points, fit, pdf, report, stop)
+            document = _written(settings, folder, points, fit, pdf, report, stop, beside)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there."
@@ -126,6 +139,7 @@ def _written(
     pdf: bool,
     report: "Progress | None",
     stop: threading.Event,
+    beside: dict[str, str],
 ) -> dict[str, Any]:
     """Run what is wanted and write it; finished parts are kept beside it."""
     from dataclasses import replace
@@ -152,7 +166,7 @@ def _written(
     )
     if report is not None:
         report("report", 1.0, 1.0)
-    return {**write_study(Study(results, settings, document), folder, pdf=pdf), **fitted}
+    return {**write_study(Study(results, settings, document), folder, pdf=pdf, beside=beside), **fitted}
 
 
 def _words(document: dict[str, Any]) -> str:
@@ -168,4 +182,5 @@ def _words(document: dict[str, Any]) -> str:
     lines.append(f"Report: {document['report']}")
     if document["pdf"]:
         lines.append(f"PDF: {document['pdf']}")
+    lines += pictures_in(Path(document["report"]).parent / "figures")
     return "\n".join(lines)

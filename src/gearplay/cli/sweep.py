@@ -3,12 +3,13 @@
 import re
 import shutil
 from pathlib import Path
+from time import process_time
 from typing import Annotated, Any
 
 import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
@@ -120,6 +121,7 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.files.folder_lock import locked
+    from gearplay.files.renewal import renewal, replace_old
     from gearplay.results.account import Account
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
@@ -134,15 +136,15 @@ def _run(
         made.check_size()
     part = "" if chosen.shard is None else f"{chosen.shard[0]}-of-{chosen.shard[1]}"
     with locked(folder, part=part):
-        if overwrite:
-            _forget(folder)
+        of = made.plan.model_dump_json(exclude_none=True)
+        place = renewal(folder, overwrite=overwrite, of=of, whole=(PRODUCT, CUBE), forget=_forget)
         # A wrong folder is said before kernels are compiled.
-        left = jobs_left(made, folder, chosen.shard, retry=retry)
+        left = jobs_left(made, place, chosen.shard, retry=retry)
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 compile_kernels(made.template.base, quiet=json)
             with interruptible() as stop, progress_bar(quiet=json) as report:
-                count = run_in(made, folder, chosen, left, progress=report, stop=stop)
+                count = run_in(made, place, chosen, left, progress=report, stop=stop)
                 if chosen.shard is not None:
                     document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
                     words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
@@ -150,20 +152,23 @@ def _run(
                     return
                 document = {"title": made.plan.title, "cases": len(made.template.points), "ran": count}
                 if zarr:
-                    document |= gather_cube(made, folder).as_document() | {"cube": str(folder / CUBE)}
+                    document |= gather_cube(made, place).as_document() | {"cube": str(folder / CUBE)}
                 if not large:
-                    product = gather(made, folder)
-                    write_sweep_report(made, product, folder)
+                    product = gather(made, place)
+                    write_sweep_report(made, product, place)
                     written = {"out": str(folder / PRODUCT), "report": str(folder / "report.html")}
                     ended = Account.of(product["status"].values, product["reason"].values)
                     document |= ended.as_document() | written
                 if made.plan.tolerance is not None:
-                    found = answer(made, product, folder, engine=chosen, progress=report, stop=stop)
+                    found = answer(made, product, place, engine=chosen, progress=report, stop=stop)
                     document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
         except KeyboardInterrupt:
             raise CommandInterruptedError(
                 f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there."
+                if place == folder
+                else f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
             ) from None
+        replace_old(folder, place, _forget)
     print_json(document) if json else print_text(_words(document))
     if document["failed"] or document["missing"]:
         raise typer.Exit(PARTLY)
@@ -184,6 +189,8 @@ def _words(d: dict[str, Any]) -> str:
     lines.append(
         "Written: " + ", ".join(d[key] for key in ("report", "tolerance_page", "out", "cube") if key in d)
     )
+    if "report" in d:
+        lines += pictures_in(Path(d["report"]).parent / "figures")
     return "\n".join(lines)
 
 
@@ -193,16 +200,18 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from gearplay.sweeps.running.forecast import forecast
     from gearplay.sweeps.tolerances.allowable import search_cases
 
+    begun = process_time()
     compile_kernels(made.template.base, quiet=json)
-    found = forecast(made, search=search_cases(made.plan), workers=workers)
+    found = forecast(made, search=search_cases(made.plan), workers=workers, begun=begun)
     if json:
         print_json({"title": made.plan.title, **asdict(found)})
         return
     print_text(
         f"{made.plan.title or 'Sweep'}: {found.cases} cases"
         + (f" and at most {found.search} of the search for a safe size" if found.search else "")
-        + f", about {_duration(found.seconds)} on {found.workers} workers "
-        f"(from {found.pilots} of them), {found.bytes / 1e6:.3g} MB. Nothing was written."
+        + f", about {_duration(found.seconds + found.beside)} on {found.workers} workers "
+        f"(from {found.pilots} of them; {_duration(found.beside)} of it for start and report), "
+        f"{found.bytes / 1e6:.3g} MB. Nothing was written."
     )
     if found.failed:
         print_text(f"{found.failed} of these {found.pilots} failed: {found.reason}")

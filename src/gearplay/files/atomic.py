@@ -38,7 +38,7 @@ def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
     """
     found = _kind_of(path)
     if found is not None and stat.S_ISREG(found.st_mode) and not overwrite:
-        raise _refusal(path, "must not exist yet", "Choose another name, or say --overwrite.")
+        raise _refusal(path, "must not exist yet", "Choose another name, or overwrite it.")
     _check_replaceable(path, found)
     folder = next((each for each in (path.parent, *path.parent.parents) if each.exists()), path.parent)
     if not folder.is_dir():
@@ -144,7 +144,7 @@ def _name_once(name: str, path: Path) -> None:
                 raise
     except FileExistsError:
         raise _refusal(
-            path, "must not exist yet; it has come up meanwhile", "Choose another name, or say --overwrite."
+            path, "must not exist yet; it has come up meanwhile", "Choose another name, or overwrite it."
         ) from None
 
 

@@ -4,76 +4,133 @@ import hashlib
 import math
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Final
 
+from gearplay.files.apart import PACE, PATIENCE, Reader
 from gearplay.files.atomic import check_new, shown_path, write_bytes
+from gearplay.files.seal import LENGTH, MARK, sealed
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.patience import beside
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MARK = b"gearplay sha256:"
-"""Stands at the end of a file before the SHA-256 of all before; HDF5 does not look beyond its own end."""
 SEAL = "digest"
 """Attribute that says that a file has a digest at its end."""
+QUICK = 10e6
+"""Numbers [bytes] that are written in well under a second: nobody is kept waiting by these."""
+PACKED_PER_SECOND = 30e6
+"""Numbers [byte/s] that are compressed in a second, about."""
+_READER: Final = Reader("from gearplay.files.netcdf_child import main; main()")
 MOST_PER_BYTE = 2000
 """Bytes of numbers that one byte of a file can hold: deflate makes of a constant a thousandth."""
 
 
-def write_dataset(dataset: "xr.Dataset", path: Path, *, overwrite: bool = False) -> None:
-    """Write a dataset as netCDF-4, atomically and compressed.
+def load_writers() -> None:
+    """Load the libraries that write results, a second's work: where a result will be saved, not only after Ctrl-C."""
+    import_module("xarray")
+    import_module("h5netcdf")
+
+
+def write_dataset(
+    dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, within: float = math.inf
+) -> None:
+    """Write a dataset as netCDF-4, atomically; Ctrl-C is not kept waiting while that is done.
+
+    It is compressed, except where that would take longer than ``within`` [s].
 
     Raises `InputError` where the file exists and ``overwrite`` is false, or cannot be written.
     """
     check_new(path, overwrite=overwrite)
-    content = netcdf_bytes(dataset)
+    make = partial(netcdf_bytes, dataset, packed=dataset.nbytes < PACKED_PER_SECOND * within)
+    content = make() if dataset.nbytes < QUICK else beside(make)
     check_new(path, overwrite=overwrite, size=len(content))
     write_bytes(path, content, overwrite=overwrite)
 
 
-def netcdf_bytes(dataset: "xr.Dataset") -> bytes:
-    """Return the netCDF-4 file of a dataset, numbers compressed, a digest at the end; the same bytes for the same content.
+def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
+    """Return the netCDF-4 file of a dataset, numbers compressed or not, a digest at the end; the same bytes for the same content.
 
     It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end.
     """
-    packed = {
+    how = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
         for name, variable in dataset.data_vars.items()
-        if variable.dtype.kind in "fi" and variable.size > 1000
+        if packed and variable.dtype.kind in "fi" and variable.size > 1000
     }
-    sealed = dataset.assign_attrs({SEAL: "sha256 of all bytes before the last 48"})
-    content = bytes(sealed.to_netcdf(engine="h5netcdf", encoding=packed))
-    return content + MARK + hashlib.sha256(content).digest()
+    told = dataset.assign_attrs({SEAL: f"sha256 of all bytes before the last {LENGTH}"})
+    return sealed(bytes(told.to_netcdf(engine="h5netcdf", encoding=how)))
 
 
 def read_dataset(path: Path) -> "xr.Dataset":
     """Read a result file into memory; a digest at its end is checked.
 
+    A file without one is foreign, older or cut off: a process of its own reads it, which may crash or be ended.
+
     Raises `InputError` where it is missing, no plain file, damaged or not a result, or declares more numbers than it can hold.
     """
-    import xarray as xr
-
-    try:
+    with _refusing(path):
         size = _plain_size(path)
-        sealed = _check_digest(path, size)
-        declared = _declared_bytes(path)
-        if declared > MOST_PER_BYTE * size:
-            raise _refusal(path, f"it declares {declared:.3g} bytes of numbers in {size} bytes of file")
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            if SEAL in dataset.attrs and not sealed:
-                raise _refusal(path, "it was changed or cut off after it was written")
-            found = dataset.load()
-            found.attrs.pop(SEAL, None)  # of the file, not of what is in it
+        if _check_digest(path, size):
+            found = load_whole(path, size)
+        else:
+            question = {"path": str(path.absolute()), "size": size}
+            content = _READER.ask(question, _content, PATIENCE + size / PACE)
+            if content is None:
+                raise _refusal(path, "HDF5 crashes on it or does not return")
+            found = load_whole(BytesIO(content), len(content))
+    found.attrs.pop(SEAL, None)  # of the file, not of what is in it
+    return found
+
+
+def _content(said: dict[str, int], pipe: IO[bytes]) -> bytes:
+    content = pipe.read(said["bytes"])
+    if len(content) < said["bytes"]:
+        raise EOFError
+    return content
+
+
+def read_unsealed(path: Path, size: int) -> bytes:
+    """Return what a file without a digest holds as the bytes of a sound one; in the process that may crash.
+
+    Raises `InputError` as `read_dataset` does.
+    """
+    with _refusing(path):
+        found = load_whole(path, size)
+        if SEAL in found.attrs:
+            raise _refusal(path, "it was changed or cut off after it was written")
+        return netcdf_bytes(found.drop_encoding(), packed=False)
+
+
+@contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    """Turn what HDF5 and its readers raise of a damaged file, which may be anything, into one sentence."""
+    try:
+        yield
     except InputError:
         raise
     except RecursionError:
         raise _refusal(path, "its groups go round in a circle") from None
-    except Exception as error:  # of a damaged file HDF5 and its readers raise errors of any kind
+    except Exception as error:
         words = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise _refusal(path, words) from None
-    found.attrs.pop(SEAL, None)
-    return found
+
+
+def load_whole(source: Path | BytesIO, size: int) -> "xr.Dataset":
+    """Load a file of so many bytes; `ValueError` where it declares more numbers than it can hold."""
+    import xarray as xr
+
+    declared = _declared_bytes(source)
+    if declared > MOST_PER_BYTE * size:
+        raise ValueError(f"it declares {declared:.3g} bytes of numbers in {size} bytes of file")
+    with xr.open_dataset(source, engine="h5netcdf") as dataset:
+        return dataset.load()
 
 
 def _plain_size(path: Path) -> int:
@@ -83,7 +140,7 @@ def _plain_size(path: Path) -> int:
     return found.st_size
 
 
-def _declared_bytes(path: Path) -> float:
+def _declared_bytes(source: Path | BytesIO) -> float:
     """Return how many bytes the arrays of an HDF5 file take in memory by its own account; it may lie."""
     import h5py
 
@@ -94,23 +151,22 @@ def _declared_bytes(path: Path) -> float:
         if isinstance(found, h5py.Dataset) and found.shape is not None:
             total += float(found.dtype.itemsize) * math.prod(map(float, found.shape))
 
-    with h5py.File(path, "r") as file:
+    with h5py.File(source, "r") as file:
         file.visititems(add)
     return total
 
 
 def _check_digest(path: Path, size: int) -> bool:
     """Return whether the file ends with a digest; `InputError` where that is not of what stands before."""
-    length = len(MARK) + hashlib.sha256().digest_size
-    if size < length:
+    if size < LENGTH:
         return False
     with open(path, "rb") as file:
-        file.seek(size - length)
-        end = file.read(length)
+        file.seek(size - LENGTH)
+        end = file.read(LENGTH)
         if not end.startswith(MARK):
             return False
         file.seek(0)
-        digest, left = hashlib.sha256(), size - length
+        digest, left = hashlib.sha256(), size - LENGTH
         while left and (part := file.read(min(left, 1 << 20))):
             digest.update(part)
             left -= len(part)

@@ -11,7 +11,7 @@ import math
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import NEVER, flight_rates
-from gearplay.kernels.layout import System, omega_of, spin_of, vx_of, vy_of
+from gearplay.kernels.layout import Branch, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
 
 # Share of a contact's natural size (1e-15 m of 0.1 mm): a touch is found once it is deeper than rounding, and before it is
 # deeper than this; one less deep may be missed.
@@ -38,13 +38,19 @@ def open_span(p: float, rate: float, bend: float) -> float:
 
 
 @compiled_inline
-def rotor_bounds(system: System, i: int, y: Floats) -> tuple[float, float, float]:
+def rotor_bounds(system: System, i: int, y: Floats, branch: Branch) -> tuple[float, float, float]:
     """Return |acceleration of the centre|, |angular acceleration|, |angular speed| of rotor i in flight, now.
 
-    In flight accelerations only decay, and a ripple is bounded by its largest: the first two also bound the future.
+    In flight accelerations only decay, a ripple and the swing of joined rotors are bounded by their largest: the first two
+    also bound the future.
     """
     a_x, a_y, alpha = flight_rates(
         system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
     )
+    if system.rotors[i].group >= 0:
+        places, bends = system.joined.places, branch.bends
+        a_x = bends[x_of(i)] if places[2 * x_of(i)] >= 0 else a_x
+        a_y = bends[y_of(i)] if places[2 * y_of(i)] >= 0 else a_y
+        alpha = bends[theta_of(i)] if places[2 * theta_of(i)] >= 0 else alpha
     spin = abs(spin_of(system, i, y))
     return math.sqrt(a_x * a_x + a_y * a_y), abs(alpha) + system.rotors[i].ripple_bend, spin

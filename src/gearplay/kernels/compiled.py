@@ -10,6 +10,8 @@ import llvmlite.binding as llvm
 import numba
 from numba import njit
 
+from gearplay.kernels.compiled_files import NAME, CompiledFiles, note
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -32,14 +34,25 @@ def compiled_from() -> str:
     return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:16]
 
 
-def _stamped(dispatcher: Any) -> Any:
-    """Make a kernel's disk cache depend on every kernel file.
+FOLDER = f"{NAME}{compiled_from()}"
+"""Of this version's compiled code, in the folder where numba keeps that of a module."""
 
-    numba looks only at the file a kernel is written in, so an edit of one that it calls would go unseen.
+
+def _kept(dispatcher: Any) -> Any:
+    """Keep a kernel's compiled code on disk, by all kernel files, wherever a folder can be written to.
+
+    numba looks only at the file a kernel is written in, so an edit of one that it calls would go unseen; and it raises where it
+    finds no folder.
     """
-    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if cache_file is not None:
-        cache_file._source_stamp = DIGEST
+    if not hasattr(dispatcher, "enable_caching"):  # plain Python
+        return dispatcher
+    try:
+        dispatcher.enable_caching()
+    except RuntimeError:
+        note("no folder that could be written to")
+        return dispatcher
+    cache = dispatcher._cache
+    cache._cache_file = CompiledFiles(Path(cache.cache_path) / FOLDER, cache._impl.filename_base)
     return dispatcher
 
 
@@ -51,9 +64,9 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a module-level kernel: cached on disk, without the GIL, without allocation."""
-    return cast(Callable[P, R], _stamped(njit(cache=True, **_OPTIONS)(function)))
+    return cast(Callable[P, R], _kept(njit(**_OPTIONS)(function)))
 
 
 def compiled_inline(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel that LLVM should always inline into its callers."""
-    return cast(Callable[P, R], _stamped(njit(cache=True, forceinline=True, **_OPTIONS)(function)))
+    return cast(Callable[P, R], _kept(njit(forceinline=True, **_OPTIONS)(function)))

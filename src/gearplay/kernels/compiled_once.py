@@ -108,9 +108,10 @@ class Once(Generic[P, R]):
         return cast(R, self.dispatcher(*args, **kwargs))
 
     @property
-    def folder(self) -> Path:
-        """The folder of its compiled code."""
-        return Path(self.dispatcher._cache.cache_path)
+    def folder(self) -> Path | None:
+        """The folder of its compiled code; None where it is not kept."""
+        path = self.dispatcher._cache.cache_path
+        return None if path is None else Path(path)
 
     @property
     def length(self) -> int:

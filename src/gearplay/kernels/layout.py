@@ -52,6 +52,11 @@ ROTOR = np.dtype(
         ("drive", "i8"),
         ("controller", "i8"),  # element that controls it, -1 for none
         ("excitation", "i8"),  # element of its terms of torque, -1 for none
+        ("group", "i8"),  # of rotors that springs join and that fly together, -1 for none
+        (
+            "swing_rate",
+            "f8",
+        ),  # rad/s, highest angular frequency at which it swings in flight, 0 where it does not
     ],
     align=True,
 )
@@ -79,6 +84,10 @@ ELEMENT = np.dtype(
         ("b", "i8"),
         ("c", "i8"),
         ("always", "i8"),  # 1 where it acts whatever its contacts do
+        (
+            "joins",
+            "i8",
+        ),  # 1 where, but for its contacts, it is a spring of rotors that fly together (`joined`)
         *PLACES,
     ],
     align=True,
@@ -112,6 +121,51 @@ SWITCH = np.dtype(
 )
 
 
+# Along one axis: coordinates that springs join. They are listed in `Joined.coordinates` from ``first`` on, the ``count`` that
+# move and the ``fixed`` that do not; ``right``, ``left`` and ``pull`` are where its matrices begin in `Joined.numbers`.
+CHAIN = np.dtype(
+    [
+        ("first", "i8"),
+        ("count", "i8"),
+        ("fixed", "i8"),
+        ("right", "i8"),  # [count, 2 count], shapes of its vibrations
+        ("left", "i8"),  # [2 count, 2 count], vibrations in velocities and accelerations
+        (
+            "pull",
+            "i8",
+        ),  # [count, 2 (count + fixed) + 1], accelerations by positions, velocities, and constant
+        ("vibration", "i8"),  # its first
+        ("vibrations", "i8"),
+        ("swing", "i8"),  # first of its rates in `Roster.swing`
+        ("damping", "f8"),  # 1/s, trace of its damping beyond that of each rotor alone
+    ],
+    align=True,
+)
+
+# What a chain's vibration is: a drift of the whole, slowed down or not, a decay, an oscillation.
+DRIFT, DECAY, SWING = 0, 1, 2
+VIBRATION = np.dtype(
+    [
+        ("kind", "i8"),
+        ("column", "i8"),  # first of its columns of shapes
+        ("decay", "f8"),  # 1/s, at least 0
+        ("frequency", "f8"),  # rad/s, 0 but for a swing
+    ],
+    align=True,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Joined(Group):
+    """Rotors that springs join and that fly together, chain by chain (see `joined`); made by `gearplay.model.joining`."""
+
+    chains: NDArray[Any]  # CHAIN records
+    vibrations: NDArray[Any]  # VIBRATION records
+    coordinates: Ints  # places of positions in the state
+    numbers: Floats
+    places: Ints  # [2 * position]: its chain, -1 for none, and its number there
+
+
 @dataclass(frozen=True, eq=False)
 class System(Group):
     """A packed mechanism; `gearplay.model.pack` makes it, kernels only read it: runs on many threads share it."""
@@ -121,6 +175,7 @@ class System(Group):
     contacts: NDArray[Any]  # CONTACT records
     switches: NDArray[Any]  # SWITCH records
     records: tuple[NDArray[Any], ...]  # of each kind of element, in the order of `elements.table`
+    joined: Joined
     terms: Floats  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
     involutes: Floats  # involute series of each mesh, shape [mesh, coefficient]
     spline: Floats  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
@@ -150,6 +205,7 @@ class Branch(Group):
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
     latch: Floats  # [m/s], impact speeds
     memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
+    bends: Floats  # [3 * rotor], largest accelerations of joined coordinates in their present flight
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,9 +303,9 @@ def members(system: System, e: int) -> tuple[int, int, int]:
 
 @compiled_inline
 def is_acting(system: System, e: int, modes: Ints) -> bool:
-    """Return whether element e acts: always, or because one of its contacts is closed."""
+    """Return whether element e acts of itself: always, or because one of its contacts is closed."""
     element = system.elements[e]
-    acting = element.always == 1
+    acting = element.always == 1 and element.joins == 0
     for k in range(element.contact, element.contact + element.contacts):
         acting = acting or modes[k] != OPEN
     return bool(acting)

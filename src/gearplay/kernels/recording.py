@@ -5,6 +5,7 @@ from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.flight import SHORT, decay, flight_rates, short_decay
+from gearplay.kernels.joined import joined_accelerations
 from gearplay.kernels.layout import (
     ACTING,
     ACTIVE,
@@ -37,7 +38,7 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.ripple import follow_ripple, ripple
-from gearplay.kernels.roster import copy_rotor, fly_listed, fly_on
+from gearplay.kernels.roster import copy_rotor, fly_listed, fly_on, state_of
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
@@ -92,6 +93,7 @@ def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
             for i in range(system.rotors.size):
                 if roster.roles[i] != ACTIVE:  # elements add to them all the same
                     run.loads_try.rotors[i, 2] = applied_torque(system, i, run.y_try)
+            table.act(system, roster.joining, t, run.y_try, run.branch, run.loads_try, run.dy_try)
         if counts[FORCES] >= 1:
             rates_of(system, roster, t, run.y_try, run.branch, run.dy_try, run.loads_try)
         for c in range(1, run.wanted_rotors[0] + 1):
@@ -125,15 +127,27 @@ def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
     if run.roster.roles[i] == ACTIVE:
         a_x, a_y, alpha = run.dy_try[vx], run.dy_try[vy], run.dy_try[omega]
     elif run.roster.roles[i] == FLYING:
-        a_x, a_y, alpha = flight_rates(system, i, y[vx], y[vy], y[omega])
-        if system.rotors[i].ripple_count > 0:
-            _, _, alpha = ripple(system, i, t)
+        a_x, a_y, alpha = accelerations(system, run, i, t, y)
     row[at + AX], row[at + AY] = a_x, a_y
     if run.counts[FORCES] == 2:
         torque = run.loads_try.rotors[i, 2]
         row[at + DRIVE_TORQUE], row[at + LOAD_TORQUE], row[at + ROTOR_LOSS] = shaft_power(
             system, i, t, y, run.branch, torque, a_x, a_y, alpha
         )
+
+
+@compiled_inline
+def accelerations(system: System, run: Run, i: int, t: float, y: Floats) -> tuple[float, float, float]:
+    """Return the accelerations [m/s^2, rad/s^2] of rotor i, in flight, at (t, y)."""
+    r, roster, out = system.rotors[i], run.roster, run.loads_try.out
+    out[0], out[1], out[2] = flight_rates(
+        system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
+    )
+    if r.group >= 0:
+        joined_accelerations(system, i, t - roster.since[i], roster.swing, out)
+    if r.ripple_count > 0:
+        _, _, out[2] = ripple(system, i, t)
+    return out[0], out[1], out[2]
 
 
 @compiled_inline
@@ -170,6 +184,9 @@ def fill_rotor_column(system: System, run: Run, column: int, samples: Floats) ->
     if signal > AY:
         fill_power_column(system, run, i, signal - DRIVE_TORQUE, samples)
         return
+    if r.group >= 0:
+        fill_joined_column(system, run, i, signal, samples)
+        return
     axis = signal - AX if signal >= AX else signal % VX
     if axis == THETA and r.ripple_count > 0:
         for s in range(samples.size):
@@ -205,6 +222,23 @@ def fill_rotor_column(system: System, run: Run, column: int, samples: Floats) ->
 
 
 @compiled_once
+def fill_joined_column(system: System, run: Run, i: int, signal: int, samples: Floats) -> None:
+    """Fill one signal up to accelerations of rotor i, which springs join to others, in a block of samples in flight."""
+    y, row, at = run.y_try, run.row, signal_of(i)
+    for s in range(samples.size):
+        t = run.times[s]
+        state_of(system, run.roster, i, t, run.y, y)
+        row[at + THETA], row[at + OMEGA] = turn_of(system, i, t, y), spin_of(system, i, y)
+        row[at + X], row[at + Y], row[at + VX], row[at + VY] = (
+            y[x_of(i)], y[y_of(i)], y[vx_of(system, i)], y[vy_of(system, i)],
+        )  # fmt: skip
+        row[at + AX], row[at + AY] = 0.0, 0.0
+        if run.roster.roles[i] == FLYING:
+            row[at + AX], row[at + AY], _ = accelerations(system, run, i, t, y)
+        samples[s] = row[at + signal]
+
+
+@compiled_once
 def fill_power_column(system: System, run: Run, i: int, which: int, samples: Floats) -> None:
     """Fill the drive torque, load torque or lost power of rotor i in a block of samples in flight."""
     y = run.y_try
@@ -214,12 +248,26 @@ def fill_power_column(system: System, run: Run, i: int, which: int, samples: Flo
         alpha = 0.0
         if run.roster.roles[i] == FLYING:
             fly_on(system, run.roster, i, t, y)
-            _, _, alpha = flight_rates(system, i, 0.0, 0.0, y[omega_of(system, i)])
+            _, _, alpha = accelerations(system, run, i, t, y)
         if system.rotors[i].ripple_count > 0:
             alpha = follow_ripple(system, i, t, y)
         torque = applied_torque(system, i, y)
+        if system.rotors[i].group >= 0:
+            torque += joined_torque(system, run, i, t)
         found = shaft_power(system, i, t, y, run.branch, torque, 0.0, 0.0, alpha)
         samples[s] = found[0] if which == 0 else found[1] if which == 1 else found[2]
+
+
+@compiled_once
+def joined_torque(system: System, run: Run, i: int, t: float) -> float:
+    """Return the torque [N m] at t [s] of those springs on rotor i that join it to others in flight."""
+    y, loads = run.y_try, run.loads_try
+    for j in range(system.rotors.size):
+        if system.rotors[j].group == system.rotors[i].group:
+            state_of(system, run.roster, j, t, run.y, y)
+    loads.rotors[i, 2] = 0.0
+    table.act(system, run.roster.joining, t, y, run.branch, loads, run.dy_try)
+    return float(loads.rotors[i, 2])
 
 
 @compiled_inline

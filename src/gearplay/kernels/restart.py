@@ -116,7 +116,7 @@ def restart(system: System, run: Run) -> int:
             if system.rotors[i].drive == DRIVE_SPEED:
                 run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
     while True:
-        muster(system, run.roster, t, run.y, modes)
+        muster(system, run.roster, t, run.y, run.branch)
         for i in range(system.rotors.size):
             if run.roster.roles[i] == KNOWN:
                 copy_rotor(system, i, run.y, run.y_new)

@@ -14,6 +14,7 @@ from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
+from gearplay.kernels.joined import fly_joined, launch
 from gearplay.kernels.layout import (
     ACTING,
     ACTIVE,
@@ -22,6 +23,7 @@ from gearplay.kernels.layout import (
     KNOWN,
     TOUCH,
     WATCHED,
+    Branch,
     System,
     is_acting,
     members,
@@ -40,6 +42,8 @@ class Roster(Group):
     doings: Ints  # per element
     since: Floats  # [s], per rotor: start of its flight
     origin: Floats  # [state] at that time
+    swing: Floats  # rates with which joined rotors took off (see `joined`)
+    grounds: Ints  # per group of joined rotors: 1 where it is integrated
     due: Floats  # [s], per element, then per rotor: nothing happens to it before
     active: Ints  # rotors
     states: Ints  # their places in y, and those of acting elements
@@ -48,6 +52,7 @@ class Roster(Group):
     near: Ints  # flying rotors beside a watched element
     switches: Ints  # switch functions of acting and watched elements
     hiding: Ints  # those of them that a step may hide
+    joining: Ints  # elements that join rotors in flight
     grounded: Ints  # [1]: 1 where nobody flies, touched or not, 2 where every element acts too
 
 
@@ -63,6 +68,8 @@ def make_roster(system: System, states: int) -> Roster:
         doings=np.full(elements, ACTING, dtype=np.int64),
         since=np.zeros(n),
         origin=np.zeros(states),
+        swing=np.zeros(2 * int(system.joined.chains["count"].sum())),
+        grounds=np.zeros(n, dtype=np.int64),
         due=np.full(elements + n, NEVER),
         active=full(n),
         states=full(states),
@@ -71,6 +78,7 @@ def make_roster(system: System, states: int) -> Roster:
         near=np.zeros(n + 1, dtype=np.int64),
         switches=np.zeros(system.switches.size + 1, dtype=np.int64),
         hiding=np.zeros(system.switches.size + 1, dtype=np.int64),
+        joining=np.zeros(elements + 1, dtype=np.int64),
         grounded=np.zeros(1, dtype=np.int64),
     )
 
@@ -95,6 +103,8 @@ def copy_rotor(system: System, i: int, source: Floats, target: Floats) -> None:
 def fly_on(system: System, roster: Roster, i: int, t: float, y: Floats) -> None:
     """Fill rotor i's entries of ``y`` with its state at t [s]; it flies, and turns as its drive ripples."""
     fly(system, i, t - roster.since[i], roster.origin, y)
+    if system.rotors[i].group >= 0:
+        fly_joined(system, i, t - roster.since[i], roster.origin, roster.swing, y)
     if system.rotors[i].ripple_count > 0:
         follow_ripple(system, i, t, y)
 
@@ -129,9 +139,39 @@ def take_off(system: System, roster: Roster, i: int, t: float, y: Floats) -> Non
 
 
 @compiled_inline
-def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
+def must_land(system: System, roster: Roster, i: int, t: float, y: Floats, modes: Ints, touched: int) -> bool:
+    """Return whether rotor i, and with it all that springs join to it, must be integrated from t [s] on."""
+    ramping = modes[ramp_of(system, modes, i)]
+    if is_known(system, i, y, ramping):
+        return False
+    if roster.roles[i] == FLYING:
+        return bool(touched == 1 or roster.due[system.elements.size + i] <= t)
+    return bool(touched == 1 or roster.grounded[0] != 0 or must_be_integrated(system, i, t, y, ramping))
+
+
+@compiled_once
+def land_together(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
+    """Spread to all joined rotors, and to the elements between them, that one of them is touched (`assign_roles`)."""
+    touched, acts, grounds = roster.near, roster.watched, roster.grounds
+    for g in range(grounds.size):
+        grounds[g] = 0
+    for i in range(system.rotors.size):
+        g = system.rotors[i].group
+        if g >= 0 and must_land(system, roster, i, t, y, modes, touched[i + 1]):
+            grounds[g] = 1
+    for i in range(system.rotors.size):
+        g = system.rotors[i].group
+        if g >= 0 and grounds[g] == 1:
+            touched[i + 1] = 1
+    for e in range(system.elements.size):
+        if system.elements[e].joins == 1 and grounds[system.rotors[system.elements[e].a].group] == 1:
+            acts[e + 1] = 1
+
+
+@compiled_inline
+def assign_roles(system: System, roster: Roster, t: float, y: Floats, branch: Branch) -> None:
     """Decide at t [s] who is integrated; bring ``y`` up to date for rotors that stop flying."""
-    n, elements = system.rotors.size, system.elements.size
+    n, elements, modes = system.rotors.size, system.elements.size, branch.modes
     # As scratch: 1 where a rotor is touched, an element acts.
     touched, acts = roster.near, roster.watched
     for i in range(n):
@@ -146,6 +186,8 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
                 touched[b + 1] = 1
             if c >= 0:
                 touched[c + 1] = 1
+    if system.joined.chains.size > 0:
+        land_together(system, roster, t, y, modes)
     for i in range(n):
         if roster.roles[i] == FLYING:
             if touched[i + 1] == 0 and roster.due[elements + i] > t:
@@ -159,6 +201,10 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, modes: Int
             roster.roles[i] = ACTIVE
         else:
             take_off(system, roster, i, t, y)
+    for c in range(system.joined.chains.size):
+        i = system.joined.coordinates[system.joined.chains[c].first] // 3
+        if roster.roles[i] == FLYING and roster.since[i] == t:
+            launch(system, c, y, roster.swing, branch.bends)
 
 
 @compiled_inline
@@ -178,11 +224,11 @@ def has_just_taken_off(system: System, roster: Roster, e: int, t: float) -> bool
 
 
 @compiled_once
-def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> None:
+def muster(system: System, roster: Roster, t: float, y: Floats, branch: Branch) -> None:
     """Assign roles at t [s] and fill the lists."""
-    assign_roles(system, roster, t, y, modes)
+    assign_roles(system, roster, t, y, branch)
     roster.active[0] = roster.states[0] = roster.near[0] = 0
-    roster.acting[0] = roster.watched[0] = roster.switches[0] = roster.hiding[0] = 0
+    roster.acting[0] = roster.watched[0] = roster.switches[0] = roster.hiding[0] = roster.joining[0] = 0
     for i in range(system.rotors.size):
         if roster.roles[i] != ACTIVE:
             continue
@@ -194,7 +240,10 @@ def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> 
     for e in range(system.elements.size):
         element, before = system.elements[e], roster.doings[e]
         roster.doings[e] = DORMANT
-        if roster.watched[e + 1] == 1:  # acts: `assign_roles`; later entries are not yet written over
+        acts = roster.watched[e + 1]  # by `assign_roles`; later entries are not yet written over
+        if element.joins == 1 and acts == 0:
+            add(roster.joining, e)
+        if acts == 1:
             roster.doings[e] = ACTING
             add(roster.acting, e)
             for slot in range(element.state, element.state + element.states):
@@ -215,7 +264,7 @@ def muster(system: System, roster: Roster, t: float, y: Floats, modes: Ints) -> 
             note_near(roster, c)
         elif before != DORMANT or has_just_taken_off(system, roster, e, t):
             roster.due[e] = t
-        if roster.doings[e] != DORMANT:
+        if roster.doings[e] != DORMANT or element.contacts == 0:
             roster.due[e] = NEVER
 
 

@@ -89,6 +89,9 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
     # Accelerations need the forces, torques of drives and loads their sums too.
     highest = max((c % PER_ROTOR for c in of_rotors), default=0)
     forces = 2 if highest > AY else 1 if elements or highest >= AX else 0
+    if forces == 2:  # of springs in flight too, for which all that they join is needed
+        groups = {int(system.rotors["group"][i]) for i in rotors if i >= 0} - {-1}
+        rotors.update(np.flatnonzero(np.isin(system.rotors["group"], list(groups))).tolist())
     return _listed(rotors - {-1}), _listed(elements), forces
 
 

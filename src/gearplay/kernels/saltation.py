@@ -1,7 +1,7 @@
 """What an event does to small changes of the state: the saltation of the derivatives' jump, and latched impact speeds.
 
 A change of the instant of an event, dt = -dh / h' of the function h that crosses zero, lets the other derivative hold for that
-long (docs/theory, T19).
+long (docs/theory, T24).
 """
 
 from gearplay.kernels.arrays import Floats
@@ -9,6 +9,7 @@ from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative
 from gearplay.kernels.flight import flight_rates
+from gearplay.kernels.joined import acceleration
 from gearplay.kernels.layout import (
     ACTIVE,
     FLYING,
@@ -126,3 +127,7 @@ def move_along(system: System, tangent: Tangent, i: int, along: Floats) -> None:
     elif tangent.before.roles[i] == FLYING:
         a_x, a_y, alpha = flight_rates(system, i, y[vx], y[vy_of(system, i)], y[omega_of(system, i)])
         along[vx], along[vy_of(system, i)], along[omega_of(system, i)] = a_x, a_y, alpha
+        for axis in range(3):
+            c, k = system.joined.places[2 * (x + axis)], system.joined.places[2 * (x + axis) + 1]
+            if c >= 0:
+                along[vx + axis] = acceleration(system, c, k, y, 1.0)

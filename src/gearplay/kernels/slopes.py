@@ -17,12 +17,12 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative, table
 from gearplay.kernels.flight import decay
 from gearplay.kernels.layout import (
+    THETA,
     Branch,
     Loads,
     System,
     omega_of,
     spin_of,
-    theta_of,
     vx_of,
     vy_of,
     x_of,
@@ -106,14 +106,15 @@ def rate_of_change(
 
 @compiled_inline
 def fly_change(system: System, i: int, tau: float, z: Floats) -> None:
-    """Let rotor i's entries of a change ``z`` go on by a flight of tau [s]: v' = -gamma v in closed form."""
-    x, vx, omega = x_of(i), vx_of(system, i), omega_of(system, i)
+    """Let rotor i's entries of a change ``z`` go on by a flight of tau [s]: v' = -gamma v in closed form.
+
+    But for those that springs join to others: `joined.move_change`.
+    """
     r = system.rotors[i]
-    phi_1, _ = decay(r.radial_damping * r.inv_mass * tau)
-    shrink = math.exp(-r.radial_damping * r.inv_mass * tau)
-    for axis in range(2):
-        z[x + axis] += tau * phi_1 * z[vx + axis]
-        z[vx + axis] *= shrink
-    phi_1, _ = decay(r.drag * r.inv_inertia * tau)
-    z[theta_of(i)] += tau * phi_1 * z[omega]
-    z[omega] *= math.exp(-r.drag * r.inv_inertia * tau)
+    for axis in range(3):
+        q, v = x_of(i) + axis, vx_of(system, i) + axis
+        gamma = r.drag * r.inv_inertia if axis == THETA else r.radial_damping * r.inv_mass
+        if system.joined.places[2 * q] < 0:
+            phi_1, _ = decay(gamma * tau)
+            z[q] += tau * phi_1 * z[v]
+            z[v] *= math.exp(-gamma * tau)

@@ -55,7 +55,8 @@ def longest_step(system: System, run: Run) -> float:
         i = roster.active[c]
         fastest = max(fastest, abs(spin_of(system, i, y)), system.rotors[i].ripple_rate)
     for c in range(1, roster.near[0] + 1):
-        fastest = max(fastest, system.rotors[roster.near[c]].ripple_rate)
+        i = roster.near[c]
+        fastest = max(fastest, system.rotors[i].ripple_rate, system.rotors[i].swing_rate)
     return 0.5 / fastest
 
 

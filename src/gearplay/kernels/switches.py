@@ -46,7 +46,12 @@ def make_branch(system: System) -> Branch:
     own = sum(table.KINDS[kind].file.MODES for kind in system.elements["kind"].tolist())
     modes = system.contacts.size + own + system.rotors.size
     latches = sum(latch >= 0 for latch in system.contacts["latch"].tolist())
-    return Branch(modes=np.zeros(modes, dtype=np.int64), latch=np.zeros(latches), memory=make_memory(system))
+    return Branch(
+        modes=np.zeros(modes, dtype=np.int64),
+        latch=np.zeros(latches),
+        memory=make_memory(system),
+        bends=np.zeros(3 * system.rotors.size),
+    )
 
 
 @compiled_inline

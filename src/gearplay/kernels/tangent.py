@@ -8,6 +8,7 @@ motion").
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
+from gearplay.kernels.joined import move_change
 from gearplay.kernels.layout import FLYING, System, vx_of
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, PAUSED, Run, T
@@ -44,6 +45,12 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
                 fly_change(system, i, h, tangent.changes[c])
             r = system.rotors[i]
             tangent.totals[0] -= h * (2.0 * r.radial_damping * r.inv_mass + r.drag * r.inv_inertia)
+    for c in range(system.joined.chains.size):
+        chain = system.joined.chains[c]
+        if roster.roles[system.joined.coordinates[chain.first] // 3] == FLYING:
+            for n in range(tangent.changes.shape[0]):
+                move_change(system, c, h, tangent.changes[n], roster.swing)
+            tangent.totals[0] -= h * chain.damping
     return 0
 
 

@@ -14,7 +14,7 @@ from gearplay.linear.system import linear_system
 from gearplay.model.units import UnitError, parse_quantity
 from gearplay.results.door import Source, case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
@@ -107,6 +107,7 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
     3
 
     """
+    _check_length("speeds", speeds)
     numbers = np.array(
         [speed_of(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
     )
@@ -160,6 +161,7 @@ def frequency_response(
     (1, 2)
 
     """
+    _check_length("frequencies", frequencies)
     numbers: NDArray[np.float64] = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if (
         numbers.ndim != 1
@@ -173,6 +175,15 @@ def frequency_response(
     if not names or not all(isinstance(name, str) for name in names):
         raise InputError(Fault("at", str(at), "must name coordinates", "Write for example ring.x"))
     return response_of(linear_system(case_of(case), load=load), force, names, numbers)
+
+
+def _check_length(name: str, given: Any) -> None:
+    """Raise `ResourceError` for more numbers than anybody can look at, before any is read."""
+    count = len(given) if hasattr(given, "__len__") and not isinstance(given, str) else 1
+    if count > MOST:
+        raise ResourceError(
+            f"{name}: {count} numbers, {count / MOST:.3g} times the limit of {MOST}. Give fewer."
+        )
 
 
 def speed_of(value: Any) -> float | None:

@@ -12,6 +12,7 @@ from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain, short
+from gearplay.results.titles import words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,8 +107,7 @@ def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
             "mode shape, rings": legend_mark(UNCOUPLED, line="-"),
         },
     )
-    title = ds.attrs.get("title") or "Modes"
-    set_title(figure, f"{title}: shapes of the first {len(moving)} modes")
+    set_title(figure, f"{words_of(ds, 'Modes')}: shapes of the first {len(moving)} modes")
     return figure
 
 
@@ -158,7 +158,7 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
     }
     set_legend(figure, handles)
     seen = ", seen from the turning carrier" if int(ds.attrs["turning"]) else ""
-    set_title(figure, f"{ds.attrs.get('title') or 'Campbell diagram'}: natural frequencies over speed{seen}")
+    set_title(figure, f"{words_of(ds, 'Campbell diagram')}: natural frequencies over speed{seen}")
     return figure
 
 
@@ -186,5 +186,5 @@ def response_drawing(ds: xr.Dataset) -> Any:
     for ax in axes[:, 0]:
         ax.set_xlim(frequency[0], frequency[-1] if frequency[-1] > frequency[0] else frequency[0] + 1.0)
     set_legend(figure, handles)
-    set_title(figure, f"{ds.attrs.get('title') or 'Response'}: response to {force}")
+    set_title(figure, f"{words_of(ds, 'Response')}: response to {force}")
     return figure

@@ -1,6 +1,6 @@
 """Putting the elements of a mechanism together: where the contacts, modes, switches, states and signals of each lie."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from types import SimpleNamespace
@@ -10,7 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.elements.table import KINDS
-from gearplay.kernels.layout import CONTACT, ELEMENT, OWN, PER_ROTOR, PLACES, PULL, SWITCH, TOUCH, System
+from gearplay.kernels.layout import (
+    CONTACT,
+    ELEMENT,
+    OWN,
+    PER_ROTOR,
+    PLACES,
+    PULL,
+    ROTOR,
+    SWITCH,
+    TOUCH,
+    System,
+)
+from gearplay.model.joining import Spring, join_rotors
 
 Floats = NDArray[np.float64]
 
@@ -83,6 +95,7 @@ class Assembly:
     latches: int = 0
     angular: list[bool] = field(default_factory=list)
     fastest: float = 0.0  # rad/s, estimate of the fastest contact's angular frequency
+    springs: list[Spring] = field(default_factory=list)
 
     def add(
         self,
@@ -130,6 +143,12 @@ class Assembly:
         self.states += states
         self.signals += len(file.SIGNALS)
 
+    def join(
+        self, axis: int, factors: Mapping[int, float], stiffness: float, damping: float, *, rest: float = 0.0
+    ) -> None:
+        """Say that the element just added is, but for its contacts, springs and dampers, of which this is one (`Spring`)."""
+        self.springs.append(Spring(len(self.entries) - 1, axis, factors, stiffness, damping, rest))
+
     def _add_switch(self, entry: Any, contact: int, role: int, hides: bool) -> None:
         row, local = blank(SWITCH), len(self.switches) - entry.switch
         row.element, row.contact, row.role, row.local = entry.element, contact, role, local
@@ -151,7 +170,7 @@ class Assembly:
 
     def system(
         self,
-        rotors: Any,
+        rotors: Sequence[Any],
         *,
         terms: Floats,
         involutes: Floats,
@@ -161,6 +180,7 @@ class Assembly:
         record: Floats,
     ) -> System:
         """Return the packed system: modes of contacts come first, and the records of a kind know their elements' places."""
+        joined = join_rotors(rotors, self.entries, self.springs, gravity)
         rows = [
             SimpleNamespace(**vars(row) | {"mode": row.mode + len(self.contacts)}) for row in self.entries
         ]
@@ -171,11 +191,12 @@ class Assembly:
                 vars(part).update({name: getattr(row, name) for name, _ in PLACES})
             kinds.append(stacked(kind.file.RECORD, parts))
         return System(
-            rotors=rotors,
+            rotors=stacked(ROTOR, rotors),
             elements=stacked(ELEMENT, rows),
             contacts=stacked(CONTACT, self.contacts),
             switches=stacked(SWITCH, self.switches),
             records=tuple(kinds),
+            joined=joined.as_arrays(stacked),
             terms=terms,
             involutes=involutes,
             spline=spline,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
 
 from gearplay.model.base import Base
 from gearplay.model.consistency import cross_faults
@@ -77,6 +77,18 @@ class Run(Part):
     def _check(self) -> Run:
         check_contacts(self.fixed_step, self.fixed_step_contacts)
         return self
+
+
+class ChangedPaths(tuple[str, ...]):
+    """Paths beside a case: two cases that came to be by different changes are equal."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ChangedPaths)
+
+    def __hash__(self) -> int:
+        return 0
 
 
 class Case(Part):
@@ -210,6 +222,18 @@ class Case(Part):
             ]
         if faults:
             raise InputError(faults)
+        return self
+
+    _changed: ChangedPaths = PrivateAttr(default_factory=ChangedPaths)
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Paths that were changed since the case was read from its file, for titles; no part of what the case is."""
+        return tuple(self._changed)
+
+    def with_changed(self, paths: Iterable[str]) -> Case:
+        """Note changed paths, and return the case itself."""
+        self._changed = ChangedPaths(dict.fromkeys([*self._changed, *paths]))
         return self
 
     @property

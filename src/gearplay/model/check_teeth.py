@@ -175,10 +175,12 @@ def _misfits(case: Case, names: list[str], at: dict[str, tuple[float, float]]) -
         steps = (direction - known) * teeth / (2.0 * math.pi)
         if abs(steps - round(steps)) > FIT:
             turn = math.degrees(2.0 * math.pi * (round(steps) - steps) / teeth)
+            there, radius = direction + math.radians(turn), math.dist(at[name], centre)
+            x, y = centre[0] + radius * math.cos(there), centre[1] + radius * math.sin(there)
             yield Finding(
                 "warning",
                 f"rotors.{name}.position",
                 f"its teeth cannot mesh with {suns[0]} and {rings[0]} as those of {other} do: it is "
                 f"{abs(steps - round(steps)):.3g} of a step of {360.0 / teeth:.5g} deg off. "
-                f"Turn it by {turn:.4g} deg about the centre.",
+                f"Turn it by {turn:.4g} deg about the centre, to {geometry.place_words(x, y)}.",
             )

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from gearplay.kernels.elements import coupling
 from gearplay.model.assembly import ANGLE_SCALE, Assembly, Contact, blank
 from gearplay.model.fields import Listed, Measure, Problem, RotorName, is_absent, refuse
+from gearplay.model.joining import ROTATION
 from gearplay.model.joint import Joint
 from gearplay.vocabulary import quantities as q
 
@@ -96,3 +97,10 @@ class Coupling(Joint):
             rate=math.sqrt(self.torsional_stiffness * mobility),
             hides=self.torsional_damping > 0.0,
         )
+        if self.play == 0.0:
+            twist = {record.a: 1.0, record.b: -self.ratio}
+            assembly.join(ROTATION, twist, self.torsional_stiffness, self.torsional_damping)
+        if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
+            for axis in range(2):
+                apart = {record.a: 1.0, record.b: -1.0}
+                assembly.join(axis, apart, self.lateral_stiffness, self.lateral_damping)

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from gearplay.model.mesh import Mesh
     from gearplay.model.rotor import Rotor
 
+POSITION_TOLERANCE = 1e-7
+"""Metres by which centres may be off that must lie on each other or where teeth mesh."""
 ADDENDUM = 1.0  # in modules: full-depth teeth, ISO 53
 DEDENDUM = 1.25
 
@@ -232,12 +234,20 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     for axis in axes:
         first, *others = sorted(axis, key=list(case.rotors).index)
         for other in others:
-            if math.dist(found[first], found[other]) > 1e-9:
+            if math.dist(found[first], found[other]) > POSITION_TOLERANCE:
                 rule = f"must be that of {first}, since a coupling of ratio 1 puts both on one axis"
-                cure = "Leave one position out, or correct it"
-                where = ", ".join(f"{1e3 * x:.6g} mm" for x in found[other])
-                raise InputError([Fault(f"rotors.{other}.position", f"[{where}]", rule, cure)])
+                cure = f"Leave one position out, or place it at {place_words(*found[first])}"
+                raise InputError([Fault(f"rotors.{other}.position", place_words(*found[other]), rule, cure)])
     return found
+
+
+def place_words(x: float, y: float) -> str:
+    """Return a place in the plane [m] as a case file has it, to 0.1 um.
+
+    >>> place_words(0.08, -0.0000005)
+    '[80 mm, -0.0005 mm]'
+    """
+    return "[" + ", ".join(f"{round(1e3 * each, 4) + 0.0:.10g} mm" for each in (x, y)) + "]"
 
 
 def _way(case: "Case", j: int, known: str) -> tuple[float, float]:

@@ -59,13 +59,17 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     m.A_min = max(m.c0, nominal - (strike if m.s < 0.0 else leave))
     m.A_max = nominal + (leave if m.s < 0.0 else strike)
     if not m.A_min < m.A0 < m.A_max:
+        way = (dx / m.A0, dy / m.A0) if m.A0 > 0.0 else (1.0, 0.0)
+        place = geometry.place_words(
+            *(c + nominal * each for c, each in zip(centres[foot], way, strict=True))
+        )
         raise InputError(
             [
                 Fault(
                     f"rotors.{tip}.position",
                     f"{1e3 * m.A0:.6g} mm from {foot}",
                     f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
-                    f"Place them {1e3 * nominal:.6g} mm apart, or leave the position out.",
+                    f"Place them {1e3 * nominal:.6g} mm apart, {tip} at {place}, or leave the position out.",
                 )
             ]
         )

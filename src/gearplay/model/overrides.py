@@ -34,10 +34,12 @@ def parse_override(text: str) -> tuple[str, Any]:
     path, mark, value = text.partition("=")
     if not mark or not path.strip():
         raise InputError(
-            Fault("--set", text, "must be path=value", "Write for example meshes.0.backlash=200um")
+            Fault("change", text, "must be path=value", "Write for example meshes.0.backlash=200um")
         )
     if len(text) > LONGEST:
-        raise InputError(Fault("--set", text, f"must have at most {LONGEST} characters", "Write a case file"))
+        raise InputError(
+            Fault("change", text, f"must have at most {LONGEST} characters", "Write a case file")
+        )
     return path.strip(), _literal(value.strip())
 
 

@@ -12,7 +12,7 @@ from gearplay.kernels import base_motion, bed, layout
 from gearplay.kernels.elements import housing, positioner, servo, sleeve
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry, rolling
-from gearplay.model.assembly import Assembly, Contact, blank, stacked
+from gearplay.model.assembly import Assembly, Contact, blank
 from gearplay.model.base import still
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
@@ -66,7 +66,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
         # Of a rotor that is carried it acts beside the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
-        r.drive, r.controller, r.excitation = layout.DRIVE_NONE, -1, -1
+        r.drive, r.controller, r.excitation, r.group = layout.DRIVE_NONE, -1, -1, -1
         if drive is None or drive.kind == "position":
             continue
         if drive.kind == "torque":
@@ -228,7 +228,7 @@ def pack(case: "Case") -> Packed:
     _pack_positioners(case, assembly, rotors)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(
-        stacked(ROTOR, rotors),
+        rotors,
         terms=terms,
         involutes=involutes,
         spline=spline,

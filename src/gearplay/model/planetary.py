@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from gearplay.model.fields import Listed, Measure, Part, Problem, refuse
 from gearplay.model.gear import Runout
-from gearplay.model.geometry import ADDENDUM
+from gearplay.model.geometry import ADDENDUM, POSITION_TOLERANCE, place_words
 from gearplay.model.mesh import (
     FRICTION_SPEED,
     Damping,
@@ -158,15 +158,21 @@ class Planetary(Part):
                 yield Problem(("planets", "count"), rule, cure)
                 return
         else:
+            radius = 0.5 * self.module * (z_s + z_p)
             for k, angle in enumerate(planets.angles):
                 steps = (angle - planets.angles[0]) * teeth / (2.0 * math.pi)
-                if abs(steps - round(steps)) > FIT:
+                off = abs(steps - round(steps))
+                if off > FIT and off * 2.0 * math.pi / teeth * radius > POSITION_TOLERANCE:
                     fit = math.degrees(planets.angles[0] + round(steps) * 2.0 * math.pi / teeth)
                     rule = (
                         f"must be a whole number of steps of 360/({z_s} + {z_r}) = {360.0 / teeth:.6g} deg "
                         f"from planet 1, so that teeth mesh; it is {steps:.6g}"
                     )
-                    yield Problem(("planets", "angles", k), rule, f"The nearest is {fit:.10g} deg")
+                    place = place_words(
+                        radius * math.cos(math.radians(fit)), radius * math.sin(math.radians(fit))
+                    )
+                    cure = f"The nearest is {fit:.10g} deg, its centre at {place} from the sun's"
+                    yield Problem(("planets", "angles", k), rule, cure)
         tips = self.module * (z_p + 2.0 * ADDENDUM)
         places = sorted(angle % (2.0 * math.pi) for angle in planets.directions)
         gaps = [

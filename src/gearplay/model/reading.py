@@ -73,7 +73,8 @@ def load_case(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
             Fault("overrides", len(overrides), f"must be at most {_MOST_OVERRIDES}", "Write a case file")
         )
     changes = [parse_override(text) for text in overrides]
-    return _changed(document, changes)
+    case = _changed(document, changes)
+    return case.with_changed(numbered(case, path) for path, _ in changes) if changes else case
 
 
 def replace(case: Case, changes: Mapping[str, Any]) -> Case:
@@ -105,10 +106,13 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
 
     """
     wanted = [(str(path), plain_copy(value)) for path, value in changes.items()]
-    opened = _opened(case, [path for path, _ in wanted])
+    paths = [path for path, _ in wanted]
+    opened = _opened(case, paths)
     if all(apply_change(opened, path, value) is None for path, value in wanted):
         with suppress(ValidationError):
-            return Case.model_validate(opened)
+            return Case.model_validate(opened).with_changed(
+                [*case.changed, *(numbered(case, path) for path in paths)]
+            )
     return _changed(case.resolved(), wanted)  # says what is at fault
 
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from gearplay.kernels.elements import support
 from gearplay.model.assembly import Assembly, blank
 from gearplay.model.fields import Listed, Measure, Offset, Part, Problem, RotorName, refuse
+from gearplay.model.joining import ROTATION
 from gearplay.vocabulary import quantities as q
 
 Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
@@ -79,3 +80,11 @@ class Support(Part):
             max(max(record.stiffness_x, record.stiffness_y) / mass, record.torsional_stiffness / inertia)
         )
         assembly.add(support.KIND, name, record, [record.journal, record.carrier], always=True, rate=rate)
+        if self.on is None:
+            alone = {record.journal: 1.0}
+            for axis, k, c, rest in (
+                (0, record.stiffness_x, record.damping_x, record.misplaced_x),
+                (1, record.stiffness_y, record.damping_y, record.misplaced_y),
+                (ROTATION, self.torsional_stiffness, self.torsional_damping, 0.0),
+            ):
+                assembly.join(axis, alone, k, c, rest=rest)

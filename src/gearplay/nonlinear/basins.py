@@ -16,6 +16,7 @@ from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, s
 from gearplay.pictures.words import axis_label
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
@@ -161,6 +162,7 @@ def basins_of_attraction(
         seconds=total * settle * step,
         numbers=total * 2.0 * MOST_ORDER * len(flow.free),
     )
+    prepare(case)
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)

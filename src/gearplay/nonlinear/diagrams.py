@@ -158,13 +158,13 @@ def bifurcation_diagram(
         if number < least:
             raise InputError(Fault(name, number, f"must be {least} or more", "Correct it"))
     first = family(float(values[0]))
-    prepare(first)
     packed = Flow(first).packed
     names = Observables(packed, signals).names
     span = (settle + keep) * section_period(packed, period) * values.size * len(directions)
     check_work(
         "bifurcation", packed, seconds=span, numbers=float(values.size) * len(directions) * keep * len(names)
     )
+    prepare(first)
     table = np.full((len(directions), values.size, keep, len(names)), np.nan)
     reasons = [[""] * values.size for _ in directions]
     asked = stop or threading.Event()

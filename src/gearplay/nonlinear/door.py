@@ -15,7 +15,6 @@ from gearplay.nonlinear.kinds.motion import Motion, identify_motion
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import Source, case_of
-from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, listening, ticking
@@ -129,7 +128,8 @@ def lyapunov(
     count
         How many, the largest first; all if not given.
     duration, transient
-        Record and time before it [s]; the case's if not given. The record must hold 20 mesh periods, for its scatter.
+        Record and time before it [s]; the case's if not given. The record must hold 20 mesh periods and 25 slow swings of the
+        motion, for its scatter: one whose duration is not given is made longer until it does.
     member
         Member of the ensemble, 0 for the unperturbed start.
     progress
@@ -143,7 +143,7 @@ def lyapunov(
     Raises
     ------
     InputError
-        For a count or times that cannot be.
+        For a count or times that cannot be, and for a record that is too short for an interval.
     SimulationError
         Where the motion cannot be followed.
 
@@ -159,13 +159,13 @@ def lyapunov(
     span = base.run.duration if duration is None else duration
     if isinstance(span, (int, float)) and 0.0 < span < math.inf:
         check_span(base, "duration", span, span)
-    prepare(base, derivative=True)
     return lyapunov_exponents(
         base,
         count=count,
         duration=duration,
         transient=transient,
         member=member,
+        checked=True,
         progress=ticking(progress, "exponents"),
     )
 
@@ -226,7 +226,6 @@ def motion(
     base = sharp(case_of(case))
     if not isinstance(period, str) and 0.0 < period < math.inf:
         check_span(base, "period", period, periods * period, per=1.0 / periods)
-    prepare(base, derivative=base.run.fixed_step is None)
     return identify_motion(
         base,
         periods=periods,
@@ -289,7 +288,6 @@ def basins(
 
     """
     base = case_of(case)
-    prepare(base)
     return basins_of_attraction(
         base,
         Grid(*first),

@@ -10,6 +10,7 @@ from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
 from gearplay.pictures.words import axis_label, shown_in
+from gearplay.results.titles import words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,6 +70,6 @@ def bifurcation_drawing(
     handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
     set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
     set_title(
-        figure, title or f"{diagram.attrs.get('title', '')}: {axis.attrs['long_name']} varied".lstrip(": ")
+        figure, title or f"{words_of(diagram, 'Bifurcation diagram')}: {axis.attrs['long_name']} varied"
     )
     return figure

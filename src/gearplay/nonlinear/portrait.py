@@ -11,6 +11,7 @@ from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.results.answer import OfDataset, WasDataset
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
@@ -53,8 +54,6 @@ def portrait_of(
 
     Raises `InputError` for a case without a period, with nothing free to move, or numbers that cannot be.
     """
-    import xarray as xr
-
     for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
         if number < least:
             raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
@@ -72,6 +71,9 @@ def portrait_of(
         seconds=(3 * settle + 2 * keep + show) * step,
         numbers=20.0 * (keep + show * parts),
     )
+    import xarray as xr  # after the refusals, which are to come at once
+
+    prepare(case)
     path = stroboscopic_section(
         case, signals, keep=show * parts + 1, settle=settle * parts, period=step / parts, member=member
     )

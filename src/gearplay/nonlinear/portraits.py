@@ -10,8 +10,9 @@ from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.extremes import thinned_path
-from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS
+from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, draw_circle
 from gearplay.pictures.words import plain, shown_in
+from gearplay.results.titles import words_of
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -74,10 +75,10 @@ def portrait_drawing(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), ti
     if portrait.sizes["onset_time"]:
         handles["a contact begins"] = legend_mark(ONSET, marker="x")
     if any(_clearance(case, rotor) for rotor in chosen):
-        handles["clearance circle"] = legend_mark(CLEARANCE, line="-")
+        handles["clearance circle"] = legend_mark(CLEARANCE, line="--")
     set_legend(figure, handles)
     more = f" (the first {MOST_ROTORS} of {len(chosen)} rotors)" if len(chosen) > MOST_ROTORS else ""
-    set_title(figure, (title or str(portrait.attrs.get("title", ""))) + more)
+    set_title(figure, (title or f"{words_of(portrait, 'Portrait')}: portrait") + more)
     return figure
 
 
@@ -106,11 +107,7 @@ def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str,
         ax.set_aspect("equal", adjustable="datalim")
     factors = [factor for _, factor in scales]
     if clearance > 0.0:
-        angle = np.linspace(0.0, 2.0 * np.pi, 361)
-        ax.plot(
-            factors[0] * clearance * np.cos(angle), factors[1] * clearance * np.sin(angle), color=CLEARANCE,
-            linewidth=1.0, zorder=3,
-        )  # fmt: skip
+        draw_circle(ax, factors[0] * clearance)  # both axes have one unit
 
     def points(kind: str) -> list[Floats]:
         return [

@@ -6,7 +6,6 @@ from gearplay.model.initial import usual_member
 from gearplay.nonlinear.portrait import Portrait, portrait_of
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
 from gearplay.results.door import Source, case_of
-from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.renamed import renamed
 
 
@@ -52,7 +51,6 @@ def section(
 
     """
     base = case_of(case)
-    prepare(base)
     member = usual_member(base) if member is None else member
     return stroboscopic_section(base, signals, keep=keep, settle=settle, period=period, member=member)
 
@@ -101,7 +99,6 @@ def impacts(
 
     """
     base = case_of(case, duration=duration, transient=transient)
-    prepare(base)
     return contact_section(
         base,
         signals,
@@ -154,6 +151,5 @@ def portrait(
 
     """
     base = case_of(case)
-    prepare(base)
     member = usual_member(base) if member is None else member
     return portrait_of(base, settle=settle, keep=keep, show=show, period=period, member=member)

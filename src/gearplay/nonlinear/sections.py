@@ -14,6 +14,7 @@ from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
@@ -109,6 +110,7 @@ def stroboscopic_section(
     flow = Flow(case)
     step = section_period(flow.packed, period)
     check_work("section", flow.packed, seconds=(settle + keep) * step, numbers=keep * (len(signals) + 20.0))
+    prepare(case)
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if settle:
         course.advance(settle * step)
@@ -145,10 +147,12 @@ def contact_section(
         raise InputError(Fault("change", change, "must be onset or release", "Choose one"))
     if not transient >= 0.0:
         raise InputError(Fault("transient", transient, "must be 0 s or more", "Correct it"))
+    end = transient + _positive("duration", duration)
+    check_work("impacts", flow.packed, seconds=end)
+    prepare(case)
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if transient > 0.0:
         course.advance(transient)
-    end = transient + _positive("duration", duration)
     times, values = [], []
     while course.time < end:
         for t, which, began, rate in course.advance_to_change(end):

@@ -37,9 +37,7 @@ def stored_portrait(result: Result, rotors: list[str], window: tuple[float, floa
     ]
     if not signals:
         rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
-        raise InputError(
-            Fault("--at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}")
-        )
+        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}"))
     variables: dict[str, Any] = {
         "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
     }

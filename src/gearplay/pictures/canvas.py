@@ -9,8 +9,9 @@ from typing import Any
 from gearplay.pictures.style import COUPLED, UNCOUPLED, blank_figure, tidy
 from gearplay.pictures.words import plain, short
 
-PALETTE = (COUPLED, UNCOUPLED, "#2b8a5a", "#8a3fa0", "#b02a4c", "#6b6b12", "#1899a8", "#555a66",
-           "#6fa8dc", "#eda566", "#7fc99a", "#c393d6", "#e58aa0", "#b9b95a", "#7fd0d8", "#a5a9b3")  # fmt: skip
+PALETTE = (COUPLED, UNCOUPLED, "#4a2d33", "#c3a0a8", "#8a3cf0", "#35b8f0", "#2a1486", "#7a2f00",
+           "#a5695a", "#96c369", "#f0a500", "#696978", "#8787ff", "#0000ff", "#690f69", "#d269b4")  # fmt: skip
+"""Each apart from all others for the colour-blind too: 17 of CIE Lab at least, the first eight 24."""
 SMALL, TEXT = 7.5, 8.5  # points; a page 900 px wide shows figures of 9 inches
 WIDTH = 9.0  # inches
 DPI = 130

@@ -21,14 +21,14 @@ from gearplay.pictures.gears import (
     shaft_radius,
     toward,
 )
+from gearplay.pictures.joints import CIRCLE, SOFT, Joints
 from gearplay.pictures.style import COUPLED, TEST, blank_figure, tidy
 from gearplay.pictures.words import plain, short
 
 Floats = NDArray[np.float64]
 FILLS = ("#d3dae4", "#f3ecdd")
-FORCE, SOFT = "#a3123a", "#565d66"
+FORCE = "#a3123a"
 MM = 1e3
-CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
 class _Pane(NamedTuple):
@@ -42,6 +42,7 @@ class _Pane(NamedTuple):
     shafts: list[tuple[Any, Mapping[str, Any]]]
     sleeves: list[tuple[Any, Mapping[str, Any], float]]
     forces: list[Any]
+    joints: Joints
 
 
 class Stage:
@@ -198,14 +199,8 @@ class Stage:
                 )
                 arms.append((line, each["rotor"], each["on"]))
         for x, y, to_x, to_y in self.mechanism["axes"]:
-            ax.plot(
-                [MM * x, MM * to_x],
-                [MM * y, MM * to_y],
-                color=COUPLED,
-                linewidth=0.9,
-                linestyle="-.",
-                zorder=3.5,
-            )
+            ends = [MM * x, MM * to_x], [MM * y, MM * to_y]
+            ax.plot(*ends, color=COUPLED, linewidth=0.9, linestyle="-.", zorder=3.5)
         for gear in {
             (each["rotor"], each["plane"]): each for each in reversed(self.mechanism["gears"])
         }.values():
@@ -228,25 +223,31 @@ class Stage:
             ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6, clip_on=bool(words))[0]
             for _ in range(count)
         ]
-        return _Pane(ax, turning, shaft, gears, arms, shafts, sleeves, forces)
+        return _Pane(ax, turning, shaft, gears, arms, shafts, sleeves, forces, Joints(ax, self.mechanism))
 
     def _names(self, ax: Any) -> None:
         """Write the names of the gears beside their shafts, that of a ring in its rim."""
         from matplotlib.patheffects import withStroke
 
         around, hubs = ({each[key] for each in self.mechanism["carried"]} for key in ("rotor", "on"))
+        words: dict[tuple[float, float], list[str]] = {}
         for gear in self.mechanism["gears"]:
             if gear["rotor"] in around or (gear["rotor"] in hubs and not gear["teeth"]):
                 continue  # it goes around, or is a carrier behind a sun
-            rim, shaft = rim_radius(gear), shaft_radius(gear)
-            up = rim - 1.4 * gear["module"] if gear["internal"] else -1.8 * shaft
+            ring = gear["internal"]
+            up = rim_radius(gear) - 1.4 * gear["module"] if ring else -1.8 * shaft_radius(gear)
+            places = [at for at in words if not ring and math.dist(at, (gear["x"], gear["y"] + up)) < abs(up)]
+            words.setdefault((places or [(gear["x"], gear["y"] + up)])[0], []).append(
+                short(gear["shown"], 24)
+            )
+        for (x, y), names in words.items():
             ax.text(
-                MM * gear["x"],
-                MM * (gear["y"] + up),
-                plain(short(gear["shown"], 24)),
+                MM * x,
+                MM * y,
+                plain(", ".join(names)),
                 fontsize=SMALL,
                 ha="center",
-                va="center" if gear["internal"] else "top",
+                va="center",
                 zorder=7,
                 path_effects=[withStroke(linewidth=2.5, foreground="white")],
             )
@@ -283,11 +284,14 @@ class Stage:
             dx, dy = frames["rotors"][gear["index"], :2, i]
             return np.array([gear["x"] + M * dx, gear["y"] + M * dy])
 
+        def turn(gear: Mapping[str, Any]) -> float:
+            return float(frames["turns"][gear["index"], i] + M * frames["rotors"][gear["index"], 2, i])
+
         data = pane.ax.transData
+        pane.joints.place(centre, turn, lambda gear, points: MM * set_of(gear).transform(points))
         for patch, gear in pane.gears:
-            angle = self.phases.get(gear["name"], 0.0) + frames["turns"][gear["index"], i]
-            angle += M * frames["rotors"][gear["index"], 2, i]
-            own = Affine2D().rotate(float(angle)).translate(*centre(gear))
+            angle = self.phases.get(gear["name"], 0.0) + turn(gear)
+            own = Affine2D().rotate(angle).translate(*centre(gear))
             patch.set_transform(own + set_of(gear) + Affine2D().scale(MM) + data)
         for line, pin, hub in pane.arms:
             ends = [centre(self._gear(name)) for name in (hub, pin)]

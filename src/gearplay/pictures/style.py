@@ -72,14 +72,20 @@ def _whole_numbers() -> Any:
     return WholeNumbers
 
 
+def draw_circle(ax: "Axes", radius: float) -> None:
+    """Draw a clearance circle, dashed and on top: seen over a path that fills it, and a path that lies on it is seen between."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = radius * np.cos(angle), radius * np.sin(angle)
+    ax.plot(*circle, color=CLEARANCE, linewidth=0.7, dashes=(4, 5), zorder=3)
+
+
 def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
     """Draw the path x, y [m] of a shaft's centre in its circle of radius ``clearance`` [m], in µm; a dot is magnified."""
     x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
     x, y, c = 1e6 * x, 1e6 * y, 1e6 * clearance
-    angle = np.linspace(0.0, 2.0 * np.pi, 361)
     if c > 0.0:
-        ax.plot(c * np.cos(angle), c * np.sin(angle), color=CLEARANCE, linewidth=1.0, zorder=3)
-    ax.plot(x, y, color=color, linewidth=0.6)
+        draw_circle(ax, c)
+    ax.plot(x, y, color=color, linewidth=0.8)
     if c > 0.0:  # both axes about the circle, whatever the path
         reach = 1.06 * max(c, float(np.max(np.abs([x, y]), initial=0.0)))
         if x.size and max(np.ptp(x), np.ptp(y)) < DOT * reach:

@@ -123,7 +123,7 @@ def _article_columns(row: PrintedRow, model: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class LineDifference:
-    """Coupled against uncoupled at one line: log10 ratio, its standard error [decades], two-sided p of Welch's test."""
+    """Coupled against uncoupled at one line: log10 ratio of levels, its standard error [decades], two-sided p of Welch's test."""
 
     condition: Condition
     line: str
@@ -134,7 +134,7 @@ class LineDifference:
 
 
 def line_differences(results: Sequence[ConditionResult], level: float = 0.05) -> list[LineDifference]:
-    """Test at each line whether the two models' members differ: Welch's t on log10 levels, Holm's correction.
+    """Test at each line whether the two models' members differ: Welch's t on log10 of the members' levels, Holm's correction.
 
     Both have the same parameters: the uncoupled model is the switched one where there is one. Needs at least two members a
     model; otherwise p is NaN and nothing is significant.
@@ -146,24 +146,21 @@ def line_differences(results: Sequence[ConditionResult], level: float = 0.05) ->
     found: list[LineDifference] = []
     for condition in coupled:
         for line in LINES:
-            a, b = (
-                np.log10(np.maximum(r[condition].lines[line].levels, 1e-300)) for r in (coupled, uncoupled)
-            )
-            if min(a.size, b.size) < 2:
-                found.append(
-                    LineDifference(condition, line, float(a.mean() - b.mean()), math.nan, math.nan, False)
-                )
-                continue
-            va, vb = a.var(ddof=1), b.var(ddof=1)
-            error = math.sqrt(va / a.size + vb / b.size)
-            p = 1.0
-            if error > 0.0:
-                p = float(
-                    ttest_ind_from_stats(
-                        a.mean(), math.sqrt(va), a.size, b.mean(), math.sqrt(vb), b.size, equal_var=False
-                    ).pvalue
-                )
-            found.append(LineDifference(condition, line, float(a.mean() - b.mean()), error, p, False))
+            one, other = (r[condition].lines[line] for r in (coupled, uncoupled))
+            (level_a, error_a), (level_b, error_b) = one.log_level(), other.log_level()
+            a, b = (np.log10(np.maximum(each.levels, 1e-300)) for each in (one, other))
+            p = math.nan
+            if min(a.size, b.size) > 1:
+                spreads = float(a.std(ddof=1)), float(b.std(ddof=1))
+                p = 1.0
+                if max(spreads) > 0.0:
+                    p = float(
+                        ttest_ind_from_stats(
+                            a.mean(), spreads[0], a.size, b.mean(), spreads[1], b.size, equal_var=False
+                        ).pvalue
+                    )
+            error = math.nan if math.isnan(p) else math.hypot(error_a, error_b)
+            found.append(LineDifference(condition, line, level_a - level_b, error, p, False))
     return _holm(found, level)
 
 

@@ -53,7 +53,7 @@ def spectrum_figure(results: Sequence[ConditionResult], condition: Condition) ->
         linear.set_ylim(0.0, None)
         linear.set_title(f"{model}, as the article draws it", fontsize=9, loc="left")
         linear.set_xlabel("")
-    axes[0, 0].set_ylabel("amplitude, in the article's ordinate", fontsize=8)
+    axes[0, 0].set_ylabel("amplitude, in the article's ordinate [as printed]", fontsize=8)
     for row in axes:
         low, high = min(ax.get_ylim()[0] for ax in row), max(ax.get_ylim()[1] for ax in row)
         for ax in row:

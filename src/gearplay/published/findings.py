@@ -41,23 +41,16 @@ class Finding:
     figure: str = ""
 
 
-def _log_level(result: ConditionResult, line: str) -> tuple[float, float]:
-    """Return mean and standard error of log10(level) over the members [decades]."""
-    values = np.log10(np.maximum(result.lines[line].levels, 1e-300))
-    error = float(values.std(ddof=1) / math.sqrt(values.size)) if values.size > 1 else math.inf
-    return float(values.mean()), error
-
-
 def _is_largest(
     found: dict[Condition, ConditionResult], top: Condition, others: Sequence[Condition], line: str
 ) -> tuple[str, str]:
     """Return whether ``top`` has the highest level of a line by more than `CLEAR` standard errors, and the numbers."""
-    level, error = _log_level(found[top], line)
+    level, error = found[top].lines[line].log_level()
     margins = []
     for other in others:
-        rival, rival_error = _log_level(found[other], line)
+        rival, rival_error = found[other].lines[line].log_level()
         margins.append((level - rival) / math.hypot(error, rival_error))
-    rivals = ", ".join(f"{10 ** _log_level(found[c], line)[0]:.3g}" for c in others)
+    rivals = ", ".join(f"{10 ** found[c].lines[line].log_level()[0]:.3g}" for c in others)
     words = f"{LINE_WORDS[line]}: {10**level:.3g} against {rivals} m/s²"
     if min(margins) > CLEAR:
         return REPRODUCED, words
@@ -86,7 +79,7 @@ def _grows_with_speed(results: Sequence[ConditionResult]) -> tuple[str, str]:
     speeds = [Condition(v, 100.0, 100.0) for v in (60.0, 120.0, 180.0)]
     parts = []
     for line in LINES:
-        levels = [_log_level(found[c], line) for c in speeds]
+        levels = [found[c].lines[line].log_level() for c in speeds]
         steps = [(b[0] - a[0]) / math.hypot(a[1], b[1]) for a, b in pairwise(levels)]
         verdict = REPRODUCED if min(steps) > CLEAR else CONTRADICTED if min(steps) < -CLEAR else OPEN
         numbers = ", ".join(f"{10**v:.3g}" for v, _ in levels)

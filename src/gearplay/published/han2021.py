@@ -59,6 +59,20 @@ class SimulatedLine:
         """Amplitude of the same line as displacement [m]."""
         return self.amplitude / (2.0 * math.pi * self.frequency) ** 2
 
+    def log_level(self) -> tuple[float, float]:
+        """Return log10 of the level and its standard error [decades].
+
+        The level of a line is its amplitude in the rms spectrum of all members; the error is that of the members' mean square.
+        """
+        squares = np.square(self.levels)
+        n, mean = squares.size, float(squares.mean()) if squares.size else 0.0
+        error = (
+            0.5 * float(squares.std(ddof=1)) / (math.sqrt(n) * mean * math.log(10.0))
+            if n > 1 and mean
+            else math.inf
+        )
+        return math.log10(max(self.amplitude, 1e-300)), error
+
 
 @dataclass(frozen=True)
 class ConditionResult:

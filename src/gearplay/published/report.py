@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from gearplay.files.atomic import make_folder, write_bytes, write_text
@@ -154,8 +155,8 @@ def _largest_share(results: Sequence[ConditionResult]) -> float:
     )
 
 
-def render(study: Study) -> str:
-    """Return the report as one self-contained HTML page."""
+def render(study: Study, beside: Mapping[str, str]) -> str:
+    """Return the report as one self-contained HTML page, with links to those of other parameters ``beside`` it."""
     results, case = study.results, study.case
     return render_page(
         "gearplay.published",
@@ -164,6 +165,7 @@ def render(study: Study) -> str:
         case=case,
         settings=study.settings,
         calibrated=study.calibrated,
+        beside=beside,
         calibration=calibration(),
         story=study.story,
         groups=GROUPS,
@@ -211,8 +213,13 @@ def summary_of(study: Study) -> dict[str, Any]:
     }
 
 
-def write_study(study: Study, folder: Path, *, pdf: bool = False) -> dict[str, Any]:
-    """Write report, tables and figures into ``folder``; return a summary for a machine to read."""
+def write_study(
+    study: Study, folder: Path, *, pdf: bool = False, beside: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Write report, tables and figures into ``folder``; return a summary for a machine to read.
+
+    ``beside`` are the addresses of reports of other parameters, by the names of these.
+    """
     summary = summary_of(study)
     make_folder(folder / "figures")
     for name, png in study.figures.items():
@@ -221,7 +228,7 @@ def write_study(study: Study, folder: Path, *, pdf: bool = False) -> dict[str, A
     write_text(folder / "contacts.csv", _csv_text(study.statistics))
     write_text(folder / "tables.json", json.dumps(summary, indent=1, allow_nan=True))
     write_text(folder / "claims.json", json.dumps(study.claims, indent=1))
-    write_text(folder / "report.html", render(study))
+    write_text(folder / "report.html", render(study, beside))
     if pdf:
         from gearplay.published.pdf import report_pdf
 

@@ -58,7 +58,7 @@ def lead_figure(results: Sequence[ConditionResult]) -> bytes:
     high = max(ax.get_ylim()[1] for ax in axes[0])
     for ax in axes[0]:
         ax.set_ylim(low, high)
-    axes[0, 0].set_ylabel("amplitude, in the article's ordinate", fontsize=SMALL)
+    axes[0, 0].set_ylabel("amplitude, in the article's ordinate [as printed]", fontsize=SMALL)
     set_legend(
         figure,
         {

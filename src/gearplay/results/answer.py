@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import os
 import warnings
 from abc import ABC, abstractmethod
@@ -69,7 +70,13 @@ class Answer(ABC):
             Where the file exists and ``overwrite`` is false, or cannot be written.
 
         """
-        write_dataset(self.ds.assign_attrs({KIND: self.answer}), Path(path), overwrite=overwrite)
+        self._write(path, overwrite=overwrite)
+
+    def _write(
+        self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float = math.inf
+    ) -> None:
+        sealed = self.ds.assign_attrs({KIND: self.answer})
+        write_dataset(sealed, Path(path), overwrite=overwrite, within=within)
 
     def __repr__(self) -> str:
         return f"<gearplay {self.answer}: {self.message}>"
@@ -136,7 +143,8 @@ def case_in(dataset: xr.Dataset) -> Case:
     """Return the case behind a dataset; `InputError` where it names none."""
     if "case" not in dataset.attrs:
         raise InputError(Fault("dataset", "no case", "must name its case", "Write it again"))
-    return load_case(json.loads(dataset.attrs["case"]))
+    case = load_case(json.loads(dataset.attrs["case"]))
+    return case.with_changed(json.loads(dataset.attrs.get("changed", "[]")))
 
 
 def check_kind(dataset: xr.Dataset, kind: str) -> None:

@@ -49,7 +49,7 @@ def elements_at(case: Case, at: str) -> list[str]:
     close = nearest(at, known)
     cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
     raise InputError(
-        Fault("--at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure)
+        Fault("at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure)
     )
 
 
@@ -96,7 +96,7 @@ def _called(result: "Result", name: str, labels: list[str] | None) -> Chosen:
         listed = ", ".join(bare)
         cure = f"Did you mean '{close}'? " if close else ""
         rule = "must be a signal of the result" + ("" if labels is None else f" at {labels[0]}")
-        raise InputError(Fault("--signal", name, rule, f"{cure}Signals: {listed}"))
+        raise InputError(Fault("signal", name, rule, f"{cure}Signals: {listed}"))
     return [each for each in here if moves(result, *each)] or here[:1]
 
 
@@ -147,12 +147,12 @@ def stretch(result: "Result", window: tuple[float | None, float | None] | None) 
     shown = f"{low:.9g}s:{high:.9g}s"
     if not all(first - step <= end <= last + 1.5 * step for end in (low, high)):
         rule = f"must lie within the result, {first:.6g} to {last:.6g} s"
-        raise InputError(Fault("--window", shown, rule, "Choose another, or simulate longer"))
+        raise InputError(Fault("window", shown, rule, "Choose another, or simulate longer"))
     if not low < high:
-        raise InputError(Fault("--window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
+        raise InputError(Fault("window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
     if np.count_nonzero((time >= low - 0.5 * step) & (time <= high + 0.5 * step)) < 2:
         rule = f"must hold two samples or more; they are {step:.3g} s apart"
-        raise InputError(Fault("--window", shown, rule, "Choose a longer one"))
+        raise InputError(Fault("window", shown, rule, "Choose a longer one"))
     return low, high
 
 

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Mapping
 from typing import Any, overload
 
+from gearplay.files.netcdf import load_writers
 from gearplay.model.case import Case
 from gearplay.model.policy import Policy
 from gearplay.model.reading import load_case, replace
@@ -24,6 +25,16 @@ def case_of(source: Source, **run: Any) -> Case:
     case = source if isinstance(source, Case) else load_case(source)
     given = {f"run.{name}": value for name, value in run.items() if value is not None}
     return replace(case, given) if given else case
+
+
+def record(case: Case, *, progress: Progress | None = None, stop: threading.Event | None = None) -> Result:
+    """Simulate a case and return its `Result`, all signals written on the way: of a run that ends early they are there at once.
+
+    Raises as `simulate` does.
+    """
+    load_writers()
+    told = ticking(progress, case.title or "simulation")
+    return Result(case, run_batch([(case, range(case.run.ensemble))], progress=told, stop=stop)[0])
 
 
 @overload

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 Window = tuple[float, float]
 PERIODS = 10.0
 """Mesh periods of a close-up."""
-LONG = 4.0
+LONG = 3.0
 """A window so many close-ups long is drawn whole with the close-up beside it."""
 ORDERS = 12.5
 """Mesh orders of a spectrum, if not told how far it goes."""
@@ -60,13 +60,13 @@ def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: b
     return figure
 
 
-def close_up(result: "Result", one: tuple[str, str], window: Window) -> Window | None:
+def close_up(result: "Result", one: tuple[str, str], window: Window, member: int = 0) -> Window | None:
     """Return the stretch of some mesh periods about a signal's largest deviation; None where the window is not much longer."""
     lines = mesh_lines(result.case)
     length = PERIODS / max(lines.values()) if lines else 0.02 * (window[1] - window[0])
     if window[1] - window[0] < LONG * length:
         return None
-    t, v = cut(result, *one, window)
+    t, v = cut(result, *one, window, member)
     away = np.abs(v - np.median(v))
     at = float(t[int(np.argmax(np.where(np.isfinite(away), away, -1.0)))])
     low = min(max(at - 0.4 * length, window[0]), window[1] - length)
@@ -110,8 +110,8 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
     drawn = [name for name in rotors or free if name in free][:MOST_ORBITS]
     if not drawn:
         rule = "must have a rotor whose centre can move, for an orbit"
-        cure = f"Choose from: {', '.join(free)}" if free else "Draw a history: --kind history"
-        raise InputError(Fault("--at", ", ".join(rotors) or "none", rule, cure))
+        cure = f"Choose from: {', '.join(free)}" if free else "Draw a history"
+        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, cure))
     columns = min(3, len(drawn))
     rows = -(-len(drawn) // columns)
     width = 5.2 if columns == 1 else 9.0

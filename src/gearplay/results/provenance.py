@@ -31,5 +31,6 @@ def provenance(case: Case, *, title: str | None = None, name: str = "case", **mo
         name: json.dumps(case.resolved()),
         f"{name}_sha256": case.sha256,
         "gearplay_version": VERSION,
+        **({"changed": json.dumps(case.changed)} if case.changed else {}),
         **more,
     }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import time
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cached_property
@@ -78,11 +80,19 @@ class Result(Answer, WasDataset):
         made.__dict__["ds"] = dataset
         return made
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Do what `Answer.save` does; all signals are computed for it, in one go."""
+    def save(
+        self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float | None = None
+    ) -> None:
+        """Do what `Answer.save` does; all signals are computed for it, in one go. After Ctrl-C nothing is written.
+
+        It is compressed, except where that would take longer than ``within`` [s] or than ``run.max_wall_time`` leaves, which the
+        computing of signals must keep to: `ResourceError`.
+        """
+        until = time.monotonic() + min((run.samples.left for run in self._runs), default=math.inf)
         for run in self._runs:
-            _ = run.values
-        super().save(path, overwrite=overwrite)
+            run.samples.compute(until)
+        left = min(math.inf if within is None else within, until - time.monotonic())
+        self._write(path, overwrite=overwrite, within=left)
 
     @cached_property
     def ds(self) -> xr.Dataset:
@@ -258,14 +268,8 @@ class Result(Answer, WasDataset):
             return chosen[0]
         known = sorted({f"{element}.{name}" for name, element in self.held(signal) or self.held()})
         shown = f"{label or ''}.{signal}".lstrip(".")
-        raise InputError(
-            Fault(
-                "signal",
-                shown,
-                "must name one signal that was kept",
-                f"Choose from: {', '.join(known) or 'none'}",
-            )
-        )
+        cure = f"Choose from: {', '.join(known) or 'none'}"
+        raise InputError(Fault("signal", shown, "must name one signal that was kept", cure))
 
     def spectrum(
         self, signal: str, *, rotor: str | None = None, label: str | None = None, window: str = "hann"
@@ -308,12 +312,10 @@ class Result(Answer, WasDataset):
         return ensemble_spectrum(records, self.sampling, window=window, unit=RESULT_VARIABLES[signal].unit)
 
     def __repr__(self) -> str:
-        work = self.work
+        work, title = self.work, self.case.title or "untitled"
         members = f", {self.members} members" if self.members > 1 else ""
-        return (
-            f"<gearplay.Result {self.case.title or 'untitled'!r}: {self.status.name}{members},"
-            f" {self.reached:g} s, {work.steps} steps, {work.events} events>"
-        )
+        ended = f"{self.status.name}{members}, {self.reached:g} s, {work.steps} steps, {work.events} events"
+        return f"<gearplay.Result {title!r}: {ended}>"
 
     @property
     def work(self) -> Work:
@@ -339,7 +341,7 @@ class Result(Answer, WasDataset):
             ("members", str(self.members)),
             ("simulated time", f"{self.reached:g} s"),
             ("steps, events", f"{work.steps}, {work.events}"),
-            ("wall time", f"{work.wall_time:.3g} s"),
+            ("core seconds", f"{work.wall_time:.3g} s"),
         ]
 
     def _repr_html_(self) -> str:

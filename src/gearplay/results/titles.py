@@ -4,20 +4,34 @@ import math
 import tomllib
 from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import load_case
 from gearplay.pictures.words import shown_in
+from gearplay.results.answer import case_in
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_CHANGES = 4
 """Changes that a title names."""
 
 
+def words_of(dataset: "xr.Dataset", otherwise: str) -> str:
+    """Return the title of the case behind a dataset and what was changed of it; ``otherwise`` where it names no case."""
+    if "case" not in dataset.attrs:
+        return str(dataset.attrs.get("title") or otherwise)
+    case = case_in(dataset)
+    return case_words(case if case.title else case.model_copy(update={"title": otherwise})).replace(
+        " um", " µm"
+    )
+
+
 def case_words(case: Case) -> str:
-    """Return the title of a case and what differs from the bundled case of that title, but for how long it ran.
+    """Return the title of a case and what differs from the bundled case of that title or was set, but for how long it ran.
 
     >>> from gearplay.model.reading import load_case
     >>> case_words(load_case("han2021", ["meshes.0.backlash=200um", "run.duration=1s"]))
@@ -31,10 +45,10 @@ def case_words(case: Case) -> str:
 
 
 def changes_of(case: Case) -> list[str]:
-    """Return the changes of a bundled case, as ``path = value``; none of a case that is not bundled."""
+    """Return the changes of a bundled case, as ``path = value``; of any other those that were set since it was read."""
     name = _titles().get(case.title)
     if name is None:
-        return []
+        return _set(case)
     before = dict(_leaves(load_case(name).resolved()))
     after = dict(_leaves(case.resolved()))
     paths = [path for path in {**before, **after} if before.get(path) != after.get(path)]
@@ -43,6 +57,17 @@ def changes_of(case: Case) -> list[str]:
         for path in paths
         if not path.startswith("run.") and path != "title"
     ]
+
+
+def _set(case: Case) -> list[str]:
+    leaves = dict(_leaves(case.resolved()))
+    found = []
+    for path in case.changed:
+        if path.startswith("run.") or path == "title":
+            continue
+        inner = [each for each in leaves if each.startswith(f"{path}.")]
+        found.append(f"{path} changed" if inner else f"{path} = {_shown(case, path, leaves.get(path))}")
+    return found
 
 
 @cache

@@ -43,7 +43,7 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
     count = min(STRETCHES, t.size // least)
     if count < 2:
         rule = f"must hold two stretches of {least / result.sampling:.3g} s for a waterfall"
-        raise InputError(Fault("--window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run"))
+        raise InputError(Fault("window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run"))
     quantity = RESULT_VARIABLES[signal]
     size = t.size // count
     spectra = [

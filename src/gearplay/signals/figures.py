@@ -149,6 +149,8 @@ def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
     x, y = x[: columns : step[1]], y[: rows : step[0]]
     top = float(table.max())
     norm = LogNorm(top * 1e-4, top) if top > 0.0 else None
+    if x.size == 1:  # one stretch, about the middle of the record: a cell alone would have no width
+        x, table = np.array([0.0, 2.0 * x[0]]), np.repeat(table, 2, axis=1)
     picture = ax.pcolormesh(x, y, np.maximum(table, top * 1e-4), norm=norm, cmap="viridis", shading="nearest",
                             rasterized=True)  # fmt: skip
     ax.grid(False)

@@ -14,14 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from gearplay.kernels.compiled import compiled_from
+from gearplay.kernels.compiled import FOLDER
+from gearplay.kernels.compiled_files import not_kept
 from gearplay.kernels.compiled_once import INTERPRETED, KERNELS
 from gearplay.kernels.elements.table import DERIVATIVE, KINDS
 from gearplay.kernels.tangent_state import make_tangent
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
-from gearplay.solver.course import Course
+from gearplay.solver.course import Course, refuse_fixed_steps
+from gearplay.solver.pace import duration_words, note_pace, seconds_for, share_of_cores
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.file_lock import try_lock
 from gearplay.vocabulary.progress import Progress
@@ -29,16 +31,20 @@ from gearplay.vocabulary.progress import Progress
 MOST_HELPERS = 3
 FEW = 6
 """So few kernels are not worth a word: the first call of each compiles it."""
-LABEL = "Compiling the kernels, once after an installation"
+OFTEN = 20.0  # s between words where there is no bar
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_power_column", "mesh_powers", "friction_loss")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
+_OF_JOINED = ("land_together", "fill_joined_column", "joined_torque")
+"""Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""
 _LINEAR = {
     "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "judge_modes", "rates_of",
     "rate_of_change",
 }  # fmt: skip
 """Questions that the matrices of the linear view need."""
 _ELEMENTS = "gearplay.kernels.elements."
+_here: set[str] = set()  # kernels that this process has compiled or loaded
+_not_kept_told = False
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 
 
@@ -52,9 +58,14 @@ def prepare(case: Case, *, derivative: bool = False, progress: Progress | None =
     derivative
         Whether the exact derivative of the motion is needed too.
     progress
-        Told how many kernels are compiled, and of how many; without it a line on standard error says what takes so long.
+        Told how much is compiled, and of how much, with a label that says what it is and about how long it takes; without it
+        lines on standard error do.
+
+    Raises `InputError` where the derivative is wanted of fixed steps.
 
     """
+    if derivative:
+        refuse_fixed_steps(case)
     prepare_packed(
         pack(case), fixed=case.run.fixed_step is not None, derivative=derivative, progress=progress
     )
@@ -96,10 +107,13 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     for name, kernel in KERNELS.items():
         module, _, question = name.rpartition(".")
         kind = module.removeprefix(_ELEMENTS).partition(".")[0] if module.startswith(_ELEMENTS) else "table"
-        of_derivative = question in DERIVATIVE or module.rpartition(".")[2] in _OF_DERIVATIVE
+        room = module.rpartition(".")[2]
+        of_derivative = question in DERIVATIVE or room in _OF_DERIVATIVE or question == "move_change"
+        of_joined = room == "joined" or question in _OF_JOINED
         if (
             (kind in kinds or kind == "table")
             and (all_of_them or question not in _SELDOM)
+            and (not of_joined or kinds & {"coupling", "support"})
             and (derivative or not of_derivative)
             and (fixed or "fixed_steps" not in module)
         ):
@@ -107,28 +121,39 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     return [name for _, name in sorted(wanted)]
 
 
-def _done() -> Path:
-    """Return the folder that holds a file for each compiled kernel; it goes with the folder of compiled code."""
-    return next(iter(KERNELS.values())).folder / f"done-{compiled_from()}"
+def _done() -> Path | None:
+    """Return the folder that holds a file for each compiled kernel, within that of compiled code; None without one."""
+    folder = next(iter(KERNELS.values())).folder
+    return None if folder is None else folder / FOLDER / "done"
+
+
+def _lacking(names: Sequence[str]) -> list[str]:
+    """Return those kernels that have not been compiled, by this process or into a folder that is kept."""
+    there = _done()
+    return [name for name in names if name not in _here and (there is None or not (there / name).exists())]
 
 
 def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
     """Compile those kernels that have not been compiled; a few are left to the first call of each."""
     there = _done()
-    lacking = [name for name in wanted if not (there / name).exists()]
+    lacking = _lacking(wanted)
     if len(lacking) < FEW:
         return
-    if progress is None:
-        sys.stderr.write(f"{LABEL}: up to half a minute.\n")
-    else:
-        progress(LABEL, 0, len(lacking))
+    total, cores = _length(lacking), worker_count()
+    processes = 1 + _helper_count(lacking)
+    notes = None if there is None else there.parent.parent
+    seconds = seconds_for(total, processes, cores, notes)
+    once = "once after an installation" if processes > 1 or notes is not None else "at every start"
+    label = f"Compiling {_words_for(lacking)}, {once}, about {duration_words(seconds)}"
+    told = progress or _said()
+    told(label, 0, total)
 
     def report() -> None:
-        if progress is not None:
-            progress(LABEL, sum((there / name).exists() for name in lacking), len(lacking))
+        told(label, total - _length(_lacking(lacking)), total)
 
     with _alone(there, report):
-        left = [name for name in lacking if not (there / name).exists()]
+        left = _lacking(lacking)
+        began, shared = time.monotonic(), share_of_cores(processes, cores)
         if left:
             _know_types()
         with tempfile.TemporaryDirectory() as claims, _helpers(claims, left) as helpers:
@@ -136,14 +161,63 @@ def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
                 report()
             while any(helper.poll() is None for helper in helpers):
                 time.sleep(0.02)
-    if progress is not None:
-        progress(LABEL, len(lacking), len(lacking))
+        if notes is not None and len(left) == len(lacking):
+            note_pace(notes, total, time.monotonic() - began, shared)
+    told(label, total, total)
+    _tell_not_kept()
+
+
+def _tell_not_kept() -> None:
+    """Say once, on standard error, that compiled code cannot be kept, and what to do."""
+    global _not_kept_told
+    if not_kept and not _not_kept_told:
+        _not_kept_told = True
+        sys.stderr.write(
+            f"Compiled code cannot be kept ({not_kept[0]}), so every start compiles anew. "
+            "Free or name a folder: set NUMBA_CACHE_DIR to one that can be written to.\n"
+        )
+
+
+def _length(names: Sequence[str]) -> int:
+    return sum(KERNELS[name].length for name in names)
+
+
+def _words_for(names: Sequence[str]) -> str:
+    """Return what is compiled: how many kernels, and whether they are those of the derivative of the motion."""
+    derivative = [
+        name for name in names
+        if name.rpartition(".")[2] in DERIVATIVE or name.rpartition(".")[0].rpartition(".")[2] in _OF_DERIVATIVE
+    ]  # fmt: skip
+    if len(derivative) == len(names):
+        return f"{len(names)} kernels of the motion's derivative"
+    beside = f", {len(derivative)} of them of its derivative" if derivative else ""
+    return f"{len(names)} kernels of the motion{beside}"
+
+
+def _said() -> Progress:
+    """Return what tells progress on standard error, in a line at once and one now and then."""
+    began = last = time.monotonic()
+
+    def tell(label: str, done: float, total: float) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if done == 0 and now - began < 1.0:
+            sys.stderr.write(f"{label}.\n")
+        elif now - last > OFTEN and 0 < done < total:
+            last = now
+            left = duration_words((now - began) * (total - done) / done)
+            sys.stderr.write(f"{100 * done / total:.0f} % compiled, about {left} left.\n")
+
+    return tell
 
 
 @contextmanager
-def _alone(there: Path, report: Callable[[], None]) -> Iterator[None]:
+def _alone(there: Path | None, report: Callable[[], None]) -> Iterator[None]:
     """Let one process at a time compile: others would compile the same, and need not any more when their turn comes."""
     handle = None
+    if there is None:
+        yield
+        return
     with suppress(OSError):  # a folder that cannot be written to: each process for itself
         there.mkdir(parents=True, exist_ok=True)
         while (handle := try_lock(there / ".lock")) is None:
@@ -173,15 +247,23 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
         except FileExistsError:
             continue
         KERNELS[name].address()
-        with suppress(OSError):  # a folder that cannot be written to holds no compiled code either
-            (there / name).touch()
+        _here.add(name)
+        if there is not None and not not_kept:
+            with suppress(OSError):
+                (there / name).touch()
         yield name
+
+
+def _helper_count(wanted: Sequence[str]) -> int:
+    """Return how many processes may help: none where what they compile would be lost."""
+    possible = sys.executable and _done() is not None and not not_kept
+    return min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if possible else 0
 
 
 @contextmanager
 def _helpers(claims: str, wanted: Sequence[str]) -> Iterator[list["subprocess.Popen[bytes]"]]:
     """Start processes that share the work; end them if it ends early. Without any, where none can be started."""
-    count = min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if sys.executable else 0
+    count = _helper_count(wanted)
     words = [sys.executable, "-m", __name__, claims, *wanted]
     helpers = []
     try:

@@ -1,6 +1,7 @@
 """A motion in progress: one run of the kernels, fed piece by piece, its log emptied, its limits kept."""
 
 import threading
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -17,10 +18,36 @@ from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-CHUNK_STEPS = 20_000  # between two looks at the clock: some 20 ms
+FIRST_STEPS, CHUNK_STEPS = 8, 20_000
+"""Between two looks at the clock and at reasons to stop: the first time, and at most."""
+CHUNK_TIME = 0.05
+"""About the time [s] between two looks: signals that are sampled on the way may make a step a thousand times longer."""
+MOST_GROWTH = 16.0
+"""How many times as many steps the next chunk may have."""
 LOG_CAPACITY = 16_384
 MOST_STEPS = 50_000_000
 """Steps from which on a course without a watch counts as run away: some minutes; ``run.max_steps`` may be less."""
+
+
+def next_steps(steps: int, took: float) -> int:
+    """Return how many steps to take next where ``steps`` of them took a time [s]: no chunk is to last much longer than it should.
+
+    They grow fast: between two chunks a thread waits for others that run Python.
+
+    >>> next_steps(64, 0.0001), next_steps(64, 0.01), next_steps(64, 0.04), next_steps(64, 0.5)
+    (1024, 160, 64, 6)
+    """
+    if took > CHUNK_TIME:
+        return max(1, int(steps * CHUNK_TIME / took))
+    growth = min(MOST_GROWTH, 0.5 * CHUNK_TIME / max(took, 1e-9))
+    return min(int(steps * max(1.0, growth)), CHUNK_STEPS)
+
+
+def refuse_fixed_steps(case: Case) -> None:
+    """Raise `InputError` for a case of fixed steps: they have no exact derivative."""
+    if case.run.fixed_step is not None:
+        rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
+        raise InputError(Fault("run.fixed_step", case.run.fixed_step, rule, "Remove it"))
 
 
 class Course:
@@ -60,7 +87,9 @@ class Course:
     ) -> None:
         self.case, self.packed, self.stop = case, packed, stop
         self.chunk = CHUNK_STEPS
-        """Steps between two looks at reasons to stop."""
+        """Steps between two looks at reasons to stop, at most; fewer where they take long."""
+        self._paced = FIRST_STEPS
+        self._begun = time.monotonic()
         self.system, settings = packed.system, case.run
         self.most_steps = min(settings.max_steps or MOST_STEPS, MOST_STEPS)
         wanted = np.zeros(0, dtype=np.int64) if places is None else places
@@ -81,9 +110,7 @@ class Course:
         self.log: list[Floats] = []
         if changes is None and not divergence:
             return
-        if settings.fixed_step is not None:
-            rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
-            raise InputError(Fault("run.fixed_step", settings.fixed_step, rule, "Remove it"))
+        refuse_fixed_steps(case)
         rows = self._no_changes() if changes is None else changes.copy()
         self.tangent = tangent_state.make_tangent(self.system, self.run, rows, divergence=divergence)
 
@@ -97,6 +124,7 @@ class Course:
         run.clock[kernel.SAMPLE_START] = t
         run.clock[kernel.SAMPLE_INTERVAL] = 1.0 / sampling
         run.counts[kernel.LAST_SAMPLE] = run.rows.shape[1] - 1
+        self._paced = FIRST_STEPS
 
     def take_chunk(self, t_end: float, steps: int, *, keep_log: bool = True) -> Status:
         """Advance to t_end [s], by at most ``steps`` steps; return how it went."""
@@ -122,15 +150,21 @@ class Course:
         """Advance to t_end [s] or to the first reason to stop, which is asked for before each chunk; return the status."""
         asked = reason_to_stop or Course._own_reason
         while (reason := asked(self)) is None:
-            steps = max(0, min(self.chunk, (self.case.run.max_steps or self.steps + self.chunk) - self.steps))
+            steps = min(self.chunk, self._paced, CHUNK_STEPS)
+            steps = max(0, min(steps, (self.case.run.max_steps or self.steps + steps) - self.steps))
+            began = time.perf_counter()
             status = self.take_chunk(t_end, steps, keep_log=keep_log)
             if status != Status.PAUSED:
                 return status
+            self._paced = next_steps(steps, time.perf_counter() - began)
         return reason
 
     def _own_reason(self) -> Status | None:
         if self.stop is not None and self.stop.is_set():
             return Status.INTERRUPTED
+        limit = self.case.run.max_wall_time
+        if limit is not None and time.monotonic() > self._begun + limit:
+            return Status.OUT_OF_TIME
         return Status.TOO_MANY_STEPS if self.steps >= self.most_steps else None
 
     def advance(self, t_end: float) -> None:

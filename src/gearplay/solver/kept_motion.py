@@ -6,7 +6,9 @@ grows like a logarithm: to 3000, or some 15 MB of a gear pair, for 1e9 steps.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
@@ -19,11 +21,11 @@ from gearplay.kernels import implicit
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.solver.course import CHUNK_STEPS, Course
+from gearplay.solver.course import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
 from gearplay.solver.limits import check_samples
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -95,6 +97,8 @@ class KeptMotion:
         self._due = 0
         self.reached = 0.0
         """How far [s] the run came."""
+        self.left = math.inf
+        """What the run has left of the case's limit on wall time [s]: no sampling may take longer."""
 
     @property
     def bytes(self) -> int:
@@ -117,26 +121,41 @@ class KeptMotion:
             return max(0, wanted)
         return max(0, min(wanted, math.floor((self.reached - start) * sampling) + 1))
 
-    def sample(self, places: Ints, start: float, sampling: float, count: int) -> Floats:
+    def sample(
+        self, places: Ints, start: float, sampling: float, count: int, until: float = math.inf
+    ) -> Floats:
         """Return signals, shape [sample, column], at ``start + k / sampling`` for k < ``count``.
 
         ``places`` are the columns of a full row. The motion is followed again from the last state kept before ``start``, in
-        pieces on several threads.
+        pieces on several threads; all end soon after Ctrl-C.
+
+        Raises `ResourceError` where that takes longer than the case's limit on wall time leaves, or than ``until`` [s], by the
+        clock of `time.monotonic`.
         """
+        until = min(until, time.monotonic() + self.left)
+        stop = threading.Event()
         values = np.empty((len(places), count))
         step = 1.0 / sampling
         pieces = self._pieces(start, step, count)
 
+        def look() -> None:
+            if stop.is_set() or time.monotonic() > until:  # the former is for nobody to see
+                raise out_of_time(count, len(places))
+
         def fill(piece: tuple[_Mark, int, int]) -> None:
             mark, first, last = piece
-            values[:, first:last] = self._follow(mark, places, start, step, first, last)
+            values[:, first:last] = self._follow(mark, places, start, step, first, last, look)
 
         if len(pieces) == 1:
             fill(pieces[0])
         elif pieces:
             with ThreadPoolExecutor(min(worker_count(), len(pieces))) as pool:
-                for done in [pool.submit(fill, piece) for piece in pieces]:
-                    done.result()
+                try:
+                    for done in [pool.submit(fill, piece) for piece in pieces]:
+                        done.result()
+                except BaseException:
+                    stop.set()
+                    raise
         return values.T
 
     def _pieces(self, start: float, step: float, count: int) -> list[tuple[_Mark, int, int]]:
@@ -154,8 +173,20 @@ class KeptMotion:
         ends = [first for _, first in cuts[1:]] + [count]
         return [(mark, first, last) for (mark, first), last in zip(cuts, ends, strict=True)]
 
-    def _follow(self, mark: _Mark, places: Ints, start: float, step: float, first: int, last: int) -> Floats:
-        """Return samples ``first`` to ``last`` - 1, shape [column, sample], following the motion on from a mark."""
+    def _follow(
+        self,
+        mark: _Mark,
+        places: Ints,
+        start: float,
+        step: float,
+        first: int,
+        last: int,
+        look: Callable[[], None],
+    ) -> Floats:
+        """Return samples ``first`` to ``last`` - 1, shape [column, sample], following the motion on from a mark.
+
+        ``look`` is called about every 50 ms and raises where nobody waits for them any more.
+        """
         packed = self.packed
         course = Course(self.case, packed, np.zeros(packed.state_size), places=places, samples=last - first)
         run = course.run
@@ -169,15 +200,25 @@ class KeptMotion:
         run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0
         # A run that stopped may have none of the last.
         run.rows[:, max(0, int((self.reached - start) / step) - first) :] = np.nan
-        chunk = SHORTEST
+        chunk = FIRST_STEPS
         for end in self.ends:
             status = Status.PAUSED
             while status == Status.PAUSED and run.counts[kernel.ROWS] < last - first and course.time < end:
+                look()
+                began = time.perf_counter()
                 status = course.take_chunk(end, chunk, keep_log=False)
-                chunk = min(2 * chunk, CHUNK_STEPS)
+                chunk = next_steps(chunk, time.perf_counter() - began)
             if status not in (Status.PAUSED, Status.DONE):
                 break
         return np.asarray(run.rows)
+
+
+def out_of_time(count: int, columns: int) -> ResourceError:
+    """Return the error of samples that took too long."""
+    return ResourceError(
+        f"samples: {count} times of {columns} signals took longer than there was time for; the motion itself is complete."
+        " Lower the sampling, ask for one signal, or raise `run.max_wall_time`."
+    )
 
 
 class KeptSamples:
@@ -198,6 +239,7 @@ class KeptSamples:
         self.motion, self.places, self.sampling = motion, places, sampling
         self.start, end = motion.ends
         self.count = motion.count(self.start, sampling, end)
+        self.left = motion.left
         self._columns: dict[int, Floats] = {}
 
     @cached_property
@@ -206,8 +248,16 @@ class KeptSamples:
 
         Raises `ResourceError` where they are too many.
         """
+        return self._all()
+
+    def compute(self, until: float) -> None:
+        """Compute all of them, as `values` does; `ResourceError` where that would last until a time of the monotonic clock."""
+        if "values" not in self.__dict__:
+            self.__dict__["values"] = self._all(until)
+
+    def _all(self, until: float = math.inf) -> Floats:
         check_samples(self.count, len(self.places))
-        return self.motion.sample(self.places, self.start, self.sampling, self.count)
+        return self.motion.sample(self.places, self.start, self.sampling, self.count, until)
 
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]; they are kept."""

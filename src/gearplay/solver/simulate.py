@@ -1,5 +1,6 @@
 """`simulate`: run one case, one member or many, on threads, with progress, limits and a clean stop."""
 
+import math
 import threading
 import time
 from collections.abc import Iterable, Sequence
@@ -97,7 +98,7 @@ class _Job:
             member=self.member,
             first_sample=self.transient,
             sampling=self.sampling,
-            samples=self._samples(course, motion),
+            samples=self._samples(course, motion, watch.left(course.case)),
             columns=self.kept[0],
             statistics=statistics_of(self.packed, run.tallies, reached - self.transient),
             log=course.whole_log,
@@ -112,11 +113,11 @@ class _Job:
             wedged=wedged_meshes(self.packed, run.tallies, reached - self.transient),
         )
 
-    def _samples(self, course: Course, motion: KeptMotion | None) -> Samples:
+    def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
         """Return what was sampled, or what will be when it is asked for."""
         if motion is None:
-            return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T)
-        motion.reached = course.time
+            return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T, left)
+        motion.reached, motion.left = course.time, left
         return KeptSamples(motion, self.kept[1], self.sampling)
 
 
@@ -147,9 +148,12 @@ class _Watch:
             return Status.INTERRUPTED
         if run.max_steps is not None and course.steps >= run.max_steps:
             return Status.TOO_MANY_STEPS
-        if run.max_wall_time is not None and time.monotonic() > self.started + run.max_wall_time:
-            return Status.OUT_OF_TIME
-        return None
+        return Status.OUT_OF_TIME if self.left(course.case) < 0.0 else None
+
+    def left(self, case: Case) -> float:
+        """Return the time [s] that a case's limit leaves for it, or for its samples."""
+        limit = case.run.max_wall_time
+        return math.inf if limit is None else self.started + limit - time.monotonic()
 
 
 def _load(case: Case, packed: Packed) -> None:

@@ -1,5 +1,6 @@
 """What a simulation returns: sampled signals, contact statistics, the log of contacts and how it went."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -151,6 +152,10 @@ class Samples(Protocol):
     """The samples of a run, shape [time, column], written while it ran or computed when they are asked for."""
 
     @property
+    def left(self) -> float:
+        """Time [s] that the limit on the run's leaves for them."""
+
+    @property
     def count(self) -> int:
         """Number of times."""
 
@@ -161,12 +166,16 @@ class Samples(Protocol):
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
 
+    def compute(self, until: float) -> None:
+        """Compute all of them now; `ResourceError` where that would last until a time of the monotonic clock."""
+
 
 @dataclass(frozen=True)
 class WrittenSamples:
-    """Samples written while the run went on, shape [time, column]."""
+    """Samples written while the run went on, shape [time, column]; the time [s] that the run's limit had left."""
 
     values: Floats
+    left: float = math.inf
 
     @property
     def count(self) -> int:
@@ -176,6 +185,9 @@ class WrittenSamples:
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
         return self.values[:, list(columns)]
+
+    def compute(self, until: float) -> None:
+        """They are there."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +242,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Work:
-    """Work done by all members: steps, rejected ones, events, seconds on one core."""
+    """Work done by all members: steps, rejected ones, events, and core seconds: added up, not what one waited."""
 
     steps: int
     rejected_steps: int

@@ -16,6 +16,8 @@ from gearplay.vocabulary.renamed import with_new_names
 
 MOST: Final = 10**15
 """Largest count that is taken at all; what it would cost is for the function to say."""
+LOOKED_AT: Final = 100_000
+"""Numbers of a list that are looked at from each end: whoever gets a longer one refuses it for its length."""
 LONGEST: Final = 1e9
 """Longest time [s]."""
 
@@ -140,6 +142,8 @@ class Numbers:
         if not listed or isinstance(value, (str, bytes)):
             return wanted
         try:
+            if len(value) > LOOKED_AT:  # type: ignore[arg-type]
+                value = [*value[:LOOKED_AT], *value[-LOOKED_AT:]]  # type: ignore[index]
             each = [*value]  # type: ignore[misc]
         except TypeError:  # an array without dimensions
             return wanted

@@ -32,9 +32,14 @@ STATIC = Path(__file__).parent / "static"
 LARGEST_BODY = 2 * LARGEST_FILE
 MOST_DISCARDED = 64 * LARGEST_BODY
 MOST_OWN = 8  # jobs of one page, waiting or in hand
+MOST_UNSENT = 16  # results that one page has not read yet
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s
 KEPT = ("run", "bifurcation", "map")
+DONE = (*KEPT, "average")
+"""Jobs that a page may ask for; what comes of the first ones is kept."""
+LIMITS = {"run": 150.0, "average": 60.0}  # s; of the others:
+LIMIT = 600.0
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
 
 
@@ -109,7 +114,10 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
     async def export(request: Request) -> Response:
         form = request.path_params["form"]
         body = await _body(request)
-        if form not in FORMS or body is None:
+        if body is None:
+            words = f"export: a case may have at most {LARGEST_BODY} bytes. Shorten it."
+            return JSONResponse({"error": words}, status_code=413)
+        if form not in FORMS:
             return JSONResponse({"error": "export: must be nc, csv or toml of a case."}, status_code=400)
         try:
             asked = json.loads(body)
@@ -210,6 +218,8 @@ class _Page:
     def __init__(self, socket: WebSocket, pool: Pool, store: Store) -> None:
         self.socket, self.pool, self.store = socket, pool, store
         self.jobs: dict[int, Job] = {}
+        self.unsent = 0
+        """Results on their way to a page that reads slowly."""
         self.tasks: set[asyncio.Task[None]] = set()
         self.sending = asyncio.Lock()
 
@@ -240,11 +250,11 @@ class _Page:
             if number in self.jobs:
                 await self.pool.cancel(self.jobs[number])
             return
-        if kind not in KEPT:
-            words = f"kind: must be one of {', '.join(KEPT)} or cancel."
+        if kind not in DONE:
+            words = f"kind: must be one of {', '.join(DONE)} or cancel."
             await self._say({"type": "error", "id": number, "error": words})
             return
-        if number in self.jobs or len(self.jobs) >= MOST_OWN:
+        if number in self.jobs or len(self.jobs) >= MOST_OWN or self.unsent >= MOST_UNSENT:
             await self._say(
                 {
                     "type": "full",
@@ -259,7 +269,7 @@ class _Page:
             await self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)})
 
         try:
-            job = self.pool.submit(wanted, tell, limit=600.0 if kind != "run" else 150.0)
+            job = self.pool.submit(wanted, tell, limit=LIMITS.get(kind, LIMIT))
         except QueueFullError:
             await self._say(
                 {"type": "full", "id": number, "error": "The queue is full. Try again in a moment."}
@@ -283,20 +293,28 @@ class _Page:
         return task
 
     async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
-        """Send what comes of a job and keep it, at once; the job counts as the page's until both are done."""
+        """Send what comes of a job and keep it, at once; it ends for the page before its answer is out."""
         try:
             frame = await job.done
+        except JobError as error:
+            kind = "cancelled" if error.cancelled else "error"
+            self.jobs.pop(number, None)
+            await self._say({"type": kind, "id": number, "error": str(error)})
+            return
+        finally:
+            self.jobs.pop(number, None)
+        self.unsent += 1
+        try:
             key = Store.key_of(words)
-            if words["kind"] == "run":  # the next move waits for it
+            if words["kind"] not in KEPT:
+                await self._send(number, key, frame)
+            elif words["kind"] == "run":  # the next move waits for it
                 await asyncio.gather(self._store(key, frame), self._send(number, key, frame))
             else:  # may be asked for as a file as soon as it is shown
                 await self._store(key, frame)
                 await self._send(number, key, frame)
-        except JobError as error:
-            kind = "cancelled" if error.cancelled else "error"
-            await self._say({"type": kind, "id": number, "error": str(error)})
         finally:
-            self.jobs.pop(number, None)
+            self.unsent -= 1
 
     async def _store(self, key: str, frame: bytes) -> None:
         with contextlib.suppress(GearplayError, OSError):

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from gearplay.model.case import Case
+from gearplay.model.initial import usual_member
 from gearplay.model.reading import load_case, replace
 from gearplay.vocabulary.errors import Fault, InputError
 
 Job = Mapping[str, Any]
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
+MODELS = ("coupled", "uncoupled")
 MOST_MEMBERS = 16
 MOST_SAMPLES = 2_000_000
 LONGEST_NOTE = 300
@@ -44,6 +46,28 @@ def limited_case(job: Job) -> Case:
             )
         )
     return replace(case, limits) if limits else case
+
+
+def averaged_case(job: Job) -> tuple[Case, int]:
+    """Return the case of the members that an average is taken over, and their number.
+
+    With ``members`` in the job they are drawn where the first would start exactly centred, and run for its ``duration`` and
+    ``transient``; without, it is one member, as the case says.
+    """
+    case = replace(limited_case(job), {"run.ensemble": 1})
+    if "members" not in job:
+        return case, 1
+    times = {f"run.{name}": number_of(job[name]) for name in ("duration", "transient") if name in job}
+    drawn = {"run.start": "drawn"} if usual_member(case) else {}
+    members = whole(job, "members", 1, MOST_MEMBERS)
+    return limited_case({"case": replace(case, times | drawn).resolved()}), members
+
+
+def models_of(job: Job, case: Case) -> list[Case]:
+    """Return a case with each of the models that a job asks for; as it is where it asks for none."""
+    asked = job.get("models")
+    models = [model for model in MODELS if isinstance(asked, list) and model in asked]
+    return [replace(case, {"backlash_model": model}) for model in models] or [case]
 
 
 def note_of(job: Job) -> str:

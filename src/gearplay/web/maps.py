@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.geometry import rotor_of
-from gearplay.model.initial import usual_member
 from gearplay.model.pack import pack
-from gearplay.model.reading import replace
+from gearplay.results.spectra import student_widening
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
-from gearplay.web.jobs import MOST_MEMBERS, Job, axis_of, failures_of, limited_case, note_of, number_of, whole
+from gearplay.web.jobs import Job, averaged_case, axis_of, failures_of, limited_case, note_of, whole
 from gearplay.web.measures import KEPT, reduction_of, words_of
 
 Floats = NDArray[np.float64]
@@ -31,7 +30,7 @@ def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points, its spread, and where it says little."""
     from gearplay.sweeps.door import sweep
 
-    case, members = _case_of(job)
+    case, members = averaged_case(job)
     columns, rows = (whole(job, name, 2, 60) for name in ("columns", "rows"))
     if columns * rows > MOST_CELLS:
         raise InputError(
@@ -91,22 +90,6 @@ def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
     )
 
 
-def _case_of(job: Job) -> tuple[Case, int]:
-    """Return the case of a map's members, and their number.
-
-    With ``members`` in the job they are drawn where the first would start exactly centred, and run for its ``duration`` and
-    ``transient``; without, it is one member, as the case says.
-    """
-    case = replace(limited_case(job), {"run.ensemble": 1})
-    if "members" not in job:
-        return case, 1
-    times = {f"run.{name}": number_of(job[name]) for name in ("duration", "transient") if name in job}
-    drawn = {"run.start": "drawn"} if usual_member(case) else {}
-    return limited_case({"case": replace(case, times | drawn).resolved()}), whole(
-        job, "members", 1, MOST_MEMBERS
-    )
-
-
 def contacts_of(case: Case, of: str) -> list[str]:
     """Return the contacts that move a rotor, or the contact itself.
 
@@ -146,12 +129,13 @@ def _first_said(reasons: Any) -> Any:
 
 
 def pooled(values: Floats, measure: str) -> tuple[Floats, Floats]:
-    """Return a measure of all members, shape [row, column], and twice its standard error; NaN for one member.
+    """Return a measure of all members, shape [row, column], and half its 95 % interval by Student's t; NaN for one member.
 
-    Root mean squares are pooled as such, of largest values the largest is taken, of the others the mean.
+    Root mean squares are pooled as such, of largest values the largest is taken, of the others the mean. The interval of a root
+    mean square is that of the mean square, which its largest member decides.
 
-    >>> [each.round(3).tolist() for each in pooled(np.array([[[3.0, 4.0]]]), "rms")]
-    [[[3.536]], [[1.0]]]
+    >>> [each.round(3).tolist() for each in pooled(np.array([[[3.0, 4.0, 5.0]]]), "rms")]
+    [[[4.082]], [[2.44]]]
     """
     if measure in SQUARES:
         whole_value = np.sqrt(np.mean(values**2, axis=-1))
@@ -160,7 +144,12 @@ def pooled(values: Floats, measure: str) -> tuple[Floats, Floats]:
     count = values.shape[-1]
     if count < 2:
         return whole_value, np.full(whole_value.shape, np.nan)
-    return whole_value, 2.0 * np.std(values, axis=-1, ddof=1) / np.sqrt(count)
+    widening = student_widening(count)
+    if measure in SQUARES:
+        error = np.std(values**2, axis=-1, ddof=1) / (2.0 * np.maximum(whole_value, 1e-300))
+    else:
+        error = np.std(values, axis=-1, ddof=1)
+    return whole_value, widening * error
 
 
 def doubtful(values: Floats, spread: Floats, impacts: Floats, share: Floats) -> Floats:

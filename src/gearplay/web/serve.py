@@ -88,10 +88,12 @@ def serve(
     import uvicorn
 
     from gearplay.web.app import make_app
+    from gearplay.web.connection import Connection, raise_limit_on_files
     from gearplay.web.guard import Guard
     from gearplay.web.pool import Pool
 
     address_of(host, port, token, names)
+    raise_limit_on_files()
     listening = _listen(host, port)
     address = address_of(host, int(listening.getsockname()[1]), token, names)
     app = Guard(make_app(folder, Pool(size=workers)), address.names, address.token, address.proxied)
@@ -100,6 +102,7 @@ def serve(
             app,
             log_level="warning",
             access_log=False,
+            http=Connection,
             ws="websockets-sansio",
             ws_max_size=1024 * 1024,
             server_header=False,

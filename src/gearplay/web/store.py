@@ -3,12 +3,14 @@
 import contextlib
 import hashlib
 import json
+import os
 import re
 import threading
 from pathlib import Path
 from typing import Any
 
 from gearplay.files.atomic import make_folder, write_bytes
+from gearplay.files.seal import LENGTH, MARK, sealed
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")
@@ -38,9 +40,9 @@ class Store:
         """Keep a frame, and let the oldest go."""
         file = self.folder / f"{key}.frame"
         with self.changing:
-            write_bytes(file, frame)
+            write_bytes(file, sealed(frame))
             self.sizes.pop(file, None)
-            self.sizes[file] = len(frame)
+            self.sizes[file] = len(frame) + LENGTH
             while len(self.sizes) > 1 and (
                 len(self.sizes) > self.most or sum(self.sizes.values()) > self.room
             ):
@@ -56,14 +58,16 @@ class Store:
         return sorted(ages, key=lambda file: ages[file], reverse=True)
 
     def load(self, key: str) -> bytes | None:
-        """Return the frame of a key, None where there is none."""
+        """Return the frame of a key, None where there is none, or it was changed on disk."""
         if not KEY.fullmatch(key):
             return None
         file = self.folder / f"{key}.frame"
         try:
-            return file.read_bytes()
+            whole = file.read_bytes()
         except OSError:
             return None
+        frame = whole[:-LENGTH]
+        return frame if sealed(frame) == whole else None
 
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
         """Return what is kept, the newest first: key, kind, title, note, time of writing [s]."""
@@ -72,6 +76,9 @@ class Store:
             try:
                 with file.open("rb") as source:
                     document, _ = read_head(source)
+                    source.seek(-LENGTH, os.SEEK_END)
+                    if source.read(len(MARK)) != MARK:
+                        continue
                 written = file.stat().st_mtime
             except (OSError, ValueError):
                 continue

@@ -18,22 +18,20 @@ from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
+from gearplay.web.averages import average
 from gearplay.web.frames import pack_frame
-from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, note_of, whole
+from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, models_of, note_of, whole
 from gearplay.web.maps import make_map
 from gearplay.web.toml_edits import edited
 from gearplay.web.views import views_of
 
-MODELS = ("coupled", "uncoupled")
 MOST_POINTS = 100_000  # of a diagram
 
 
 def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case with the models asked for; return its result frame."""
     case = limited_case(job)
-    asked = job.get("models")
-    models = [model for model in MODELS if isinstance(asked, list) and model in asked]
-    cases = [replace(case, {"backlash_model": model}) for model in models] or [case]
+    cases = models_of(job, case)
     members = list(range(case.run.ensemble))
     done = run_batch([(each, members) for each in cases], progress=report, stop=stop, threads=1)
     for each in (run for runs in done for run in runs):
@@ -158,5 +156,6 @@ TASKS: Mapping[str, Callable[[Job, Tick, threading.Event], bytes]] = {
     "run": run,
     "bifurcation": bifurcation,
     "map": make_map,
+    "average": average,
     "export": export,
 }

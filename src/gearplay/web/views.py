@@ -15,13 +15,14 @@ from gearplay.model.geometry import (
 from gearplay.pictures.extremes import extremes
 from gearplay.results.contacts import contacts_of
 from gearplay.results.mechanism import frames_of
-from gearplay.results.spectra import ensemble_spectrum
+from gearplay.results.spectra import ensemble_spectrum, student_widening
 from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
 STRETCHES = 700  # of a curve, each with its lowest and highest value
 ORBIT_POINTS, LINES = 2000, 1200
 MOST_CONTACTS = 1500  # intervals of one contact's strip
+MEANS = ("share_of_time", "impacts_per_second", "rms_impact_speed")
 HISTORIES = {
     "mesh": ("backlash", "center_distance", "drive_force", "back_force"),
     "sleeve": ("sleeve_force",),
@@ -44,8 +45,8 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "orbits": _orbits(case, run),
         "histories": _histories(run, since),
         "strip": _strip(run),
-        "spectra": _spectra(case, runs),
-        "statistics": _statistics(runs),
+        "spectra": spectra_of(case, runs),
+        "statistics": statistics_of(runs),
         "frames": frames_of(case, since, run.signal, start=run.first_sample),
     }
 
@@ -114,7 +115,7 @@ def merged(spans: Floats, most: int = MOST_CONTACTS) -> Floats:
     return np.column_stack([spans[np.r_[0, kept + 1], 0], spans[np.r_[kept, len(spans) - 1], 1]])
 
 
-def _spectra(case: Case, runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
+def spectra_of(case: Case, runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
     """Return the acceleration spectra of rotors whose centres are free: rms averages over the members.
 
     ``s`` is the spread over the members in decades, None for one.
@@ -152,12 +153,20 @@ def shown_lines(
     return np.concatenate([np.arange(whole), whole + np.unique(ends)])
 
 
-def _statistics(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
-    """Return the contacts' statistics over all members."""
+def statistics_of(runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
+    """Return the contacts' statistics over all members.
+
+    ``half`` is half the 95 % interval of their means, by Student's t; None for one member.
+    """
     table = contacts_of(runs)
-    names = ("share_of_time", "impacts_per_second", "rms_impact_speed", "peak_force")
+    widening = student_widening(len(runs)) if len(runs) > 1 else None
     return [
-        {"contact": label, "impacts": round(float(table.impacts[at])), "angular": bool(table.angular[at])}
-        | {name: float(table.values[name][at]) for name in names}
+        {
+            "contact": label,
+            "impacts": round(float(table.impacts[at])),
+            "angular": bool(table.angular[at]),
+            **{name: float(table.values[name][at]) for name in (*MEANS, "peak_force")},
+            "half": None if widening is None else {n: widening * float(table.spread[n][at]) for n in MEANS},
+        }
         for at, label in enumerate(table.labels)
     ]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gearplay as gp
 from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
 from gearplay.calibration.fresh import HeldOut
@@ -22,6 +23,7 @@ from gearplay.calibration.result import Calibration
 from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
 from gearplay.calibration.verdict import LeftOut, Standing
+from gearplay.files.parts import with_digest
 from gearplay.model.reading import load_case, replace
 from gearplay.pictures.words import short, wrapped
 
@@ -122,7 +124,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, list[Fit], 
 
 def test_the_document_is_the_file_and_holds_every_fit(written: Any) -> None:
     plan, fits, folder, document = written
-    assert json.loads((folder / "calibration.json").read_text()) == document
+    assert json.loads((folder / "calibration.json").read_text()) == with_digest(document)
     assert list(document) == ["title", "statement", "answer", "duels", "fits", "plan", "versions"]
     assert document["title"] == SCRIPT
     assert document["plan"]["effort"]["seed"] == plan.effort.seed
@@ -246,7 +248,7 @@ def test_absent_numbers_are_dashes_on_the_page_and_null_in_the_document(tmp_path
     assert document["fits"][0]["left_out_frequency_error"] is None
     assert document["fits"][0]["rows"][0]["unit"] == "m/s²"
     text = (tmp_path / "calibration.json").read_text()
-    assert json.loads(text, parse_constant=pytest.fail) == document
+    assert json.loads(text, parse_constant=pytest.fail) == with_digest(document)
     page = (tmp_path / "report.html").read_text()
     assert '<td class="n">7.5</td><td class="n">–</td>' in page
     assert "nan" not in page.split('id="figures"')[0].lower()
@@ -347,3 +349,42 @@ def test_long_names_are_broken_or_shortened() -> None:
     assert max(map(len, wrapped("a_very_long_name_of_a_parameter" + "x" * 40, 15).splitlines())) <= 15
     assert len(short("x" * 200)) == 44
     assert short("_hidden") == " _hidden"  # matplotlib would leave it out of the legend
+
+
+def test_the_written_document_is_read_again(written: Any, tmp_path: Path) -> None:
+    _, _, folder, document = written
+    assert gp.read_result(folder / "calibration.json") == Calibration(document)
+    old = tmp_path / "calibration.json"
+    old.write_text(json.dumps(document))  # older versions wrote no digest
+    assert gp.read_result(old) == Calibration(document)
+
+
+def test_a_written_document_that_was_changed_is_refused(written: Any, tmp_path: Path) -> None:
+    """A digit of it anywhere, which leaves a document that could be; a row that is gone."""
+    _, _, folder, document = written
+    whole, file = (folder / "calibration.json").read_text(), tmp_path / "calibration.json"
+    digits = [at for at, letter in enumerate(whole[: whole.index('"sha256"')]) if letter in "12345"]
+    for at in digits[:: len(digits) // 20]:
+        file.write_text(whole[:at] + str(int(whole[at]) + 1) + whole[at + 1 :])
+        with pytest.raises(gp.InputError, match="it was changed since") as caught:
+            gp.read_result(file)
+        assert len(caught.value.faults) == 1
+    file.write_text(json.dumps({**json.loads(whole), "fits": document["fits"][1:]}))
+    with pytest.raises(gp.InputError, match="it was changed since"):
+        gp.read_result(file)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "3", "[" * 100_000, "{}", '{"fits": 3}', '{"title": "", "statement": 3, "fits": []}',
+     '{"title": "", "statement": {"words": [3]}, "fits": [{"model": "", "reading": "", "parameters": [{}]}]}'],
+)  # fmt: skip
+def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "calibration.json"
+    file.write_text(text)
+    for path in (file, tmp_path / "none.json", tmp_path):
+        with pytest.raises(
+            gp.InputError, match=r"must be a calibration\.json that|must be a readable"
+        ) as caught:
+            gp.read_result(path)
+        assert len(str(caught.value).splitlines()) == 1

@@ -8,17 +8,20 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 from depth import sized
+from gearplay.files import netcdf
+from gearplay.files.apart import Reader
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
 from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
 from gearplay.vocabulary.errors import InputError
 
 pytestmark = pytest.mark.hostile
-DAMAGED = sized(10_000, 300)
+DAMAGED = sized(4000, 300, torture=10_000)
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_leftovers(tmp_path: Path) -> None:
@@ -269,3 +272,26 @@ def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(InputError, match="out = "):
         make_folder(tmp_path / "file" / "below")
+
+
+def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    begin = "import sys; sys.stdout.write('ready\\n'); sys.stdout.flush(); sys.stdin.readline(); "
+    for child, patience in (("import time; time.sleep(60)", 0.5), ("import os; os.abort()", 30.0)):
+        monkeypatch.setattr(netcdf, "PATIENCE", patience)
+        monkeypatch.setattr(netcdf, "_READER", Reader(begin + child))
+        with pytest.raises(InputError, match="HDF5 crashes on it or does not return"):
+            read_dataset(tmp_path / "old.nc")
+
+
+def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """4 GB of numbers that nobody wrote, for 2 GB of memory."""
+    with h5py.File(tmp_path / "bomb.nc", "w") as file:
+        file.create_dataset("x", shape=(500_000_000,), dtype="f8", chunks=(1 << 20,), compression="gzip")
+    limited = "from gearplay.files import netcdf, netcdf_child; netcdf.MOST_PER_BYTE = 1e9; "
+    limited += "netcdf_child.MOST_MEMORY = 2 << 30; netcdf_child.main()"
+    monkeypatch.setattr(netcdf, "_READER", Reader(limited))
+    with pytest.raises(InputError, match=r"bomb\.nc"):
+        read_dataset(tmp_path / "bomb.nc")

@@ -121,6 +121,11 @@ def test_planets_that_overlap_or_do_not_fit() -> None:
     # 80 teeth of sun and ring: steps of 4.5 deg
     assert ("rotors.two.position", "its teeth cannot mesh with sun and ring as those of one do") in words
     assert ("rotors.three.position", "its teeth cannot mesh with sun and ring as those of one do") in words
+    # where it should be: the nearest of steps of 4.5 deg from one, which lies at 0
+    place = f"{40 * math.cos(math.radians(81)):.4f} mm, {40 * math.sin(math.radians(81)):.4f} mm"
+    assert any(
+        f"about the centre, to [{place}]" in f.message for f in found if f.path == "rotors.two.position"
+    )
     assert ("rotors.three.position", "it overlaps one") in words
     assert ("rotors.three.position", "it overlaps two") in words
     assert ("rotors.two.position", "it overlaps one") not in words

@@ -167,6 +167,16 @@ def test_what_cannot_be_is_refused_with_its_reason(changes: dict[str, Any], word
     )  # nothing that follows from it
 
 
+def test_planets_may_be_off_by_a_tenth_of_a_micrometre_and_are_told_where_they_should_be() -> None:
+    turn = 2.0 * math.pi * 30 / 80
+    whole = gp.load_case(planetary_document(planets={"count": 2, "angles": [0.0, turn]}))
+    radius = 0.5 * whole.planetary["stage"].module * (20 + whole.planetary["stage"].planets.teeth)
+    gp.load_case(planetary_document(planets={"count": 2, "angles": [0.0, turn + 0.9e-7 / radius]}))
+    text = refusal(planetary_document(planets={"count": 2, "angles": [0.0, turn + 1.5e-7 / radius]}))
+    x, y = 1e3 * radius * math.cos(turn), 1e3 * radius * math.sin(turn)
+    assert f"The nearest is 135 deg, its centre at [{x:.4f} mm, {y:.4f} mm]" in text
+
+
 def test_names_with_dots_are_for_members_alone() -> None:
     document = planetary_document()
     document["rotors"] = {"other.sun": {"mass": 1.0, "inertia": 1.0}}

@@ -1,8 +1,10 @@
 """Records that are too short to say anything are refused, with what would do."""
 
+import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.nonlinear.kinds.slow_swings import slow_swing
 
 
 def test_exponents_of_an_instant_are_refused() -> None:
@@ -13,6 +15,30 @@ def test_exponents_of_an_instant_are_refused() -> None:
         gp.lyapunov("han2021", duration=1e-9)
     with pytest.raises(gp.InputError, match=r"it covers 19\.6"):
         gp.lyapunov("han2021", duration=0.49)
+
+
+def test_a_record_of_few_slow_swings_is_refused() -> None:
+    """The article's ring crosses its backlash and bounces back in about half a second, and rattles more or less for seconds."""
+    words = r"duration = 2.0: must hold 25 slow swings of the motion; half the power of ring\.\S+.*Give \d+ s or more"
+    with pytest.raises(gp.InputError, match=words):
+        gp.lyapunov("han2021", count=1, duration=2.0)
+
+
+def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
+    """The case's own 2 s would not do."""
+    found = gp.lyapunov("han2021", count=1)
+    assert found.time / gp.load_case("han2021").run.duration in (4.0, 8.0, 16.0, 32.0)
+    again = gp.lyapunov("han2021", count=1, duration=found.time, transient=0.5)
+    assert abs(found.largest[0] - again.largest[0]) < found.largest[1] + again.largest[1]
+    assert 8.0 < found.largest[0] < 20.0
+
+
+def test_what_has_not_settled_is_refused() -> None:
+    """A disc that is dragged from its start to its speed: its own trend is its slowest swing."""
+    at = np.linspace(0.0, 1.0, 300)
+    assert slow_swing(np.exp(-at), 1.0) == 2.0
+    assert slow_swing(np.exp(-at), 1.0, still=1.0) == 0.0
+    assert slow_swing(np.cos(2.0 * np.pi * 20.0 * at), 1.0) == pytest.approx(0.05, rel=0.03)
 
 
 def test_a_section_within_one_mesh_period_is_refused() -> None:

@@ -194,6 +194,15 @@ def test_noise_is_not_chaos() -> None:
     assert "finer resolution" in classify(3.0 * generator.normal(size=600), resolution=1.0).reason
 
 
+def test_chaos_that_is_looked_at_too_seldom_is_chaos_where_its_exponent_is_known() -> None:
+    """Every twelfth step of a logistic map, whose neighbours part by a factor of two a step, looks like noise."""
+    seldom = logistic(4.0 - 1e-9, 12 * 600)[::12]
+    alone = classify(seldom, resolution=1e-5)
+    assert (alone.kind, "noise" in alone.reason) == ("undecided", True)
+    assert classify(seldom, resolution=1e-5, exponent=(12.0 * np.log(2.0), 0.1)).kind == "chaotic"
+    assert classify(seldom, resolution=1e-5, exponent=(-0.5, 0.01)).kind == "undecided"
+
+
 def test_a_small_signal_that_does_not_repeat_beside_a_large_cycle() -> None:
     """What decides is the signal that moves about repetition, however small beside one that repeats exactly."""
     cycle = np.resize([0.0, 1.0, 3.0], 600)

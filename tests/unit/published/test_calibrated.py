@@ -57,3 +57,22 @@ def test_what_the_choice_of_the_model_changes_is_seen_with_equal_parameters() ->
     coupled, uncoupled, switched = PARAMETERS["calibrated"]
     assert (switched.name, switched.model, switched.case) == (SWITCHED, "uncoupled", coupled.case)
     assert uncoupled.case != coupled.case
+
+
+@pytest.mark.parametrize("model", list(calibration()["fits"]))
+def test_left_out_errors_follow_from_their_conditions_and_are_not_the_searchs(model: str) -> None:
+    """The mean error of conditions left out is that of its 18 residuals; none is an error of the search or of fresh members."""
+    fit = fit_of(model)
+    for at, quantity in enumerate(("amplitude", "frequency")):
+        residuals = [
+            value
+            for condition in fit["left_out"].values()
+            for name, value in condition.items()
+            if name.endswith(quantity)
+        ]
+        assert len(residuals) == 18
+        assert len(set(residuals)) > 12
+        errors = [100.0 * abs(10.0**value - 1.0) for value in residuals]
+        assert sum(errors) / len(errors) == pytest.approx(fit["held_out"][at], rel=1e-6)
+        assert fit["held_out"][at] != pytest.approx(fit["in_sample"][at], rel=1e-6)
+        assert fit["held_out"][at] != pytest.approx(fit["fresh"][at], rel=1e-6)

@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case, replace
 from gearplay.published.article import conditions
-from gearplay.published.han2021 import swing_frequency
+from gearplay.published.han2021 import SimulatedLine, swing_frequency
 from gearplay.published.settings import condition_case
 
 
@@ -38,3 +39,13 @@ def test_a_conditions_case_has_its_speed_clearance_backlash_and_model() -> None:
         assert case.sleeves["ring"].radial_clearance == pytest.approx(1e-6 * condition.radial_clearance_um)
         assert case.meshes[0].backlash == pytest.approx(1e-6 * condition.backlash_um)
         assert case.backlash_model == "uncoupled"
+
+
+def test_the_level_of_a_line_is_its_amplitude_and_its_error_that_of_the_members_mean_square() -> None:
+    rng = np.random.default_rng(5)
+    drawn = [rng.lognormal(0.0, 0.8, 24) for _ in range(4000)]
+    lines = [SimulatedLine(40.0, math.sqrt(float(np.mean(each**2))), 2.0, tuple(each)) for each in drawn]
+    levels = np.array([line.log_level() for line in lines])
+    np.testing.assert_allclose(10.0 ** levels[:, 0], [line.amplitude for line in lines])
+    assert np.median(levels[:, 1]) == pytest.approx(float(np.std(levels[:, 0])), rel=0.35)
+    assert SimulatedLine(40.0, 0.1, 2.0, (0.1,)).log_level() == (-1.0, math.inf)

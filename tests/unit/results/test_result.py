@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.model.reading import load_case, to_toml
 from gearplay.model.variables import VARIABLES
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.solver.status import Status
@@ -144,6 +145,27 @@ def test_unknown_signals_are_named(result: gp.Result) -> None:
         result.plot.orbit("sun")
 
 
+def test_pictures_say_case_element_and_window_and_what_was_set(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(to_toml(load_case("han2021", ["title=My rig"])), encoding="utf-8")
+    changed = load_case(file, ["meshes.pinion-ring.backlash=150um", "run.transient=0s"])
+    assert changed == load_case(file, ["run.transient=0s", "meshes.0.backlash=150um"])
+    found = gp.simulate(changed, duration=0.8)
+    found.save(tmp_path / "run.nc")
+    plot = gp.read_result(tmp_path / "run.nc").plot
+    close = plot.history("backlash")
+    assert close.figure.get_suptitle().startswith(
+        "My rig; meshes.0.backlash = 150 µm: total normal backlash, "
+    )
+    assert close.figure.get_suptitle().replace("\n", " ").endswith("of 0 to 0.8 s")
+    assert np.ptp(close.get_xlim()) == pytest.approx(10 / 40.0), "ten mesh periods"
+    assert np.ptp(plot.history("backlash", window=(None, None)).get_xlim()) == pytest.approx(0.8, abs=1e-3)
+    marks = [text.get_text() for text in plot.spectrum("ax", "ring").texts]
+    assert "f_m" in marks
+    with pytest.raises(gp.InputError, match="centre can move"):
+        plot.orbit("pinion")
+
+
 def test_pictures_draw_without_touching_pyplot(result: gp.Result) -> None:
     import sys
 
@@ -231,7 +253,7 @@ def test_a_history_of_many_samples_keeps_every_impact() -> None:
     place = next(i for i, c in enumerate(run.columns) if (c.signal, c.label) == ("ax", "ring"))
     values[123_457, place], values[222_223, place] = 70.0, -90.0
     long = gp.Result(result.case, [dataclasses.replace(run, samples=WrittenSamples(values))])
-    line = long.plot.history("ax", "ring").get_lines()[0]
+    line = long.plot.history("ax", "ring", window=(None, None)).get_lines()[0]
     drawn = np.asarray(line.get_ydata())
     assert (drawn.max(), drawn.min(), len(drawn) <= 20_000) == (70.0, -90.0, True)
     assert np.asarray(line.get_xdata())[np.argmax(drawn)] == run.first_sample + 123_457 / run.sampling

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,28 @@ def test_a_folder_that_cannot_be_written_keeps_the_old_cube(
     with pytest.raises(InputError, match=r"sweep\.zarr.*must be writable \(No space left on device\)"):
         write_cube(sweep, rows, tmp_path / "sweep.zarr")
     assert opened(tmp_path / "sweep.zarr").identical(whole)
+    assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
+
+
+def test_a_rename_that_fails_keeps_the_old_cube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep, whole = made(plan_of(BACKLASH))
+    rows: Rows = rows_of(sweep, whole)
+    write_cube(sweep, rows, tmp_path / "sweep.zarr")
+    replace = os.replace
+
+    def fails(source: Path, target: Path) -> None:
+        if source.name.endswith(".part") and target.name == "sweep.zarr":
+            raise OSError(5, "Input/output error")
+        replace(source, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(cube.os, "replace", fails)
+        with pytest.raises(InputError, match="Input/output error"):
+            write_cube(sweep, {}, tmp_path / "sweep.zarr")
+    assert opened(tmp_path / "sweep.zarr").identical(whole)
+    assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
+    os.replace(tmp_path / "sweep.zarr", tmp_path / ".sweep.zarr.old")  # killed between the two names
+    write_cube(sweep, rows, tmp_path / "sweep.zarr")
     assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
 
 

@@ -1,15 +1,14 @@
 """The process that reads files for `apart`: questions on the standard input, answers on the standard output."""
 
 import json
-import os
-import sys
 from pathlib import Path
 from typing import IO, Any
 
+from gearplay.files.apart import refusal_said, serve
 from gearplay.files.measurements import hdf5_vectors, mdf4_signals
 from gearplay.files.measurements.building import Request
 from gearplay.files.record import Channel, Record
-from gearplay.vocabulary.errors import NO_VALUE, InputError, MeasurementError
+from gearplay.vocabulary.errors import InputError, MeasurementError
 
 
 def _read(line: bytes) -> Record:
@@ -39,12 +38,8 @@ def answer(line: bytes, pipe: IO[bytes]) -> None:
     try:
         record: Record | None = _read(line)
         said: dict[str, Any] = {}
-    except MeasurementError as error:
-        record, said = None, {"refused": str(error)}
-    except InputError as error:
-        faults = [(f.path, f.value, True, f.rule, f.cure) for f in error.faults if f.value is not NO_VALUE]
-        faults += [(f.path, None, False, f.rule, f.cure) for f in error.faults if f.value is NO_VALUE]
-        record, said = None, {"faults": faults}
+    except (MeasurementError, InputError) as error:
+        record, said = None, refusal_said(error)
     if record is not None:
         said = {
             "source": record.source,
@@ -58,11 +53,6 @@ def answer(line: bytes, pipe: IO[bytes]) -> None:
     pipe.flush()
 
 
-def serve() -> None:
+def main() -> None:
     """Answer questions until there are no more."""
-    with os.fdopen(os.dup(1), "wb") as pipe:
-        os.dup2(2, 1)  # what a library prints must not reach the answers
-        pipe.write(b"ready\n")
-        pipe.flush()
-        for line in sys.stdin.buffer:
-            answer(line, pipe)
+    serve(answer)

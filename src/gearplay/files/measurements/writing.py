@@ -6,6 +6,7 @@ import json
 import re
 import struct
 from collections.abc import Callable
+from io import BytesIO
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final
@@ -58,7 +59,7 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
     kind = check_record_path(place, overwrite=overwrite)
     if not record.channels:
         raise InputError([Fault("record", "no channels", "must hold at least one channel")])
-    write_with(place, lambda temporary: _WRITERS[kind](record, temporary))
+    write_with(place, lambda temporary: _WRITERS[kind](record, temporary), overwrite=overwrite)
 
 
 def check_record_path(path: Path, *, overwrite: bool = False) -> str:
@@ -122,18 +123,21 @@ def _root(record: Record) -> dict[str, Any]:
 def _write_hdf5(record: Record, path: Path) -> None:
     import h5py
 
+    made = BytesIO()  # on a disk that is full HDF5 brings the process down
     # from 1.10 on, the library keeps checksums of the file's own structure
-    with h5py.File(path, "w", libver=("v110", "v110"), track_order=True) as file:
+    with h5py.File(made, "w", libver=("v110", "v110"), track_order=True) as file:
         file.attrs.update(_root(record))
         for label, channel in zip(_labels(record), record.channels, strict=True):
             dataset = file.create_dataset(label, data=channel.values, **_packing(channel))
             dataset.attrs.update(_attributes(channel))
+    path.write_bytes(made.getbuffer())
 
 
 def _write_netcdf(record: Record, path: Path) -> None:
     import h5netcdf
 
-    with h5netcdf.File(path, "w") as file:
+    made = BytesIO()
+    with h5netcdf.File(made, "w") as file:
         file.attrs.update(_root(record))
         axes: dict[tuple[int, float, float], str] = {}
         for label, channel in zip(_labels(record), record.channels, strict=True):
@@ -147,6 +151,7 @@ def _write_netcdf(record: Record, path: Path) -> None:
                 label, (axes[key],), np.float64, data=channel.values, **_packing(channel)
             )
             variable.attrs.update(_attributes(channel))
+    path.write_bytes(made.getbuffer())
 
 
 def _write_csv(record: Record, path: Path) -> None:

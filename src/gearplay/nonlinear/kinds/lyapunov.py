@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.nonlinear.kinds.slow_swings import SAMPLES, too_few_swings, velocities
+from gearplay.nonlinear.least_spans import shortest_period
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.tabled import Column, Tabled
+from gearplay.solver.compiling import prepare
 from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
@@ -23,7 +26,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
-BLOCKS = 20  # over which the scatter is judged
+BLOCKS = 20  # that are kept
+JUDGED = 5  # blocks of these over which the scatter is judged: long enough to be nearly independent
+DOUBLINGS = 6  # of a record whose length nobody asked for
 LEAD = 0.1  # share of the time in which the changes find their directions
 
 
@@ -31,9 +36,9 @@ LEAD = 0.1  # share of the time in which the changes find their directions
 class Exponents(Tabled):
     """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
 
-    The intervals are those of Student's t over blocks of the record, shape [block, exponent], see `half_width`. ``divergence`` is
-    the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve remembers its impact speed (NaN otherwise,
-    and where not all were asked for). ``time`` is the length of the record [s].
+    The intervals are Student's t over 5 stretches of the record, of four of its ``blocks`` each, shape [block, exponent],
+    see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve remembers
+    its impact speed (NaN otherwise, and where not all were asked for). ``time`` is the length of the record [s].
     """
 
     answer = "exponents"
@@ -95,6 +100,7 @@ def lyapunov_exponents(
     duration: float | None = None,
     transient: float | None = None,
     member: int = 0,
+    checked: bool = False,
     progress: Tick | None = None,
 ) -> Exponents:
     """Return the ``count`` largest Lyapunov exponents of a motion, all of them if not given.
@@ -102,6 +108,8 @@ def lyapunov_exponents(
     The run takes ``transient`` and ``duration`` [s], the case's transient and duration if not given. Changes of all free states
     (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
     again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
+    With ``checked`` a record that holds too few slow swings of the motion for an interval (`too_few_swings`) is doubled, up to
+    `DOUBLINGS` times, where no ``duration`` is given, and else refused.
 
     Raises `InputError` for a count or times that cannot be, `SimulationError` where the motion cannot be followed.
     """
@@ -116,58 +124,92 @@ def lyapunov_exponents(
     if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
         raise InputError(Fault("duration", span, "must be above 0 s, transient 0 s or more", "Correct it"))
     check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))
+    prepare(case, derivative=True)
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
     whole = number == most and not remembers
-    return _exponents(flow, member, lead, span, number, whole=whole, progress=progress)
+    found = _Following(flow, member, lead, span, number, whole=whole, checked=checked, progress=progress)
+    fault = found.follow(span)
+    for _ in range(DOUBLINGS if duration is None else 0):
+        if fault is None:
+            break
+        check_work("lyapunov", flow.packed, seconds=(lead + 2.0 * found.span) * (1 + number))
+        fault = found.follow(2.0 * found.span)
+    if fault is not None:
+        raise InputError(fault)
+    return found.exponents()
 
 
-def _exponents(
-    flow: Flow,
-    member: int,
-    lead: float,
-    span: float,
-    number: int,
-    *,
-    whole: bool,
-    progress: Tick | None,
-) -> Exponents:
-    changes = np.zeros((number, flow.size + flow.latches))
-    random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
-    changes[:, flow.free] = random.T * flow.natural[flow.free]
-    course = flow.begin(flow.start(member), changes=changes, divergence=whole)
-    align = lead + LEAD * span
-    pieces = max(BLOCKS, math.ceil(span / LONGEST))
-    pieces += -pieces % BLOCKS
-    for at in range(1, 1 + math.ceil(align / LONGEST)):
-        course.advance(min(at * LONGEST, align))
-        _orthonormalise(flow, course)
-    before = course.divergence
-    grown = np.zeros((pieces, number))
-    for at in range(pieces):
-        course.advance(align + (at + 1) * span / pieces)
-        grown[at] = _orthonormalise(flow, course)
-        if progress is not None:
-            progress(align + (at + 1) * span / pieces, align + span)
-    blocks = grown.reshape(BLOCKS, -1, number).sum(axis=1) * BLOCKS / span
-    values = blocks.mean(axis=0)
-    errors = np.array([half_width(column) for column in blocks.T])
-    order = np.argsort(-values, kind="stable")
-    divergence = (course.divergence - before) / span if whole else math.nan
-    return Exponents(values[order], errors[order], blocks[:, order], divergence, span, flow.case)
+class _Following:
+    """A motion with small changes that are made orthonormal again and again: what they grew by, piece by piece."""
+
+    def __init__(
+        self,
+        flow: Flow,
+        member: int,
+        lead: float,
+        span: float,
+        number: int,
+        *,
+        whole: bool,
+        checked: bool,
+        progress: Tick | None,
+    ) -> None:
+        self.flow, self.whole, self.progress = flow, whole, progress
+        changes = np.zeros((number, flow.size + flow.latches))
+        random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
+        changes[:, flow.free] = random.T * flow.natural[flow.free]
+        self.course = course = flow.begin(flow.start(member), changes=changes, divergence=whole)
+        self.begin = lead + LEAD * span
+        period = shortest_period(flow.packed) if checked else None
+        self.moving = [] if period is None else list(velocities(flow))
+        longest = LONGEST if period is None else min(LONGEST, period / SAMPLES)
+        pieces = max(BLOCKS, math.ceil(span / longest))
+        self.piece = span / (pieces + -pieces % BLOCKS)
+        for at in range(1, 1 + math.ceil(self.begin / LONGEST)):
+            course.advance(min(at * LONGEST, self.begin))
+            _orthonormalise(flow, course)
+        self.before, self.span = course.divergence, 0.0
+        self.grown: list[Floats] = []
+        self.speeds: list[Floats] = []
+
+    def follow(self, span: float) -> Fault | None:
+        """Go on until the record is ``span`` [s] long, a multiple of what it was; return what it is too short for."""
+        pieces = round(span / self.piece)
+        for at in range(len(self.grown), pieces):
+            self.course.advance(self.begin + (at + 1) * self.piece)
+            self.grown.append(_orthonormalise(self.flow, self.course))
+            if self.moving:
+                self.speeds.append(self.flow.seen(self.course.time, self.course.state)[self.moving])
+            if self.progress is not None:
+                self.progress(self.begin + (at + 1) * self.piece, self.begin + span)
+        self.span = span
+        return too_few_swings(self.flow, np.array(self.speeds), span) if self.moving else None
+
+    def exponents(self) -> Exponents:
+        """Return the exponents of the record so far."""
+        grown, span = np.array(self.grown), self.span
+        blocks = grown.reshape(BLOCKS, -1, grown.shape[1]).sum(axis=1) * BLOCKS / span
+        values = blocks.mean(axis=0)
+        errors = np.array([half_width(column) for column in blocks.T])
+        order = np.argsort(-values, kind="stable")
+        divergence = (self.course.divergence - self.before) / span if self.whole else math.nan
+        return Exponents(values[order], errors[order], blocks[:, order], divergence, span, self.flow.case)
 
 
 def half_width(blocks: Floats) -> float:
-    """Return the half-width of the 95 % interval of the mean of successive block means, shape [block].
+    """Return the half-width of the 95 % interval of the mean of successive block means, shape [block], a multiple of `JUDGED`.
 
-    Blocks of a slow motion are not independent: their variance is multiplied by 1 + 2 (r_1 + r_2), at least 1, with the
-    correlations r of neighbours (each 1 / n too small on average; M. Bartlett, J. R. Stat. Soc. Suppl. 8 (1946) 27).
+    Neighbouring blocks make `JUDGED` stretches. Those of a slow motion are not independent: their variance is multiplied by
+    1 + 2 (r_1 + r_2), at least 1, with the correlations r of neighbours (each 1 / n too small on average; M. Bartlett, J. R.
+    Stat. Soc. Suppl. 8 (1946) 27).
 
     >>> round(half_width(np.array([1.0, 2.0, 1.0, 2.0, 1.0])), 3)  # t 2.776, error 0.2449, r -0.6 and 0.767
     0.785
     """
     from scipy.special import stdtrit
 
-    count, rest = blocks.size, blocks - blocks.mean()
+    stretches = blocks.reshape(JUDGED, -1).mean(axis=1)
+    count, rest = JUDGED, stretches - stretches.mean()
     whole = float(rest @ rest)
     if whole == 0.0:
         return 0.0

@@ -19,6 +19,7 @@ from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
+from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.simulate import run_members
@@ -198,6 +199,7 @@ def identify_motion(
     step = section_period(flow.packed, period)
     seconds = (settle + periods) * step * (1 + ensemble)
     check_work("motion", flow.packed, seconds=seconds, numbers=20.0 * periods * (1 + ensemble))
+    prepare(case, derivative=case.run.fixed_step is None)
     samples, swing = _section(flow, step, periods, settle, tell, stop)
     resolution = TRUSTED * case.run.tolerance * flow.natural[flow.free]
     value, half, known = math.nan, math.nan, None

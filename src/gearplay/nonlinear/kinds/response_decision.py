@@ -80,8 +80,9 @@ NOISY: Final = 0.2
 """Share of the walk's displacement that noise of the resolution explains, from which K says nothing."""
 
 UNFORESEEN: Final = 0.85
-"""Share of variance left by the forecast from which a motion cannot be told from noise: noise leaves 1.0 +- 0.1, chaos left 0.77
-at most (the Lorenz system seen once a unit of time, in short records)."""
+"""Share of variance left by the forecast from which samples alone cannot be told from noise: noise leaves 1.0 +- 0.1, chaos left
+0.77 at most (the Lorenz system seen once a unit of time, in short records). Where an exponent is known, of equations, chaos that
+is looked at too seldom to be foreseen is chaos."""
 
 
 @dataclass(frozen=True)
@@ -259,10 +260,10 @@ def _verdict(voices: set[str], told: str, evidence: Evidence) -> Response:
         start = f"{evidence['slow']:.2f} of its variance turns less than twice in the record, a slow beat or a drift"
     elif voices == {"quasi-periodic"}:
         kind, start = "quasi-periodic", "It neither repeats nor drifts, and stays regular"
-    elif voices == {"chaotic"} and evidence["unforeseen"] > UNFORESEEN:
+    elif voices == {"chaotic"} and evidence["unforeseen"] > UNFORESEEN and "exponent" not in evidence:
         start = f"It cannot be told from noise, {evidence['unforeseen']:.2f} of its variance being unforeseen"
     elif voices == {"chaotic"}:
-        kind, start = "chaotic", "It neither repeats nor drifts, and neighbouring states part"
+        kind, start = "chaotic", "It neither repeats nor drifts, and neighbours part"
     else:
         start = "The evidence conflicts" if voices else "The evidence is weak"
     return Response(kind, f"{start}: {told}.", evidence=evidence)

@@ -164,7 +164,7 @@ def _check_prescribed(packed: Packed) -> None:
     for i in prescribed:
         ramp, name = float(rotors[i].ramp_time), packed.rotor_names[i]
         if ramp > 0.0:
-            cure = f"Say --set rotors.{name}.drive.ramp=0s"
+            cure = f"Set rotors.{name}.drive.ramp to 0 s"
             raise InputError(Fault(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure))
 
 

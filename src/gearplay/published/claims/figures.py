@@ -101,7 +101,7 @@ def floor_figure(document: Mapping[str, Any]) -> bytes:
     ax.set_xticks(document["floors"][0]["draws"], [str(n) for n in document["floors"][0]["draws"]])
     ax.minorticks_off()
     ax.set_ylim(0.0, None)
-    ax.set_xlabel("runs of the true model to pick from", fontsize=SMALL)
+    ax.set_xlabel("number of runs of the true model to pick from", fontsize=SMALL)
     ax.set_ylabel("mean error of the amplitudes [%]", fontsize=SMALL)
     set_legend(figure, handles)
     return to_png(figure)

@@ -1,12 +1,12 @@
 """Where the points of a sweep are evaluated: threads, processes, or an existing Dask cluster. Results do not depend on it."""
 
-import asyncio
 import os
 import queue
 import signal
+import sys
 import threading
+import time
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -15,17 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from gearplay.solver.compiling import prepare
+from gearplay.sweeps.running.cluster import PAUSE, RETRIES, run_dask
 from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_many
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
-from gearplay.vocabulary.optional import load_optional
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
-RETRIES = 3
-"""How often work that a dying process took with it is begun again."""
-PATIENCE = 10.0
-"""How long a scheduler has to answer [s]."""
-PAUSE = 0.1
-"""How often a wait for outcomes looks whether it is to stop [s]."""
+UNSAID = "ignore::UserWarning:multiprocessing.resource_tracker"
+"""A command that leaves at once lets the tracker hand back its semaphores, which is no word to the user."""
+HANDED = 0.02
+"""How long a thread keeps finished cases before it hands them over [s]."""
 
 
 def run_threads(
@@ -33,27 +31,32 @@ def run_threads(
 ) -> Generator[list[Outcome]]:
     """Evaluate jobs on threads, the default: the kernels run side by side, and nothing is copied.
 
-    Yields the outcomes of each job as it is done. Closing the iterator, or ``stop``, ends every run at its next chunk.
+    Yields the outcomes of finished jobs, those of some of them at a time: a thread that hands over more often waits more often
+    for the one that takes. Closing the iterator, or ``stop``, ends every run at its next chunk.
     """
     prepare(sweep.template.base)
     waiting, lock, ended = iter(jobs), threading.Lock(), threading.Event()
     done: queue.SimpleQueue[list[Outcome] | BaseException | None] = queue.SimpleQueue()
-    room = threading.Semaphore(1000)  # a consumer that cannot keep up must not fill the memory
+    room = threading.Semaphore(100)  # a consumer that cannot keep up must not fill the memory
 
     def work() -> None:
+        held: list[Outcome] = []
         try:
+            handed = time.monotonic()
             while not ended.is_set():
                 with lock:
                     job = next(waiting, None)
                 if job is None:
                     break
-                outcomes = sweep.evaluate(int(job), ended)
-                if outcomes:
+                held += sweep.evaluate(int(job), ended)
+                if held and time.monotonic() - handed > HANDED:
                     room.acquire()
-                    done.put(outcomes)
+                    done.put(held)
+                    held, handed = [], time.monotonic()
         except BaseException as error:
             done.put(error)
         finally:
+            done.put(held)
             done.put(None)
 
     threads = [threading.Thread(target=work, daemon=True) for _ in range(workers or worker_count())]
@@ -93,6 +96,8 @@ def run_processes(
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
+    if UNSAID not in sys.warnoptions:
+        sys.warnoptions.append(UNSAID)
     count, document = workers or worker_count(), sweep.plan.model_dump_json()
     waiting, again, context = iter(jobs), 0, get_context("spawn")
     pending: dict[Any, list[int]] = {}
@@ -163,88 +168,6 @@ def _end_with(life: Connection) -> None:
     os._exit(0)
 
 
-def run_dask(
-    sweep: Sweep,
-    jobs: Iterable[int],
-    *,
-    address: str,
-    security: dict[str, Path] | None = None,
-    batch: int = 8,
-) -> Generator[list[Outcome]]:
-    """Evaluate jobs on the Dask cluster whose scheduler is at ``address``; no port is opened here.
-
-    ``security`` holds paths of ``tls_ca_file``, ``tls_client_cert`` and ``tls_client_key``, passed through.
-
-    Raises `InputError` where the scheduler cannot be reached, `SimulationError` where the cluster fails later.
-    """
-    distributed = load_optional("distributed", "cluster")
-    document, waiting = sweep.plan.model_dump_json(), iter(jobs)
-    with _reach(distributed, address, security) as client:
-        pending = distributed.as_completed(loop=client.loop, with_results=True)
-        in_flight = 0
-
-        def submit() -> int:
-            chunk = [int(i) for i in islice(waiting, batch)]
-            if not chunk:
-                return 0
-            pending.add(client.submit(evaluate_many, document, chunk, pure=False, retries=RETRIES))
-            return 1
-
-        for _ in range(4 * max(1, sum(client.nthreads().values()))):
-            in_flight += submit()
-        while in_flight:
-            outcomes = _next_of(pending)
-            in_flight += submit() - 1
-            yield outcomes
-
-
-def _next_of(pending: Any) -> list[Outcome]:
-    try:
-        _, outcomes = next(pending)
-    except GearplayError:
-        raise
-    except Exception as error:
-        outcomes = error
-    if isinstance(outcomes, BaseException):  # a future that was cancelled has its exception as result
-        raise SimulationError(
-            f"sweep: the cluster failed ({_first_line(outcomes)}). Finished cases are kept: see to it, then run again."
-        ) from None
-    return outcomes  # type: ignore[no-any-return]
-
-
-def _reach(distributed: Any, address: str, security: dict[str, Path] | None) -> Any:
-    """Return a client of the scheduler at ``address``.
-
-    It is asked who it is first: a `Client` that fails to start waits half a minute and complains when it is collected.
-    """
-
-    async def greet(settings: Any) -> None:
-        arguments = settings.get_connection_args("client") if settings is not None else {}
-        scheduler = distributed.rpc(address, timeout=PATIENCE, connection_args=arguments)
-        try:
-            await asyncio.wait_for(scheduler.identity(), PATIENCE)
-        finally:
-            await scheduler.close_rpc()
-
-    try:
-        files = {name: str(path) for name, path in (security or {}).items()}
-        for path in files.values():
-            Path(path).open("rb").close()  # or the library complains of a context that is missing
-        settings = distributed.Security(require_encryption=True, **files) if files else None
-        with ThreadPoolExecutor(1) as aside:  # a notebook has a loop of its own running here
-            aside.submit(asyncio.run, greet(settings)).result()
-        return distributed.Client(address, security=settings, set_as_default=False, timeout=PATIENCE)
-    except Exception as error:  # anything may answer there
-        rule = f"must be the address of a Dask scheduler that can be reached ({_first_line(error)})"
-        raise InputError(Fault("scheduler", address, rule, "Start it, or correct the address")) from None
-
-
-def _first_line(error: BaseException) -> str:
-    if isinstance(error, TimeoutError) and not str(error):
-        return f"no answer within {PATIENCE:g} s"
-    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
-
-
 @dataclass(frozen=True)
 class Engine:
     """Where a sweep runs; none of it changes the result.
@@ -289,7 +212,7 @@ class Engine:
     ) -> Generator[list[Outcome]]:
         """Yield the outcomes of jobs as they are done; threads end their cases early once stopped."""
         if self.scheduler is not None:
-            return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}))
+            return run_dask(made, jobs, address=self.scheduler, security=dict(self.security or {}), stop=stop)
         if self.kind == "processes":
             return run_processes(made, jobs, workers=self.workers)
         return run_threads(made, jobs, workers=self.workers, stop=stop)

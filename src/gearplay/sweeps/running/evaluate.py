@@ -63,7 +63,7 @@ class Sweep:
         if self.is_large:
             raise ResourceError(
                 f"sweep: a product of {self.bytes / 1e9:.2g} GB is more than the limit of {LARGEST / 1e9:.0f} GB. "
-                "Say --zarr, which writes it piece by piece, keep fewer numbers per case, or coarsen an axis."
+                "Write it piece by piece (zarr), keep fewer numbers per case, or coarsen an axis."
             )
 
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Outcome]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import shown_path, write_text
+from gearplay.files.parts import with_digest, without_digest
 from gearplay.results.account import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
@@ -83,10 +84,10 @@ def watched(
 ) -> Generator[list[Outcome]]:
     """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
-    done = before
+    done, together = before, len(made.template.points) // made.template.points.jobs
     with closing(engine.outcomes(made, left, stop)) as finished:
         for outcomes in finished:
-            done += 1
+            done += len(outcomes) // together
             yield outcomes
             if progress is not None:
                 progress(label, done, total)
@@ -98,13 +99,13 @@ def watched(
 
 def claim(plan: SweepPlan, folder: Path) -> None:
     """Note the plan in its folder; `InputError` where the folder has another plan."""
-    text = plan.model_dump_json(exclude_none=True, indent=1)
+    document = json.loads(plan.model_dump_json(exclude_none=True))
     path = folder / PLAN
     if not path.exists():
-        write_text(path, text)
-    elif _read_plan(path) != json.loads(text):
+        write_text(path, json.dumps(with_digest(document), indent=1))
+    elif _read_plan(path) != document:
         rule = "must hold the same plan"
-        raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or say --overwrite"))
+        raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
 
 
 def plan_in(folder: Path) -> SweepPlan:
@@ -128,9 +129,13 @@ def _read_plan(path: Path) -> dict[str, Any]:
         document = None
     if not isinstance(document, dict):
         rule = f"its {path.name} must be a plan that gearplay sweep wrote"
-        cure = "Choose another folder with --out, or say --overwrite"
+        cure = "Choose another folder, or overwrite it"
         raise InputError(Fault("out", shown_path(path.parent), rule, cure))
-    return document
+    if (found := without_digest(document)) is None:
+        rule = f"its {path.name} was changed after gearplay sweep wrote it"
+        cure = "Choose another folder, or overwrite it"
+        raise InputError(Fault("out", shown_path(path.parent), rule, cure))
+    return found
 
 
 def gather(made: Sweep, folder: Path) -> "xr.Dataset":

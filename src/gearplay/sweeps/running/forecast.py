@@ -1,11 +1,15 @@
 """What a sweep will take, from a few of its cases."""
 
+import time
 from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.running.engines import run_threads
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.running.store import RowStore, store_name
 from gearplay.vocabulary.cores import worker_count
 
 
@@ -13,33 +17,75 @@ from gearplay.vocabulary.cores import worker_count
 class Forecast:
     """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps; how many of the pilots failed.
 
-    ``search`` counts the cases of the search for a safe size, which come on top and are in the seconds too.
+    ``beside`` are the seconds that start, gathering and report take on top. ``search`` counts the cases of the search for a
+    safe size, which come on top and are in the seconds too.
     """
 
     cases: int
     search: int
     pilots: int
     seconds: float
+    beside: float
     workers: int
     bytes: float
     failed: int
     reason: str
 
 
-def forecast(made: Sweep, *, search: int = 0, workers: int | None = None, patience: float = 8.0) -> Forecast:
-    """Run up to 12 points of a sweep, spread over it, for at most ``patience`` seconds, and say what all will take.
+PILOTS = 1000
+"""Points that a forecast runs at most."""
 
-    ``search`` cases like these come on top.
+REPORT, PICTURES, GATHERED = 3.0, 1.0, 0.35e-3
+"""About what a report and what is loaded for it take [s], the pictures of each reduction, and a case to be gathered."""
+
+
+def forecast(
+    made: Sweep,
+    *,
+    search: int = 0,
+    workers: int | None = None,
+    patience: float = 6.0,
+    begun: float = 0.0,
+) -> Forecast:
+    """Run some points of a sweep, spread over it, for about ``patience`` seconds, and say what all will take.
+
+    They run and are stored as the sweep would have it, on all its workers, which wait for each other now and then: what they take
+    together is measured, after a first point that has the machine load what it needs. ``search`` cases like these come on top;
+    ``begun`` is what the process has taken so far [s], as the sweep's own will.
     """
-    count, spent, pilots, reasons = len(made.template.points), 0.0, 0, list[str]()
-    with closing(run_threads(made, order_of(made.template.points.jobs)[:12], workers=1)) as finished:
-        for outcomes in finished:
-            spent, pilots = spent + sum(o.seconds for o in outcomes), pilots + len(outcomes)
-            reasons += [o.reason for o in outcomes if o.status]
-            if spent > patience:
-                break
     cores = min(workers or worker_count(), worker_count())
-    seconds = (count + search) * spent / pilots / cores
+    count, pilots, reasons = len(made.template.points), 0, list[str]()
+    jobs = order_of(made.template.points.jobs)[: PILOTS + 1]
+    first, *others = jobs
+    began = time.monotonic()
+    warm = made.evaluate(int(first))
+    spent = time.monotonic() - began
+    beside = begun + spent + REPORT + PICTURES * len(made.plan.reduce) + GATHERED * (count + search)
+    reasons += [o.reason for o in warm if o.status]
+    if others:
+        with (
+            TemporaryDirectory() as folder,
+            closing(RowStore(Path(folder) / store_name(None))) as store,
+            closing(run_threads(made, others, workers=cores)) as finished,
+        ):
+            began = time.monotonic()
+            for outcomes in finished:
+                store.add(outcomes)
+                pilots += len(outcomes)
+                reasons += [o.reason for o in outcomes if o.status]
+                spent = time.monotonic() - began
+                if spent > patience and pilots >= cores:
+                    break
+    each = spent / pilots if pilots else spent / max(1, len(warm))
+    pilots += len(warm)
     return Forecast(
-        count, search, pilots, seconds, cores, 1.1 * made.bytes, len(reasons), reasons[0] if reasons else ""
+        cases=count,
+        search=search,
+        pilots=pilots,
+        seconds=(count + search) * each,
+        beside=beside,
+        workers=cores,
+        bytes=1.1 * made.bytes,
+        failed=len(reasons),
+        reason=reasons[0] if reasons else "",
     )

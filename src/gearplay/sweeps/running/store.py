@@ -1,5 +1,6 @@
 """Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
 
+import hashlib
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
@@ -14,6 +15,9 @@ _TABLE = (
     "create table if not exists rows "
     "(address blob primary key, status integer not null, reason text not null, seconds real not null, row blob not null)"
 )
+
+DIGEST = 12
+"""Bytes of a row's digest, which stands behind its numbers; no multiple of a number's."""
 
 
 def store_name(shard: tuple[int, int] | None) -> str:
@@ -47,10 +51,10 @@ class RowStore:
 
     def add(self, outcomes: Sequence[Outcome]) -> None:
         """Store what was finished together, in one transaction."""
-        rows = [(o.address, o.status, o.reason, o.seconds, o.row.tobytes()) for o in outcomes]
+        rows = [(o.address, o.status, o.reason, o.seconds, _sealed(o)) for o in outcomes]
         with _in_words(self.path):
             self.connection.execute("begin")
-            self.connection.executemany("insert or ignore into rows values (?, ?, ?, ?, ?)", rows)
+            self.connection.executemany("insert or replace into rows values (?, ?, ?, ?, ?)", rows)
             self.connection.execute("commit")
 
     def close(self) -> None:
@@ -73,8 +77,8 @@ def read_rows(
             if not _has_rows(connection):
                 continue
             for found in connection.execute("select address, status, reason, seconds, row from rows"):
-                if len(found[4]) == 8 * size:
-                    yield found
+                if (row := _whole(found, size)) is not None:
+                    yield (*found[:4], row)
 
 
 class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
@@ -96,23 +100,21 @@ class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
         for path, connection in self.connections:
             with _in_words(path):
                 asked = connection.execute(
-                    "select status, reason, row from rows where address = ?", (address,)
+                    "select address, status, reason, seconds, row from rows where address = ?", (address,)
                 )
-                found: tuple[int, str, bytes] | None = asked.fetchone()
-            if found is not None and len(found[2]) == 8 * self.size:
-                return found
+                found: tuple[bytes, int, str, float, bytes] | None = asked.fetchone()
+            if found is not None and (row := _whole(found, self.size)) is not None:
+                return found[1], found[2], row
         raise KeyError(address)
 
     def __iter__(self) -> Iterator[bytes]:
         seen: set[bytes] = set()
         for path, connection in self.connections:
             with _in_words(path):
-                for (address,) in connection.execute(
-                    "select address from rows where length(row) = ?", (8 * self.size,)
-                ):
-                    if address not in seen:
-                        seen.add(address)
-                        yield address
+                for found in connection.execute("select address, status, reason, seconds, row from rows"):
+                    if found[0] not in seen and _whole(found, self.size) is not None:
+                        seen.add(found[0])
+                        yield found[0]
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -120,6 +122,28 @@ class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
     def close(self) -> None:
         """Let go of the files."""
         self.open.close()
+
+
+def _sealed(outcome: Outcome) -> bytes:
+    """Return a row with the digest of all that is stored of its point."""
+    row = outcome.row.tobytes()
+    return row + _digest(outcome.address, outcome.status, outcome.reason, outcome.seconds, row)
+
+
+def _digest(address: bytes, status: int, reason: str, seconds: float, row: bytes) -> bytes:
+    told = repr((address, int(status), reason, float(seconds))).encode()
+    return hashlib.sha256(told + row).digest()[:DIGEST]
+
+
+def _whole(found: tuple[bytes, int, str, float, bytes], size: int) -> bytes | None:
+    """Return a stored row of ``size`` numbers, or None where it is another's or was changed: its point is run again.
+
+    Older versions stored rows without a digest.
+    """
+    row, digest = found[4][: 8 * size], found[4][8 * size :]
+    if len(row) < 8 * size or (digest and digest != _digest(*found[:4], row)):
+        return None
+    return row
 
 
 def _files(folder: Path, shard: tuple[int, int] | None) -> list[Path]:
@@ -155,9 +179,7 @@ def _in_words(path: Path) -> Iterator[None]:
                 Fault("out", shown_path(path.parent), rule, "Wait for it, or choose another folder")
             ) from None
         rule = f"its {path.name} must be a sweep's readable store ({words})"
-        raise InputError(
-            Fault("out", shown_path(path.parent), rule, "Choose another folder with --out")
-        ) from None
+        raise InputError(Fault("out", shown_path(path.parent), rule, "Choose another folder")) from None
 
 
 def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:

@@ -48,8 +48,19 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module="zarr")  # text has no final specification in Zarr 3 yet
             ended = _write(sweep, rows, beside)
-        shutil.rmtree(path, ignore_errors=True)
-        os.replace(beside, path)
+        old = path.with_name(f".{path.name}.old")
+        if not path.exists() and old.exists():  # a process was killed between the two names
+            os.replace(old, path)
+        shutil.rmtree(old, ignore_errors=True)
+        if path.exists():
+            os.replace(path, old)
+        try:
+            os.replace(beside, path)
+        except OSError:
+            if old.exists():
+                os.replace(old, path)
+            raise
+        shutil.rmtree(old, ignore_errors=True)
     except OSError as error:
         rule = f"must be writable ({error.strerror or error})"
         raise InputError(

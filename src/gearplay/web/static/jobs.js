@@ -1,5 +1,6 @@
 // Bifurcation diagrams and maps: asked for, shown, and what a click on them does.
 
+import { paceOf } from "./averages.js";
 import { drawBifurcation, drawMap } from "./diagrams.js";
 import { diagramWords, faultOf, mapWords, sayCost } from "./forms.js";
 import { $, current, note, state, tell } from "./page.js";
@@ -15,14 +16,9 @@ export function submit(kind, form) {
   longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
 }
 
-const STEP = 6.5e-6; // s that a step takes on a usual machine
-const SECOND = 3e-4; // s for the samples of a second, as a map keeps them
-
 /** Say how long the map may take, by the steps of the last run. */
 export function estimate() {
-  const [view] = Object.values(state.result?.models ?? {});
-  const { run } = state.result?.case ?? {};
-  if (view) sayCost($("map-form"), SECOND + (STEP * view.steps) / ((run.transient + run.duration) * run.ensemble), run);
+  if (state.result) sayCost($("map-form"), paceOf(state.result), state.result.case.run);
 }
 
 /** Do a long job; one that goes with the server is asked for again when that is back. */
@@ -63,7 +59,7 @@ export function markDiagrams() {
   for (const [kind, result] of Object.entries(state.diagrams)) {
     const failed = kind === "map" ? result.reasons : result.failed ? [`${result.failed} values failed`] : [];
     const { members = 1, duration, transient } = result;
-    const words = [`${result.case.backlash_model} model, ${members > 1 ? `${members} members of ${duration} s after ${transient} s, from drawn starts; ± is twice the standard error` : "one member"}`];
+    const words = [`${result.case.backlash_model} model, ${members > 1 ? `${members} members of ${duration} s after ${transient} s, from drawn starts; ± holds 95 %` : "one member"}`];
     if (kind === "bifurcation") words.push("a point per mesh period, carried up and down");
     words.push("click a point to run it");
     if (failed.length) words.push(`not all was computed: ${failed.join("; ")}`);

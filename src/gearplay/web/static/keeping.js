@@ -6,7 +6,7 @@ import { offerOverlays } from "./overlays.js";
 import { $, ask, askJson, current, note, showTitle, state, tell } from "./page.js";
 import { style } from "./colors.js";
 import { plain } from "./plotting.js";
-import { magnified, models, outdate, run, showRun, stage } from "./runs.js";
+import { magnified, models, outdate, run, showRun, stage, takeOver } from "./runs.js";
 import { decode } from "./wire.js";
 
 const MOST_LINK = 64 * 1024;
@@ -127,6 +127,7 @@ export async function save(form) {
   const { [state.tab]: shown } = state.diagrams;
   if (form === "toml") await download(await ask("/api/export/toml", { case: current(), ...(state.source && { source: state.source, changes: Object.fromEntries(state.changes) }) }), `${name}.toml`);
   else if (form === "png" || form === "svg") {
+    if (state.tab === "run") await takeOver();
     const plots = state.tab === "run" ? ["orbit", "spectrum", "backlash", "forces"] : [state.tab];
     const drawn = plots.filter((each) => $(each).data);
     if (!drawn.length) throw new Error("There is nothing to save here yet: compute it first.");

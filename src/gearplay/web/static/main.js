@@ -132,7 +132,7 @@ state.wire = new Wire((open) => {
   if (lost) longJob(lost.kind, lost.words);
 }, (ready) => { $("warming").hidden = ready; });
 
-setTimeout(() => plotly().catch((error) => tell(error.message)), 1500); // while kernels compile
+setTimeout(() => { if (!$("warming").hidden) plotly().catch((error) => tell(error.message)); }, 1500); // while kernels compile
 await attempt(async () => {
   for (const name of (await askJson("/api/about")).cases) $("case").append(new Option(name, name));
 });

@@ -1,6 +1,6 @@
 // The plots of a run: orbit, spectrum, backlash, forces and contacts; and the table of contacts.
 
-import { CONFIG, MODELS, axis, layout, plain, plotly, scaled } from "./plotting.js";
+import { MODELS, axis, draw, layout, plain, scaled } from "./plotting.js";
 import { style } from "./colors.js";
 
 const SIGNALS = {
@@ -11,6 +11,15 @@ const SIGNALS = {
 const FEW = 30; // impacts
 const lineOf = (model, dash = "solid", width = 1.1) => ({ color: style(model), width, dash });
 const names = (result) => MODELS.filter((model) => model in result.models);
+const loudness = (curves) => curves.flatMap((curve) => Array.from(curve)).reduce((sum, value) => sum + (Number.isFinite(value) ? Math.abs(value) : 0), 0);
+/** Return the models, the quieter last, which is drawn over the other; `curvesOf` a view says what is drawn of it. */
+function quietLast(result, curvesOf) {
+  const sizes = Object.fromEntries(names(result).map((model) => [model, loudness(curvesOf(result.models[model]))]));
+  return names(result).sort((one, other) => sizes[other] - sizes[one]);
+}
+/** Return the views that hold averages: of the members that were run beside, where they are in, else of the run itself. */
+const averaged = (result) => result.average?.models ?? result.models;
+const rank = (model) => 1 + MODELS.indexOf(model); // in legends, whatever lies on top
 
 const pause = () => new Promise((resolve) => { setTimeout(resolve); });
 const inView = (name) => {
@@ -23,7 +32,6 @@ const inView = (name) => {
  * `look` names the sleeve and the mesh that are looked at, and the spectrum (`spectrum`, `scale`).
  */
 export async function drawRun(result, look) {
-  await plotly();
   const draws = { orbit: drawOrbit, spectrum: drawSpectrum, backlash: drawBacklash, forces: drawForces };
   const [near, far] = [Object.keys(draws).filter(inView), Object.keys(draws).filter((name) => !inView(name))];
   for (const name of near) await draws[name](result, look);
@@ -45,7 +53,7 @@ const roomFor = (overlay) => (overlay ? { margin: { l: 74, r: 14, t: 52, b: 42, 
 
 function drawOrbit(result, { sleeve, overlay }) {
   const traces = [];
-  for (const model of names(result)) {
+  for (const model of quietLast(result, (view) => view.orbits.filter((each) => each.name === sleeve).flatMap((each) => [each.x, each.y]))) {
     const orbit = result.models[model].orbits.find((each) => each.name === sleeve);
     if (!orbit) continue;
     if (!traces.length) {
@@ -53,26 +61,30 @@ function drawOrbit(result, { sleeve, overlay }) {
       traces.push({ x: angle.map((a) => c * Math.cos(a)), y: angle.map((a) => c * Math.sin(a)), mode: "lines", hoverinfo: "skip",
         line: { color: style("soft"), width: 1.2 }, showlegend: false });
     }
-    traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: lineOf(model, "solid", 0.9), name: model,
+    traces.push({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: lineOf(model, "solid", 0.9), name: model, legendrank: rank(model),
       hovertemplate: "%{x:.4g}, %{y:.4g} µm" });
   }
   for (const { view, words, model } of overlaid(overlay)) {
     const orbit = view.orbits.find((each) => each.name === sleeve);
     if (orbit) traces.unshift({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: ghost(model), name: words });
   }
-  return Plotly.react("orbit", traces, layout({ ...roomFor(overlay), uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }), CONFIG);
+  if (!traces.length) return draw("orbit", [], layout({ uirevision: "none", xaxis: axis("", { visible: false, range: [0, 1] }), yaxis: axis("", { visible: false, range: [0, 1] }),
+    annotations: [{ x: 0.02, y: 0.95, yref: "paper", text: "held, or goes round with a carrier: no orbit to draw", showarrow: false, font: { size: 12, color: style("soft") }, xanchor: "left", yanchor: "top" }] }));
+  return draw("orbit", traces, layout({ ...roomFor(overlay), uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }));
 }
 
-export async function drawSpectrum(result, { spectrum, scale, overlay }) {
-  await plotly();
+export function drawSpectrum(result, { spectrum, scale, overlay }) {
   const traces = [];
   let [top, low] = [0, Infinity];
-  for (const model of names(result)) {
-    const found = result.models[model].spectra.find((each) => `${each.label}.${each.signal}` === spectrum);
+  const chosen = (view) => view.spectra.filter((each) => `${each.label}.${each.signal}` === spectrum);
+  const views = averaged(result);
+  for (const model of quietLast({ models: views }, (view) => chosen(view).map(({ a }) => a))) {
+    const [found] = chosen(views[model]);
     if (!found || !found.a.some((value) => value > 0)) continue; // nothing moves
     for (const value of found.a) { top = Math.max(top, value); if (value > 0) low = Math.min(low, value); }
     if (found.s) traces.push(...band(found, model));
-    traces.push({ x: found.f, y: found.a, mode: "lines", line: lineOf(model), name: model, hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
+    traces.push({ x: found.f, y: found.a, mode: "lines", line: lineOf(model), name: model, legendrank: rank(model),
+      hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
   for (const { view, words, model } of overlaid(overlay)) {
     const found = view.spectra.find((each) => `${each.label}.${each.signal}` === spectrum);
@@ -94,8 +106,8 @@ export async function drawSpectrum(result, { spectrum, scale, overlay }) {
   for (const [name, frequency] of Object.entries(result.lines)) if (!name.startsWith("shaft")) mark(frequency, plain(name), style("soft"), "dot");
   for (const each of result.test) mark(each.frequency, `test ${plain(each.line)}`, style("mark"), "dash");
   const y = scale === "log" ? { type: "log", range: top > 0 ? [Math.max(Math.log10(top) - 5, Math.log10(low) - 0.2), Math.log10(top) + 0.5] : [-6, 0], dtick: 1 } : { type: "linear", rangemode: "tozero" };
-  return Plotly.react("spectrum", traces, layout({ ...roomFor(overlay), uirevision: `${spectrum}${scale}`, shapes, annotations,
-    xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("amplitude of acceleration [m/s²]", y) }), CONFIG);
+  return draw("spectrum", traces, layout({ ...roomFor(overlay), uirevision: `${spectrum}${scale}`, shapes, annotations,
+    xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("amplitude of acceleration [m/s²]", y) }));
 }
 
 /** Return the two edges of a spectrum's spread over the members, filled between. */
@@ -112,16 +124,18 @@ function timeAxis(result) {
 
 function drawBacklash(result, { mesh }) {
   const traces = [];
-  for (const model of names(result)) {
+  const far = Object.values(result.models).some(({ histories }) => histories.some(({ signal, label, v }) => label === mesh && signal === "center_distance" && v[0] >= 0.1));
+  const swings = (view) => view.histories.filter((each) => each.label === mesh && each.signal === "backlash").map(({ v }) => v.map((value) => value - v[0]));
+  for (const model of quietLast(result, swings)) {
     for (const { signal, label, t, v } of result.models[model].histories) {
       if (label !== mesh || !["backlash", "center_distance"].includes(signal)) continue;
       const upper = signal === "backlash";
       traces.push({ x: t, y: scaled(v, upper ? 1e6 : 1e3), mode: "lines", line: lineOf(model), yaxis: upper ? "y" : "y2", name: model,
-        legendgroup: model, showlegend: upper, hovertemplate: upper ? "%{y:.4g} µm at %{x:.5f} s" : "%{y:.5f} mm at %{x:.5f} s" });
+        legendrank: rank(model), legendgroup: model, showlegend: upper, hovertemplate: upper ? "%{y:.4g} µm at %{x:.5f} s" : "%{y:.5f} mm at %{x:.5f} s" });
     }
   }
-  return Plotly.react("backlash", traces, layout({ uirevision: `${mesh}`, xaxis: timeAxis(result), yaxis: axis("backlash [µm]", { domain: [0.55, 1] }),
-    yaxis2: axis("centres [mm]", { domain: [0, 0.45], tickformat: ".4f" }) }), CONFIG);
+  return draw("backlash", traces, layout({ uirevision: `${mesh}`, xaxis: timeAxis(result), yaxis: axis("backlash [µm]", { domain: [0.55, 1] }),
+    yaxis2: axis("centres [mm]", { domain: [0, 0.45], tickformat: ".4f", tickfont: { size: far ? 9 : 12 } }) }));
 }
 
 /** Draw the forces of a sleeve and of both flanks of a mesh, and below when each was closed. Colours say the model, dashes the contact. */
@@ -129,14 +143,16 @@ function drawForces(result, { sleeve, mesh }) {
   const traces = [];
   const ticks = [];
   const wanted = new Map([[sleeve, "sleeve"], [`${mesh}:drive`, "drive"], [`${mesh}:back`, "back"]]);
-  for (const model of names(result)) {
+  const drawn = ({ signal, label }) => signal in SIGNALS && label === (signal === "sleeve_force" ? sleeve : mesh);
+  for (const model of quietLast(result, (view) => view.histories.filter(drawn).map(({ v }) => v))) {
     const first = model === names(result)[0];
-    for (const { signal, label, t, v } of result.models[model].histories) {
-      const { words, dash } = SIGNALS[signal] ?? {};
-      if (!words || label !== (signal === "sleeve_force" ? sleeve : mesh)) continue;
+    for (const { signal, t, v } of result.models[model].histories.filter(drawn)) {
+      const { words, dash } = SIGNALS[signal];
       traces.push({ x: t, y: v, mode: "lines", line: lineOf(model, dash), name: words, legendgroup: words, showlegend: first,
         hovertemplate: `${words === "sleeve" ? words : `${words} flank`}, ${model}: %{y:.4g} N at %{x:.5f} s<extra></extra>` });
     }
+  }
+  for (const model of names(result)) {
     for (const { label, spans } of result.models[model].strip) {
       if (!wanted.has(label)) continue;
       const x = [];
@@ -147,9 +163,16 @@ function drawForces(result, { sleeve, mesh }) {
       ticks.push(wanted.get(label));
     }
   }
-  return Plotly.react("forces", traces, layout({ uirevision: `${sleeve}${mesh}`, xaxis: timeAxis(result), yaxis: axis("force [N]", { domain: [0.45, 1] }),
+  return draw("forces", traces, layout({ uirevision: `${sleeve}${mesh}`, xaxis: timeAxis(result), yaxis: axis("force [N]", { domain: [0.45, 1] }),
     yaxis2: axis("in contact", { domain: [0, 0.36], tickmode: "array", tickvals: ticks.map((_, i) => i), ticktext: ticks, range: [-0.6, ticks.length - 0.4],
-      tickfont: { size: 10 }, zeroline: false }) }), CONFIG);
+      tickfont: { size: 10 }, zeroline: false }) }));
+}
+
+/** Return a number with half its 95 % interval, where there is one, to the digit that this leaves sense. */
+function known(value, half) {
+  if (!(half > 0)) return value.toPrecision(3);
+  const digits = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(half))));
+  return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`;
 }
 
 /** Fill the table of contacts; return what is to be said of it. */
@@ -166,16 +189,28 @@ export function fillStatistics(table, result) {
     return line;
   };
   const rows = [row(head, "th")];
+  const views = averaged(result);
   for (const model of names(result)) {
-    for (const each of result.models[model].statistics) {
-      rows.push(row([model, each.contact, `${(100 * each.share_of_time).toPrecision(3)} %`, String(each.impacts), each.impacts_per_second.toPrecision(3),
-        `${(1e3 * each.rms_impact_speed).toPrecision(3)}${each.angular ? " mrad/s" : ""}`,
+    for (const each of views[model].statistics) {
+      const shown = (name, factor) => known(factor * each[name], factor * (each.half?.[name] ?? 0));
+      rows.push(row([model, each.contact, `${shown("share_of_time", 100)} %`, String(each.impacts), shown("impacts_per_second", 1),
+        `${shown("rms_impact_speed", 1e3)}${each.angular ? " mrad/s" : ""}`,
         `${each.peak_force.toPrecision(3)}${each.angular ? " N m" : ""}`], "td"));
     }
   }
   table.replaceChildren(...rows);
-  const counts = names(result).flatMap((model) => result.models[model].statistics.map((each) => each.impacts)).filter((count) => count > 0);
+  return wordsOf(result);
+}
+
+/** Say what the table and the spectrum are of, and how far they are to be trusted. */
+function wordsOf(result) {
+  const { average, members } = result;
+  if (average) {
+    return `Contacts are means over ${average.members} members of ${average.duration} s after ${average.transient} s, from drawn starts; ± holds 95 %. `
+      + `The spectrum is the average of ${average.records} members as long as the run shown, its band one standard deviation of a member. The other views are of one run.`;
+  }
+  const counts = Object.values(result.models).flatMap(({ statistics }) => statistics.map((each) => each.impacts)).filter((count) => count > 0);
   const few = counts.length > 0 && Math.max(...counts) < FEW;
-  const of = result.members > 1 ? `Spectra and contacts are averages over ${result.members} members; the other views are of the first. ` : "";
+  const of = members > 1 ? `Spectra and contacts are averages over ${members} members, ± holds 95 %; the other views are of the first. ` : "";
   return `${of}${few ? `Only ${Math.max(...counts)} impacts: such numbers, and the spectrum, change from run to run. Lengthen run: duration, or raise ensemble.` : ""}`;
 }

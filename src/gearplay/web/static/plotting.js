@@ -1,6 +1,7 @@
-// What all plots share: plotly.js itself, units and texts.
+// What all plots share: plotly.js and what draws before it is there, units and texts.
 
 import { style } from "./colors.js";
+import { sketch } from "./sketch.js";
 
 export const MODELS = ["coupled", "uncoupled"];
 export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
@@ -18,6 +19,7 @@ export const shownAs = (unit) => SHOWN[unit] ?? [unit, 1];
 
 const painted = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); setTimeout(resolve, 100); });
 let fetched = null;
+const IDLE = 400; // ms without which nobody has seen the first plots
 
 /** Fetch plotly.js, once. It keeps the browser busy for a while, so what is drawn already is shown before. */
 export async function plotly() {
@@ -32,6 +34,28 @@ export async function plotly() {
   await fetched;
 }
 
+const HURRIES = ["pointerover", "pointerdown", "focusin", "wheel"];
+
+/** Wait until plotly.js is wanted: somebody points at a plot, or the browser has nothing else to do. */
+export function asked() {
+  return new Promise((resolve) => {
+    const done = () => {
+      for (const kind of HURRIES) document.removeEventListener(kind, hurry);
+      resolve();
+    };
+    const hurry = ({ target }) => { if (target.closest?.(".plot")) done(); };
+    for (const kind of HURRIES) document.addEventListener(kind, hurry, { passive: true });
+    setTimeout(() => (window.requestIdleCallback ? requestIdleCallback(done, { timeout: 1000 }) : done()), IDLE);
+  });
+}
+
+/** Draw a plot of a run: by plotly.js where it is there, else as a sketch, which goes when that takes over. */
+export async function draw(name, traces, given) {
+  if (!window.Plotly) { sketch(name, traces, given); return; }
+  await Plotly.react(name, traces, given, CONFIG);
+  document.querySelector(`#${name} > .sketch`)?.remove();
+}
+
 /** Return an axis in the colours of the page. */
 export const axis = (words, more = {}) => ({ gridcolor: style("grid"), zerolinecolor: style("line"), linecolor: style("line"), exponentformat: "power",
   title: { text: words }, ...more });
@@ -41,6 +65,6 @@ export function layout(more) {
   return {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: style("ink"), size: 12 },
     margin: { l: 74, r: 14, t: 30, b: 42, autoexpand: false }, showlegend: true,
-    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant" }, hovermode: "closest", ...more,
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, itemsizing: "constant", traceorder: "normal" }, hovermode: "closest", ...more,
   };
 }

@@ -1,9 +1,11 @@
 // Runs of the case as it stands, and all views of the last one.
 
+import { averageOf, dropAverage } from "./averages.js";
 import { moveCursors } from "./cursors.js";
 import { Stage } from "./mechanism.js";
 import { $, current, note, showTitle, state, tell } from "./page.js";
 import { drawRun, drawSpectrum, fillStatistics } from "./plots.js";
+import { asked, plotly } from "./plotting.js";
 
 const PATIENCE = 1000; // ms before a run gives way to a newer one
 export const stage = new Stage($("stage"), moved);
@@ -20,6 +22,7 @@ export async function run() {
     state.again = true;
     return;
   }
+  dropAverage();
   const { generation } = state;
   const began = state.moved || performance.now();
   state.moved = 0;
@@ -119,14 +122,33 @@ export async function showRun(result) {
   drawOthers(drawRest, result);
 }
 
-/** Draw the plots that are not in view, unless a newer result comes. */
+/** Draw the plots that are not in view, then all of them with plotly.js where they were only sketched; unless a newer result comes. */
 async function drawOthers(drawRest, result) {
+  const wanted = () => state.result === result;
   try {
-    if (!(await drawRest(() => state.result === result))) return;
+    if (!(await drawRest(wanted))) return;
     moved();
+    if (!window.Plotly) {
+      await asked();
+      await plotly();
+      if (!wanted()) return;
+      if (!(await (await drawRun(result, stage.look))(wanted))) return;
+      moved();
+    }
     state.whole = true;
     window.gearplay.whole.push(performance.now() - state.asked);
+    if (await averageOf(result) && wanted()) {
+      redrawSpectrum();
+      $("few").textContent = fillStatistics($("statistics"), result);
+    }
   } catch (error) { tell(error.message); }
+}
+
+/** Have plotly.js draw what was only sketched, now. */
+export async function takeOver() {
+  if (window.Plotly || !state.result) return;
+  await plotly();
+  await (await drawRun(state.result, stage.look))(() => true);
 }
 
 export const redraw = () => { if (state.result) showRun(state.result).catch((error) => tell(error.message)); };

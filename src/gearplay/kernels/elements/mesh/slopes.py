@@ -1,4 +1,4 @@
-"""Slopes of a mesh: the exact derivative of its forces, and what a change of the state changes in them (docs/theory, T18)."""
+"""Slopes of a mesh: the exact derivative of its forces, and what a change of the state changes in them (docs/theory, T23)."""
 
 from typing import Any
 
@@ -72,7 +72,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     """Fill mesh n's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
 
     A flank's penetration p has the gradient D on the coordinates q of its rotors; its force F acts along -D. So
-    dQ = -D dF - F dD, with dD from the second derivatives of p (docs/theory, T18).
+    dQ = -D dF - F dD, with dD from the second derivatives of p (docs/theory, T23).
     """
     if press(system, n, t, y, branch, loads) != 0:
         return 1

@@ -1,0 +1,40 @@
+"""Errors from below in the words of the command line: what there is an argument is here an option."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from gearplay.vocabulary.errors import GearplayError, InputError
+
+OPTIONS: Final = {"at": "--at", "signal": "--signal", "window": "--window", "change": "--set"}
+"""Options by the names of the arguments that they give."""
+PHRASES: Final = {
+    "or overwrite it": "or say --overwrite",
+    "Write it piece by piece (zarr)": "Say --zarr, which writes it piece by piece",
+    "Draw a history": "Draw a history: --kind history",
+}
+"""What to do, there and here."""
+
+
+def commanded(error: GearplayError) -> GearplayError:
+    """Return an error as a user of the command line reads it; the same one where nothing in it is said differently.
+
+    >>> from gearplay.vocabulary.errors import Fault
+    >>> print(commanded(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))
+    --at = "rim": must be a rotor. Choose another, or say --overwrite.
+    """
+    if isinstance(error, InputError):
+        faults = [
+            replace(each, path=OPTIONS.get(each.path, each.path), cure=_said(each.cure))
+            for each in error.faults
+        ]
+        return error if faults == error.faults else type(error)(faults)
+    text = str(error)
+    return error if _said(text) == text else type(error)(_said(text))
+
+
+def _said(text: str) -> str:
+    for there, here in PHRASES.items():
+        text = text.replace(there, here)
+    return text

@@ -1,0 +1,63 @@
+"""How slowly a motion swings, and whether a record is long enough for what is said of it to hold beyond the record."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.solver.flow import Flow
+from gearplay.vocabulary.errors import Fault
+
+Floats = NDArray[np.float64]
+CYCLES = 25
+"""Slow swings that a record must hold, 5 in each of the 5 stretches over which the scatter of exponents is judged."""
+SAMPLES = 8.618  # in the shortest period of what excites; no whole number, so that no harmonic looks slow
+TRUSTED = 1e4  # allowed local errors that are no motion
+
+
+def slow_swing(samples: Floats, span: float, still: float = 0.0) -> float:
+    """Return the time [s] of a swing, half of whose series' power is slower; 0 where the series stands still.
+
+    ``samples``, shape [time], lie evenly over ``span`` [s]; what scatters by no more than ``still`` stands still. Swings are told
+    apart by the cosine transform: a swing of n half waves in the record takes 2 / n of it.
+
+    >>> at = np.arange(600) / 600.0
+    >>> round(slow_swing(np.cos(2.0 * np.pi * 40.0 * at), 12.0), 3)  # 40 swings in 12 s
+    0.3
+    """
+    from scipy.fft import dct
+
+    rest = samples - samples.mean()
+    if not float(np.std(rest)) > still:
+        return 0.0
+    power = np.cumsum(np.square(dct(rest, norm="ortho")))
+    return 2.0 * span / max(1, int(np.searchsorted(power, 0.5 * power[-1])))
+
+
+def velocities(flow: Flow) -> dict[int, str]:
+    """Return which of the free entries of a state are velocities, with their names."""
+    named = enumerate(flow.free_names)
+    return {at: name for at, name in named if name.rpartition(".")[2] in ("vx", "vy", "omega")}
+
+
+def too_few_swings(flow: Flow, samples: Floats, span: float) -> Fault | None:
+    """Return what is wrong where a record of ``span`` [s] does not hold `CYCLES` slow swings of a velocity, or of its square.
+
+    ``samples`` are the velocities, shape [time, velocity]. Squares tell how hard a mechanism rattles: after the start this
+    settles more slowly than any velocity, and while it has not, exponents are those of another motion.
+    """
+    found: list[tuple[float, str]] = []
+    sizes = flow.natural[flow.free]
+    for (at, name), column in zip(velocities(flow).items(), samples.T, strict=True):
+        size = sizes[at]
+        still = TRUSTED * flow.case.run.tolerance * float(size)
+        rest = column - column.mean()
+        found.append((slow_swing(column, span, still), name))
+        found.append((slow_swing(rest * rest, span, still * float(np.std(rest))), f"{name} squared"))
+    swing, name = max(found, default=(0.0, ""))
+    if span >= CYCLES * swing:
+        return None
+    rule = (
+        f"must hold {CYCLES} slow swings of the motion; half the power of {name} swings in {swing:.3g} s or more, "
+        f"so it holds {span / swing:.3g}"
+    )
+    cure = f"Give {CYCLES * swing:.2g} s or more, and a transient in which the motion settles"
+    return Fault("duration", span, rule, cure)

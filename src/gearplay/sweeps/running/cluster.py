@@ -1,0 +1,152 @@
+"""Points of a sweep evaluated on an existing Dask cluster."""
+
+import asyncio
+import logging
+import sys
+import threading
+import time
+from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_many
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
+from gearplay.vocabulary.optional import load_optional
+
+RETRIES = 3
+"""How often work that a dying process took with it is begun again."""
+PATIENCE = 10.0
+"""How long a scheduler has to answer [s]."""
+UNATTENDED = 5.0
+"""How long a cluster may be without an outcome before it is asked whether it has workers at all [s]."""
+PAUSE = 0.1
+"""How often a wait for outcomes looks whether it is to stop [s]."""
+
+
+def run_dask(
+    sweep: Sweep,
+    jobs: Iterable[int],
+    *,
+    address: str,
+    security: dict[str, Path] | None = None,
+    batch: int = 8,
+    stop: threading.Event | None = None,
+) -> Generator[list[Outcome]]:
+    """Evaluate jobs on the Dask cluster whose scheduler is at ``address``; no port is opened here.
+
+    ``security`` holds paths of ``tls_ca_file``, ``tls_client_cert`` and ``tls_client_key``, passed through.
+
+    Raises `InputError` where the scheduler cannot be reached, `SimulationError` where the cluster fails later.
+    """
+    distributed = load_optional("distributed", "cluster")
+    document, waiting = sweep.plan.model_dump_json(), iter(jobs)
+    with _in_our_words(), _reach(distributed, address, security) as client:
+        pending = distributed.as_completed(loop=client.loop, with_results=True)
+        in_flight = 0
+
+        def submit() -> int:
+            chunk = [int(i) for i in islice(waiting, batch)]
+            if not chunk:
+                return 0
+            pending.add(client.submit(evaluate_many, document, chunk, pure=False, retries=RETRIES))
+            return 1
+
+        for _ in range(4 * max(1, sum(client.nthreads().values()))):
+            in_flight += submit()
+        while in_flight:
+            if not _wait_for(pending, client, address, stop):
+                return
+            outcomes = _next_of(pending)
+            in_flight += submit() - 1
+            yield outcomes
+
+
+@contextmanager
+def _in_our_words() -> Iterator[None]:
+    """Let the library log no tracebacks of a scheduler that has gone: a sentence is said of it."""
+    logger = logging.getLogger("distributed.client")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+
+
+def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | None) -> bool:
+    """Wait until outcomes are there; return whether, or whether it was stopped. Where no worker comes that is said, once.
+
+    Raises `SimulationError` where the scheduler has gone.
+    """
+    begun, said = time.monotonic(), False
+    while not pending.has_ready():
+        if stop is not None and stop.is_set():
+            return False
+        if client.status != "running":
+            raise SimulationError(
+                f"sweep: the scheduler at {address} has gone. Finished cases are kept: start it again, then gearplay resume."
+            )
+        if not said and time.monotonic() - begun > UNATTENDED:
+            said = True
+            if not _workers_of(client):
+                sys.stderr.write(f"The cluster at {address} has no worker; the sweep waits for one.\n")
+        time.sleep(PAUSE)
+    return True
+
+
+def _workers_of(client: Any) -> int:
+    """Return how many threads a cluster has, one where it cannot say."""
+    try:
+        return sum(client.nthreads().values())
+    except Exception:  # it has just gone, which is seen elsewhere
+        return 1
+
+
+def _next_of(pending: Any) -> list[Outcome]:
+    try:
+        _, outcomes = next(pending)
+    except GearplayError:
+        raise
+    except Exception as error:
+        outcomes = error
+    if isinstance(outcomes, BaseException):  # a future that was cancelled has its exception as result
+        raise SimulationError(
+            f"sweep: the cluster failed ({_first_line(outcomes)}). Finished cases are kept: see to it, then run again."
+        ) from None
+    return outcomes  # type: ignore[no-any-return]
+
+
+def _reach(distributed: Any, address: str, security: dict[str, Path] | None) -> Any:
+    """Return a client of the scheduler at ``address``.
+
+    It is asked who it is first: a `Client` that fails to start waits half a minute and complains when it is collected.
+    """
+
+    async def greet(settings: Any) -> None:
+        arguments = settings.get_connection_args("client") if settings is not None else {}
+        scheduler = distributed.rpc(address, timeout=PATIENCE, connection_args=arguments)
+        try:
+            await asyncio.wait_for(scheduler.identity(), PATIENCE)
+        finally:
+            await scheduler.close_rpc()
+
+    try:
+        files = {name: str(path) for name, path in (security or {}).items()}
+        for path in files.values():
+            Path(path).open("rb").close()  # or the library complains of a context that is missing
+        settings = distributed.Security(require_encryption=True, **files) if files else None
+        with ThreadPoolExecutor(1) as aside:  # a notebook has a loop of its own running here
+            aside.submit(asyncio.run, greet(settings)).result()
+        return distributed.Client(address, security=settings, set_as_default=False, timeout=PATIENCE)
+    except Exception as error:  # anything may answer there
+        rule = f"must be the address of a Dask scheduler that can be reached ({_first_line(error)})"
+        raise InputError(Fault("scheduler", address, rule, "Start it, or correct the address")) from None
+
+
+def _first_line(error: BaseException) -> str:
+    if isinstance(error, TimeoutError) and not str(error):
+        return f"no answer within {PATIENCE:g} s"
+    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

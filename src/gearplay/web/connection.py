@@ -1,0 +1,79 @@
+"""One HTTP connection of the server: uvicorn's, with a limit on the time in which a client says what it wants."""
+
+import asyncio
+from typing import Any
+
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+PATIENCE = 10.0
+"""Time [s] from the first byte of a request, or from the connection, to the end of the request's head."""
+BODY_PATIENCE = 30.0
+"""Time [s] from there to the end of its body."""
+
+
+class Connection(H11Protocol):
+    """A connection that is closed where a request does not become whole in time, and that a request at fault ends quietly."""
+
+    _watch: asyncio.TimerHandle | None = None
+    _waits_for_body = False
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to wait for a request."""
+        super().connection_made(transport)
+        self._wait(PATIENCE)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no longer."""
+        self._heard()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Take what has come; begin, go on or end waiting for the rest of a request."""
+        super().data_received(data)
+        state = self.conn.their_state
+        if self.transport.is_closing() or self.transport.get_protocol() is not self:  # a WebSocket by now
+            self._heard()
+        elif state is h11.IDLE:
+            if self._watch is None:
+                self._wait(PATIENCE)
+        elif state is h11.SEND_BODY:
+            if not self._waits_for_body:
+                self._heard()
+                self._waits_for_body = True
+                self._wait(BODY_PATIENCE)
+        else:
+            self._heard()
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what is no HTTP; where an answer is under way already, close."""
+        try:
+            super().send_400_response(msg)
+        except h11.LocalProtocolError:
+            self.transport.close()
+
+    def _wait(self, seconds: float) -> None:
+        self._watch = self.loop.call_later(seconds, self._give_up)
+
+    def _heard(self) -> None:
+        self._waits_for_body = False
+        if self._watch is not None:
+            self._watch.cancel()
+            self._watch = None
+
+    def _give_up(self) -> None:
+        self._watch = None
+        if not self.transport.is_closing():
+            self.transport.abort()
+
+
+def raise_limit_on_files() -> None:
+    """Let the process have as many connections as the system allows it: the usual 1024 are soon taken by half-open ones."""
+    try:
+        import resource
+    except ImportError:  # a system without such limits
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most: Any = 65_536 if hard == resource.RLIM_INFINITY else min(hard, 65_536)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

@@ -1,0 +1,72 @@
+"""Files that README and docs take for granted: small ones of the kinds that a reader would have."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import gearplay as gp
+from gearplay.model.reading import to_toml
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def make_record(path: Path, duration: int = 2) -> None:
+    """Write a channel with the two lines that examples look for, of two seconds."""
+    t = np.arange(duration * 12800) / 12800.0
+    noise = np.random.default_rng(0).normal(size=t.size)
+    acc = np.sin(2 * np.pi * 40.0 * t) + 0.2 * np.sin(2 * np.pi * 80.0 * t) + 0.1 * noise
+    from nptdms import ChannelObject, TdmsWriter
+
+    properties = {"wf_increment": 1.0 / 12800.0, "wf_start_offset": 0.0}
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                ChannelObject("run", "acc", acc, properties | {"unit_string": "m/s^2"}),
+                ChannelObject("run", "force", 0.1 * acc, properties | {"unit_string": "N"}),
+            ]
+        )
+
+
+def make_long_record(path: Path) -> None:
+    """Write four seconds, so that an order map of a slow shaft has several stretches."""
+    make_record(path, 4)
+
+
+def make_bare(path: Path) -> None:
+    path.write_text(
+        "acc\n" + "\n".join(f"{np.sin(0.1 * k):.6f}" for k in range(2000)) + "\n", encoding="utf-8"
+    )
+
+
+def make_sound(path: Path) -> None:
+    values = 0.5 * np.sin(0.1 * np.arange(8000.0))
+    gp.write_record(gp.Record((gp.Channel("channel 1", values, 8000.0, "Pa"),)), path)
+
+
+def make_case(path: Path) -> None:
+    path.write_text(
+        to_toml(gp.torsional_pair(0.8, mean_force=0.1, force=0.2, damping_ratio=0.1)), encoding="utf-8"
+    )
+
+
+def make_rig(path: Path) -> None:
+    text = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+
+
+def make_my_rig(path: Path) -> None:
+    text = (ROOT / "docs" / "how-to" / "measure.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+
+
+FILES: dict[str, Callable[[Path], None]] = {
+    "run 7.tdms": make_record,
+    "run.tdms": make_long_record,
+    "bare.csv": make_bare,
+    "loud.wav": make_sound,
+    "my-case.toml": make_case,
+    "rig.toml": make_rig,
+    "my-rig.toml": make_my_rig,
+}

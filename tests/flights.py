@@ -1,0 +1,66 @@
+"""Dense looks into flights: does a touch come before the one that was found?"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numba import njit
+
+from building import Document, case_of, run_of
+from gearplay.kernels import run as kernel
+from gearplay.kernels import stepper
+from gearplay.kernels.elements import table
+from gearplay.kernels.layout import PENETRATION, Loads
+from gearplay.kernels.right_hand_side import make_loads
+from gearplay.kernels.roster import state_of
+from gearplay.model.pack import pack
+
+LOOKS = 1500  # at each flight
+
+
+@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Loads) -> float:  # type: ignore[no-untyped-def]
+    """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
+    deepest = -1.0
+    y = motion.y_try
+    for s in range(1, looks):
+        # half of the looks crowd towards the end, where a miss would be
+        share = s / looks if s % 2 == 0 else 1.0 - (1.0 - s / looks) ** 6
+        t = t_0 + share * (t_1 - t_0)
+        for i in range(system.rotors.size):
+            state_of(system, motion.roster, i, t, motion.y, y)
+        for e in range(system.elements.size):
+            table.press(system, e, t, y, motion.branch, loads)
+        deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
+    return deepest
+
+
+def oversights(documents: Iterator[Document], wanted: int) -> tuple[float, int]:
+    """Return the deepest touch [m] that dense looks see in so many flights, and how many flights end within 1 nm of one."""
+    flights, grazing = 0, 0
+    worst = -1.0
+    while flights < wanted:
+        document = next(documents)
+        case = case_of(document)
+        packed = pack(case)
+        motion = run_of(case, packed, member=1)
+        motion.clock[kernel.T_END] = 0.3
+        for _ in range(4000):
+            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[kernel.T])
+            roster = motion.roster
+            flight = (roster.roles, roster.since, roster.origin, roster.swing)
+            before = [array.copy() for array in flight]
+            status = stepper.advance(packed.system, motion, 1)
+            t_1 = float(motion.clock[kernel.T])
+            if flying:
+                after = [array.copy() for array in flight]
+                for array, kept in zip(flight, before, strict=True):
+                    array[:] = kept
+                deepest = deepest_unseen(packed.system, motion, t_0, t_1, LOOKS, make_loads(packed.system))
+                for array, kept in zip(flight, after, strict=True):
+                    array[:] = kept
+                worst = max(worst, deepest)
+                grazing += deepest > -1e-9
+                flights += 1
+            if status != kernel.PAUSED or flights >= wanted:
+                break
+    return worst, grazing

@@ -1,0 +1,23 @@
+"""Finished parts: what was changed after it was stored counts as absent."""
+
+import json
+from pathlib import Path
+
+from gearplay.files.parts import FolderStore
+
+
+def test_a_part_that_was_changed_is_absent(tmp_path: Path) -> None:
+    store = FolderStore(tmp_path)
+    part = {"b": [1.5, float("nan")], "a": {"x": 0.1}}
+    store.put("key", part)
+    assert json.dumps(store.get("key")) == json.dumps(part)
+    file = tmp_path / "key.json"
+    file.write_text(file.read_text(encoding="utf-8").replace("1.5", "1.6"), encoding="utf-8")
+    assert store.get("key") is None
+
+
+def test_an_older_part_without_a_digest_is_read(tmp_path: Path) -> None:
+    (tmp_path / "key.json").write_text('{"a": 1}', encoding="utf-8")
+    assert FolderStore(tmp_path).get("key") == {"a": 1}
+    (tmp_path / "key.json").write_text('{"a": 1', encoding="utf-8")
+    assert FolderStore(tmp_path).get("key") is None

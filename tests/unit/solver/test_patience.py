@@ -1,0 +1,147 @@
+"""Limits and Ctrl-C are heeded while a motion goes on, while its samples are computed and while they are saved."""
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.model.pack import pack
+from gearplay.results.door import record
+from gearplay.solver import course as course_module
+from gearplay.solver.course import Course
+from gearplay.solver.simulate import run_one
+from gearplay.solver.status import Status
+from gearplay.vocabulary.errors import ResourceError, SimulationError
+from gearplay.vocabulary.patience import beside
+
+PATIENCE = 3.0
+"""What a third of a second may take on a busy machine [s]."""
+
+
+@pytest.fixture(scope="module")
+def long() -> gp.Result:
+    """Return a motion that is simulated at once and takes many seconds to sample."""
+    return gp.simulate("han2021", duration=20.0, transient=0.0)
+
+
+@contextmanager
+def ctrl_c(after: float) -> Iterator[list[float]]:
+    """Press Ctrl-C after a time [s]; yield when it was, on the monotonic clock."""
+    pressed: list[float] = []
+
+    def press() -> None:
+        pressed.append(time.monotonic())
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    timer = threading.Timer(after, press)
+    timer.start()
+    try:
+        yield pressed
+    finally:
+        timer.cancel()
+
+
+@pytest.mark.hostile
+def test_ctrl_c_ends_sampling(long: gp.Result) -> None:
+    with ctrl_c(0.05) as pressed, pytest.raises(KeyboardInterrupt):
+        long.runs[0].samples.compute(math.inf)
+    assert time.monotonic() - pressed[0] < PATIENCE
+
+
+@pytest.mark.hostile
+def test_ctrl_c_ends_the_writing_of_samples(tmp_path: Path) -> None:
+    result = gp.simulate("han2021", duration=5.0, transient=0.0)
+    result.runs[0].samples.compute(math.inf)
+    assert result.ds.sizes["time"] == 500_000  # libraries are loaded
+    with ctrl_c(0.05) as pressed, pytest.raises(KeyboardInterrupt):
+        result.save(tmp_path / "run.nc")
+    assert time.monotonic() - pressed[0] < PATIENCE
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_limit_on_wall_time_counts_the_samples_too(tmp_path: Path) -> None:
+    case = gp.replace(gp.load_case("han2021"), {"run.duration": 20.0, "run.max_wall_time": 0.5})
+    result = gp.simulate(case)
+    assert result.success
+    began = time.monotonic()
+    with pytest.raises(ResourceError, match="the motion itself is complete"):
+        result.save(tmp_path / "run.nc")
+    assert time.monotonic() - began < 0.5 + PATIENCE
+    assert list(tmp_path.iterdir()) == []
+    assert len(result.signal("ring.ax", window=(1.0, 1.1))) == 10_000
+
+
+def test_what_is_in_a_hurry_is_written_as_it_is(tmp_path: Path) -> None:
+    result = gp.simulate("han2021", duration=1.0, transient=0.0)
+    result.save(tmp_path / "slow.nc")
+    result.save(tmp_path / "fast.nc", within=0.1)
+    slow, fast = (gp.read_result(tmp_path / name).ds for name in ("slow.nc", "fast.nc"))
+    assert slow.identical(fast)
+    assert (
+        (tmp_path / "fast.nc").stat().st_size > result.ds.nbytes > 2 * (tmp_path / "slow.nc").stat().st_size
+    )
+
+
+def test_a_motion_alone_keeps_the_limit() -> None:
+    case = gp.replace(gp.load_case("external-pair"), {"run.max_wall_time": 0.3})
+    with pytest.raises(SimulationError, match="limit on wall time"):
+        gp.lyapunov(case, duration=1000.0)
+
+
+@pytest.mark.parametrize("longest", [1e-9, 1e-4])
+def test_a_chunk_is_bounded_by_time_and_leaves_no_trace(
+    longest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = gp.replace(gp.load_case("external-pair"), {"run.duration": 2e-3, "run.sampling": 1e6})
+    whole = run_one(case)
+    monkeypatch.setattr(course_module, "CHUNK_TIME", longest)
+    parts = run_one(case)
+    assert np.array_equal(parts.values, whole.values)
+    assert np.array_equal(parts.log, whole.log)
+    assert parts.counters == whole.counters
+
+
+def test_chunks_shorten_where_steps_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of 1 us, then of 1 ms: chunks grow to thousands, and then end after some 50 of them."""
+    case = gp.load_case("han2021")
+    packed = pack(case)
+    course, asked = Course(case, packed, np.zeros(packed.state_size)), []
+
+    def slow(t_end: float, steps: int, *, keep_log: bool = True) -> Status:
+        asked.append(steps)
+        now[0] += (1e-6 if len(asked) <= 20 else 1e-3) * steps
+        return Status.PAUSED if len(asked) < 60 else Status.DONE
+
+    now = [0.0]
+    monkeypatch.setattr(course, "take_chunk", slow)
+    monkeypatch.setattr(course_module.time, "perf_counter", lambda: now[0])
+    assert course.follow(1.0) == Status.DONE
+    assert 2000 < asked[19] <= 20_000
+    assert min(asked[-20:]) > 20
+    assert max(asked[-20:]) <= 100
+
+
+def test_work_beside_hands_on_what_it_gives_and_raises() -> None:
+    assert beside(lambda: 3) == 3
+    with pytest.raises(ZeroDivisionError):
+        beside(lambda: 1 // 0)
+
+
+def test_a_limit_ends_a_run_that_samples_on_the_way(tmp_path: Path) -> None:
+    """At 4 MHz: what was sampled until then is there."""
+    case = gp.replace(
+        gp.load_case("han2021"),
+        {"run.duration": 10.0, "run.sampling": "4 MHz", "run.max_wall_time": 0.5},
+    )
+    began = time.monotonic()
+    result = record(case)
+    assert time.monotonic() - began < 0.5 + PATIENCE
+    assert result.status == Status.OUT_OF_TIME
+    assert 0 < len(result.time()) < 40_000_000

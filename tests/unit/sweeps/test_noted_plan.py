@@ -1,0 +1,35 @@
+"""The plan that a sweep notes in its folder: it is read again by `resume` and by other shards, and has a digest."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.running.folder import claim, plan_in
+from gearplay.vocabulary.errors import InputError
+
+
+def test_a_noted_plan_is_read_as_it_was_noted(tmp_path: Path) -> None:
+    plan = load_sweep("space-temperature")
+    claim(plan, tmp_path)
+    claim(plan, tmp_path)
+    assert plan_in(tmp_path) == plan
+    noted = json.loads((tmp_path / "plan.json").read_text())
+    del noted["sha256"]
+    (tmp_path / "plan.json").write_text(json.dumps(noted))  # as older versions noted it
+    claim(plan, tmp_path)
+    assert plan_in(tmp_path) == plan
+
+
+def test_a_noted_plan_that_was_changed_is_refused(tmp_path: Path) -> None:
+    """A digit of it, which leaves a plan that could be: another than the one whose rows lie beside."""
+    claim(load_sweep("space-temperature"), tmp_path)
+    file = tmp_path / "plan.json"
+    whole = file.read_text()
+    digits = [at for at, letter in enumerate(whole[: whole.index('"sha256"')]) if letter in "12345"]
+    assert len(digits) > 10
+    for at in digits:
+        file.write_text(whole[:at] + str(int(whole[at]) + 1) + whole[at + 1 :])
+        with pytest.raises(InputError, match=r"plan\.json was changed after gearplay sweep wrote it"):
+            plan_in(tmp_path)
