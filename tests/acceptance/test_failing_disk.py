@@ -18,6 +18,8 @@ from depth import sized
 from gearplay.files.parts import FolderStore
 from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import GearplayError
+from gearplay.web.frames import pack_frame
+from gearplay.web.store import Store
 
 pytestmark = pytest.mark.hostile
 HERE = Path(__file__).resolve().parents[1]
@@ -90,6 +92,34 @@ DATASET = """
 import gearplay as gp
 gp.lyapunov(gp.torsional_pair(0.7), count=1, duration=0.2, transient=0.1).save("found.nc", overwrite=True)
 """
+STORE = """
+from pathlib import Path
+from gearplay.web.frames import pack_frame
+from gearplay.web.store import Store
+store = Store(Path("kept"), most=3)
+for name in "2345":
+    store.save(32 * name, pack_frame({"kind": "run", "title": name}))
+"""
+
+
+def begin_store(before: Path) -> None:
+    store = Store(before / "kept")
+    for name in "12":
+        store.save(32 * name, pack_frame({"kind": "run", "title": f"old {name}"}))
+
+
+def frames_of(before: Path, held: Path, whole: Path) -> None:
+    """Look at the results that the page keeps: each that is there is whole, and an old one went only for newer ones."""
+    store = Store(held / "kept")
+    kept = {
+        key: store.load(key)
+        for key in (32 * name for name in "12345")
+        if (held / f"kept/{key}.frame").exists()
+    }
+    assert all(kept.values()), kept
+    assert len(store.listed()) == len(kept)
+    assert 32 * "2" in kept or 32 * "5" in kept
+    assert 32 * "1" in kept or len(kept) >= 3
 
 
 def begin_run(before: Path) -> None:
@@ -183,6 +213,7 @@ WORK: dict[str, tuple[dict[str, Any], Callable[[Path], None], Look, int, int, bo
         60,
         True,
     ),
+    "page": ({"program": STORE}, begin_store, frames_of, 6, 60, True),
     "study": (
         {"words": ["study", "han2021", "--members", "2", "--duration", "1", "--out", "out"]},
         nothing,

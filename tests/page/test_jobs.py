@@ -1,8 +1,10 @@
 """Jobs over the WebSocket: many clients at once, a full queue, cancelling, limits, a killed server, a killed worker."""
 
 import asyncio
+import contextlib
 import json
 import os
+import resource
 import signal
 import time
 from collections.abc import Callable
@@ -125,6 +127,47 @@ def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
         while len(list(tmp_path.glob("*.frame"))) > 100:
             assert time.monotonic() < end
             time.sleep(0.1)
+    finally:
+        server.stop()
+
+
+def test_a_result_that_cannot_be_stored_is_shown_and_said_to_be_unkept(tmp_path: Path) -> None:
+    """At the limit of a file's size writes fail as on a full disk; with room again results are kept."""
+    server = Server(tmp_path)
+    try:
+        case = brief_case(server)
+
+        async def run(number: int) -> set[str]:
+            """Return the kinds of what comes back, until nothing comes any more."""
+            heard = set()
+            async with Client(server) as made:
+                await made.say(kind="run", id=number, case=case, models=["coupled"])
+                with contextlib.suppress(TimeoutError):
+                    while True:
+                        words = await asyncio.wait_for(made.socket.recv(), 300 if "frame" not in heard else 2)
+                        if isinstance(words, bytes):
+                            assert unpack_frame(words)["case"]
+                            heard.add("frame")
+                            continue
+                        told = json.loads(words)
+                        heard.add(told["type"])
+                        if told["type"] == "unkept":
+                            assert told["error"] == (
+                                "This is shown, but not kept among the results: "
+                                "the server's folder must be writable (File too large)."
+                            )
+            return heard - {"progress", "state"}
+
+        case["title"] = "first"
+        assert together(lambda: run(1)) == {"result", "frame"}
+        unlimited = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (1000, unlimited[1]))
+        case["title"] = "second"
+        assert together(lambda: run(2)) == {"result", "frame", "unkept"}
+        assert len(list(tmp_path.iterdir())) == 1
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, unlimited)
+        assert together(lambda: run(3)) == {"result", "frame"}
+        assert len(httpx.get(f"{server.url}/api/results", timeout=20).json()) == 2
     finally:
         server.stop()
 

@@ -19,7 +19,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
-from gearplay.vocabulary.errors import GearplayError
+from gearplay.vocabulary.errors import GearplayError, InputError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
@@ -309,16 +309,21 @@ class _Page:
             if words["kind"] not in KEPT:
                 await self._send(number, key, frame)
             elif words["kind"] == "run":  # the next move waits for it
-                await asyncio.gather(self._store(key, frame), self._send(number, key, frame))
+                await asyncio.gather(self._store(number, key, frame), self._send(number, key, frame))
             else:  # may be asked for as a file as soon as it is shown
-                await self._store(key, frame)
+                await self._store(number, key, frame)
                 await self._send(number, key, frame)
         finally:
             self.unsent -= 1
 
-    async def _store(self, key: str, frame: bytes) -> None:
-        with contextlib.suppress(GearplayError, OSError):
+    async def _store(self, number: int, key: str, frame: bytes) -> None:
+        """Keep a result, or say why it is only shown."""
+        try:
             await asyncio.to_thread(self.store.save, key, frame)
+        except (InputError, OSError) as error:  # in words that name no path of the server's
+            why = error.faults[0].rule if isinstance(error, InputError) else "must be writable"
+            words = f"This is shown, but not kept among the results: the server's folder {why}."
+            await self._say({"type": "unkept", "id": number, "error": words})
 
     async def _send(self, number: int, key: str, frame: bytes) -> None:
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):

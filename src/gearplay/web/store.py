@@ -37,12 +37,15 @@ class Store:
         return hashlib.sha256(text.encode("utf-8")).hexdigest()[:32]
 
     def save(self, key: str, frame: bytes) -> None:
-        """Keep a frame, and let the oldest go."""
+        """Keep a frame, and let the oldest go; `InputError` where it cannot be written."""
         file = self.folder / f"{key}.frame"
         with self.changing:
-            write_bytes(file, sealed(frame))
             self.sizes.pop(file, None)
-            self.sizes[file] = len(frame) + LENGTH
+            try:
+                write_bytes(file, sealed(frame))
+            finally:  # it may be there although a sync after it failed
+                if file.exists():
+                    self.sizes[file] = len(frame) + LENGTH
             while len(self.sizes) > 1 and (
                 len(self.sizes) > self.most or sum(self.sizes.values()) > self.room
             ):

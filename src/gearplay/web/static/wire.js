@@ -22,10 +22,9 @@ const MOST_TEXT = 512 * 1024; // letters of a message that the server takes
 const gone = () => Object.assign(new Error("The server is gone."), { kind: "gone" });
 
 export class Wire {
-  /** `onOpen` is told when the server comes and goes, `onReady` whether it can do jobs at once. */
-  constructor(onOpen, onReady) {
-    this.onOpen = onOpen;
-    this.onReady = onReady;
+  /** `onOpen` is told when the server comes and goes, `onReady` whether it can do jobs at once, `onUnkept` why a result is not kept. */
+  constructor(onOpen, onReady, onUnkept) {
+    Object.assign(this, { onOpen, onReady, onUnkept });
     this.jobs = new Map();
     this.next = 1;
     this.awaited = null;
@@ -72,6 +71,7 @@ export class Wire {
     }
     const words = JSON.parse(data);
     if (words.type === "state") { this.onReady(words.ready); return; }
+    if (words.type === "unkept") { this.onUnkept(words.error); return; }
     const job = this.jobs.get(words.id);
     if (words.type === "progress") { job?.onProgress(words.done); return; }
     this.jobs.delete(words.id);
