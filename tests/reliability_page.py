@@ -1,26 +1,29 @@
 """Write docs/reliability.md from the records of a run of the hostile tests: ``make torture``."""
 
 import ast
+import datetime
 import sys
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+Key = tuple[str, str]
+Row = tuple[int, int, str]
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """# Reliability
 
-What is promised, what was tried, how often, and what failed. The tables are written by `make torture` from its run; do not
-edit.
+What is promised, what was tried, how often, and what failed. The table is written by `make torture` from its run, which takes
+some hours; `make torture OF=tests/page` tries some files only and leaves the other rows as they are. Do not edit.
 
 ## Promises
 
 * Bad input, in a file, on the command line, in Python or on the page, gets a sentence that names the field, the value, the
-  rule and the cure;
-  never a traceback, a hang or a silent change.
+  rule and the cure; never a traceback, a hang or a silent change.
 * What would take for ever or more memory than a machine of ordinary size has is refused before it starts, with an estimate.
 * A file that gearplay writes is whole or absent: written beside, synced, renamed. Only a plain file of one's own is
-  replaced, and only where
-  `--overwrite` says so; of two that write the same new name one wins; a complete result is never replaced by a partial one.
+  replaced, and only
+  where `--overwrite` says so; of two that write the same new name one wins; a complete result is never replaced by a partial one.
 * A result that was changed, cut or grown after it was written is refused: its last bytes are a digest of all others. Finished
   parts, rows of a sweep, trials of a calibration and its `calibration.json` have theirs: what was changed is computed again, or
   named.
@@ -28,16 +31,14 @@ edit.
 * A disk on which a write, a sync or a rename fails, once or from then on, ends a command with a sentence; what was stored stays,
   and the same command goes on. An old whole result is there until the new one is.
 * Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same command goes on
-  there. A second Ctrl-C
-  within three seconds destroys nothing. `gearplay run --out` keeps what was computed until then.
+  there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps what was computed until then.
 * `run.max_wall_time` holds while signals are sampled too; a result that would take longer to compress is written as it is.
 * A request to the page that does not become whole in 10 s (its body: 30 s more) is dropped; none leaves a traceback.
 * A process that is killed loses the piece it was working on and nothing else; what is computed again is the same to the
   last byte.
 
 Not promised: that two machines with other processors or compilers give the same last digits; that a disk which lies about
-syncing keeps
-anything; that Ctrl-C in the first tenth of a second, while Python itself starts, is answered by gearplay.
+syncing keeps anything; that Ctrl-C in the first tenth of a second, while Python itself starts, is answered by gearplay.
 
 ## Tried
 """
@@ -56,27 +57,42 @@ def purposes() -> dict[str, str]:
     return found
 
 
-def main(report: Path) -> None:
-    """Turn a JUnit report into the page."""
-    words = purposes()
-    tries: dict[tuple[str, str], int] = defaultdict(int)
-    failed: dict[tuple[str, str], int] = defaultdict(int)
-    for case in ElementTree.parse(report).iter("testcase"):
+def rows_of(reports: Iterable[Path], words: dict[str, str]) -> dict[Key, Row]:
+    """Return what JUnit reports say of each test: trials, failures, the day."""
+    tries: dict[Key, int] = defaultdict(int)
+    failed: dict[Key, int] = defaultdict(int)
+    for case in (case for report in reports for case in ElementTree.parse(report).iter("testcase")):
         name = str(case.get("name")).partition("[")[0]
-        key = str(case.get("classname")).split(".")[-1], name
         if name not in words or list(case.iter("skipped")):
             continue
+        key = str(case.get("classname")).split(".")[-1] + ".py", words[name]
         counts = [
             int(str(each.get("value"))) for each in case.iter("property") if each.get("name") == "tried"
         ]
         tries[key] += sum(counts) or 1
         failed[key] += bool(list(case.iter("failure")) or list(case.iter("error")))
-    lines = [HEAD, f"{sum(tries.values())} trials, {sum(failed.values())} failures.", ""]
-    lines += ["| what | trials | failed | test |", "|---|---:|---:|---|"]
-    for (module, name), count in sorted(tries.items()):
-        lines.append(f"| {words[name]} | {count} | {failed[module, name]} | `{module}.py` |")
-    (ROOT / "docs" / "reliability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    today = datetime.date.today().isoformat()
+    return {key: (count, failed[key], today) for key, count in tries.items()}
+
+
+def rows_before(page: str, known: Iterable[str]) -> dict[Key, Row]:
+    """Return the rows of a page whose tests are still there."""
+    lines = [line.strip("| ").split(" | ") for line in page.partition("## Tried")[2].splitlines()]
+    cells = [line for line in lines if len(line) == 5 and line[0] in known]
+    return {(test.strip("`"), what): (int(count), int(bad), day) for what, count, bad, test, day in cells}
+
+
+def main(reports: Sequence[Path]) -> None:
+    """Turn JUnit reports into the page; rows of tests that are in none of them stay."""
+    page, words = ROOT / "docs" / "reliability.md", purposes()
+    rows = rows_before(page.read_text(encoding="utf-8"), set(words.values())) | rows_of(reports, words)
+    tries, failures = sum(row[0] for row in rows.values()), sum(row[1] for row in rows.values())
+    lines = [HEAD, f"{tries} trials, {failures} failures.", ""]
+    lines += ["| what | trials | failed | test | tried on |", "|---|---:|---:|---|---|"]
+    for (module, what), (count, bad, day) in sorted(rows.items()):
+        lines.append(f"| {what} | {count} | {bad} | `{module}` | {day} |")
+    page.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main([Path(each) for each in sys.argv[1:]])
