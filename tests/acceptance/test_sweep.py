@@ -35,7 +35,7 @@ from gearplay.model.toml_files import write_toml
 from gearplay.sweeps import door
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import cluster as on_cluster
-from gearplay.sweeps.running import engines
+from gearplay.sweeps.running import engines, processes
 from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
@@ -430,9 +430,36 @@ def test_work_that_a_dying_pool_did_not_take_is_not_lost(monkeypatch: pytest.Mon
 
         def shutdown(self, **_: object) -> None: ...
 
-    monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", Pool)
-    found = [o for outcomes in engines.run_processes(Sweep(load_sweep(FEW)), range(3)) for o in outcomes]
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
+    made = Sweep(load_sweep(FEW))
+    with engines.Engine("processes").lasting() as engine:
+        found = [o for outcomes in engine.outcomes(made, range(3)) for o in outcomes]
     assert {outcome.number for outcome in found} == {0, 1, 2}
+
+
+def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They start with the first, and end with the block; short cases come in batches, each once."""
+    monkeypatch.setattr(processes, "LASTING", 100.0)
+    made, me = Sweep(load_sweep(FEW)), psutil.Process()
+    before = set(me.children(recursive=True))
+    with engines.Engine("processes", workers=1).lasting() as engine:
+        kept, found = [], []
+        for jobs in ([0, 1, 2], list(range(3)) * 40):
+            batches = list(engine.outcomes(made, jobs))
+            found.append([outcome.number for batch in batches for outcome in batch])
+            kept.append(
+                {
+                    each
+                    for each in set(me.children(recursive=True)) - before
+                    if "spawn_main" in " ".join(each.cmdline())
+                }
+            )
+    assert sorted(found[0]) == [0, 1, 2]
+    assert sorted(found[1]) == sorted([0, 1, 2] * 40)
+    assert len(batches) < 20
+    assert len(kept[0]) == 1
+    assert kept[0] == kept[1]
+    wait_for(lambda: not any(each.is_running() and each.status() != psutil.STATUS_ZOMBIE for each in kept[0]))
 
 
 def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_path: Path) -> None:

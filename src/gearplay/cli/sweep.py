@@ -143,8 +143,8 @@ def _run(
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 compile_kernels(made.template.base, quiet=json)
-            with interruptible() as stop, progress_bar(quiet=json) as report:
-                count = run_in(made, place, chosen, left, progress=report, stop=stop)
+            with interruptible() as stop, progress_bar(quiet=json) as report, chosen.lasting() as engine:
+                count = run_in(made, place, engine, left, progress=report, stop=stop)
                 if chosen.shard is not None:
                     document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
                     words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
@@ -160,7 +160,7 @@ def _run(
                     ended = Account.of(product["status"].values, product["reason"].values)
                     document |= ended.as_document() | written
                 if made.plan.tolerance is not None:
-                    found = answer(made, product, place, engine=chosen, progress=report, stop=stop)
+                    found = answer(made, product, place, engine=engine, progress=report, stop=stop)
                     document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
         except KeyboardInterrupt:
             raise CommandInterruptedError(
