@@ -2,13 +2,14 @@
 
 import json
 import math
+import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from serving import Visit
+from serving import Server, Visit
 
 Open = Callable[..., Visit]
 SPEED, CLEARANCE = "rotors.pinion.drive.speed", "sleeves.ring.radial_clearance"
@@ -874,3 +875,18 @@ def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None
     assert 0 <= boxes[0]["y"] < boxes[1]["y"] - 200
     assert boxes[1]["y"] + boxes[1]["height"] == pytest.approx(844, abs=2)
     assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
+
+
+def test_a_result_that_cannot_be_kept_is_said_until_the_next_run(server: Server, visit: Open) -> None:
+    """At the limit of a file's size writes fail as on a full disk."""
+    made = visit().ready()
+    unlimited = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE)
+    resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (1000, unlimited[1]))
+    try:
+        fill(made, SPEED, "131.5")
+        made.until("document.getElementById('message').textContent.includes('not kept among the results')")
+        assert not made.page.locator("#message").is_hidden()
+    finally:
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, unlimited)
+    fill(made, SPEED, "132.5")
+    assert made.page.text_content("#message") == ""

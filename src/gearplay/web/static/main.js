@@ -130,7 +130,7 @@ state.wire = new Wire((open) => {
   const { lost } = state;
   state.lost = null;
   if (lost) longJob(lost.kind, lost.words);
-}, (ready) => { $("warming").hidden = ready; }, (reason) => tell(reason));
+}, (ready) => { $("warming").hidden = ready; }, (reason) => { tell(reason); state.unkept = true; });
 
 setTimeout(() => { if (!$("warming").hidden) plotly().catch((error) => tell(error.message)); }, 1500); // while kernels compile
 await attempt(async () => {

@@ -7,7 +7,7 @@ export const $ = (name) => document.getElementById(name);
 export const state = {
   base: null, changes: new Map(), controls: [], note: "", // the case, its changed fields (SI), their controls, what was changed before
   result: null, diagrams: {}, // what is shown
-  told: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
+  told: false, unkept: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
   moved: 0, began: 0, asked: 0, whole: false, // times [ms] of the last move and run, and whether all its plots are drawn
 };
 window.gearplay = { state, latencies: [], whole: [] }; // times of runs [ms]: to the plots in view, to all of them

@@ -23,6 +23,7 @@ export async function run() {
     return;
   }
   dropAverage();
+  if (state.unkept) { state.unkept = false; tell(""); }
   const { generation } = state;
   const began = state.moved || performance.now();
   state.moved = 0;
