@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,14 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from gearplay.model.bundled import bundled_text
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
-from gearplay.vocabulary.errors import GearplayError, InputError
+from gearplay.vocabulary.errors import GearplayError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
@@ -27,19 +27,13 @@ from gearplay.web.downloads import file_of
 from gearplay.web.measures import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.store import Store
+from gearplay.web.wire import Wire
 
 STATIC = Path(__file__).parent / "static"
 LARGEST_BODY = 2 * LARGEST_FILE
 MOST_DISCARDED = 64 * LARGEST_BODY
-MOST_OWN = 8  # jobs of one page, waiting or in hand
-MOST_UNSENT = 16  # results that one page has not read yet
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s
-KEPT = ("run", "bifurcation", "map")
-DONE = (*KEPT, "average")
-"""Jobs that a page may ask for; what comes of the first ones is kept."""
-LIMITS = {"run": 150.0, "average": 60.0}  # s; of the others:
-LIMIT = 600.0
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
 
 
@@ -134,7 +128,7 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
 
     async def wire(socket: WebSocket) -> None:
         await socket.accept()
-        await _Page(socket, pool, store).serve()
+        await Wire(socket, pool, store).serve()
 
     return Starlette(
         routes=[
@@ -210,128 +204,3 @@ def _described(case: Case, *, source: str | None = None) -> Response:
             "source": source,
         }
     )
-
-
-class _Page:
-    """One page at the other end of a WebSocket."""
-
-    def __init__(self, socket: WebSocket, pool: Pool, store: Store) -> None:
-        self.socket, self.pool, self.store = socket, pool, store
-        self.jobs: dict[int, Job] = {}
-        self.unsent = 0
-        """Results on their way to a page that reads slowly."""
-        self.tasks: set[asyncio.Task[None]] = set()
-        self.sending = asyncio.Lock()
-
-    async def serve(self) -> None:
-        """Answer until the page is gone; what it still wanted is cancelled."""
-        greeting = self._keep(self._greet())
-        try:
-            while True:
-                text = await self.socket.receive_text()
-                await self._take(text)
-        except (WebSocketDisconnect, KeyError, RuntimeError):
-            pass
-        finally:
-            greeting.cancel()
-            for job in list(self.jobs.values()):
-                await self.pool.cancel(job)
-
-    async def _take(self, text: str) -> None:
-        try:
-            asked = json.loads(text) if len(text) <= LARGEST_BODY else None
-        except (ValueError, RecursionError):
-            asked = None
-        if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):
-            await self._say({"type": "error", "id": None, "error": "message: must be JSON with an id."})
-            return
-        number, kind = asked["id"], asked.get("kind")
-        if kind == "cancel":
-            if number in self.jobs:
-                await self.pool.cancel(self.jobs[number])
-            return
-        if kind not in DONE:
-            words = f"kind: must be one of {', '.join(DONE)} or cancel."
-            await self._say({"type": "error", "id": number, "error": words})
-            return
-        if number in self.jobs or len(self.jobs) >= MOST_OWN or self.unsent >= MOST_UNSENT:
-            await self._say(
-                {
-                    "type": "full",
-                    "id": number,
-                    "error": f"A page may have {MOST_OWN} jobs, each with its own id.",
-                }
-            )
-            return
-        wanted = {key: value for key, value in asked.items() if key != "id"}
-
-        async def tell(news: dict[str, Any]) -> None:
-            await self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)})
-
-        try:
-            job = self.pool.submit(wanted, tell, limit=LIMITS.get(kind, LIMIT))
-        except QueueFullError:
-            await self._say(
-                {"type": "full", "id": number, "error": "The queue is full. Try again in a moment."}
-            )
-            return
-        self.jobs[number] = job
-        self._keep(self._await(number, job, wanted))
-
-    async def _greet(self) -> None:
-        """Say whether jobs can be done at once, and if not, when they can."""
-        if not self.pool.ready.is_set():
-            await self._say({"type": "state", "ready": False})
-            await self.pool.ready.wait()
-        await self._say({"type": "state", "ready": True})
-
-    def _keep(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
-        """Do something beside; a task that nobody holds may vanish."""
-        task = asyncio.create_task(work)
-        self.tasks.add(task)
-        task.add_done_callback(self.tasks.discard)
-        return task
-
-    async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
-        """Send what comes of a job and keep it, at once; it ends for the page before its answer is out."""
-        try:
-            frame = await job.done
-        except JobError as error:
-            kind = "cancelled" if error.cancelled else "error"
-            self.jobs.pop(number, None)
-            await self._say({"type": kind, "id": number, "error": str(error)})
-            return
-        finally:
-            self.jobs.pop(number, None)
-        self.unsent += 1
-        try:
-            key = Store.key_of(words)
-            if words["kind"] not in KEPT:
-                await self._send(number, key, frame)
-            elif words["kind"] == "run":  # the next move waits for it
-                await asyncio.gather(self._store(number, key, frame), self._send(number, key, frame))
-            else:  # may be asked for as a file as soon as it is shown
-                await self._store(number, key, frame)
-                await self._send(number, key, frame)
-        finally:
-            self.unsent -= 1
-
-    async def _store(self, number: int, key: str, frame: bytes) -> None:
-        """Keep a result, or say why it is only shown."""
-        try:
-            await asyncio.to_thread(self.store.save, key, frame)
-        except (InputError, OSError) as error:  # in words that name no path of the server's
-            why = error.faults[0].rule if isinstance(error, InputError) else "must be writable"
-            words = f"This is shown, but not kept among the results: the server's folder {why}."
-            await self._say({"type": "unkept", "id": number, "error": words})
-
-    async def _send(self, number: int, key: str, frame: bytes) -> None:
-        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-            async with self.sending:
-                await self.socket.send_text(json.dumps({"type": "result", "id": number, "key": key}))
-                await self.socket.send_bytes(frame)
-
-    async def _say(self, words: dict[str, Any]) -> None:
-        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-            async with self.sending:
-                await self.socket.send_text(json.dumps(words))
