@@ -97,8 +97,6 @@ class Engine:
         Its TLS files.
     shard
         (i, n) runs the i-th of n parts.
-    kept
-        Processes that are there already: see `lasting`.
 
     Raises
     ------
@@ -117,7 +115,7 @@ class Engine:
     scheduler: str | None = None
     security: Mapping[str, Path] | None = None
     shard: tuple[int, int] | None = None
-    kept: "Processes | None" = field(default=None, repr=False)
+    _kept: "Processes | None" = field(default=None, init=False, repr=False)  # processes that are there already
 
     def __post_init__(self) -> None:
         if self.kind not in ("threads", "processes"):
@@ -132,7 +130,9 @@ class Engine:
         from gearplay.sweeps.running.processes import Processes
 
         with Processes(self.workers or worker_count()) as kept:
-            yield replace(self, kept=kept)
+            engine = replace(self)
+            object.__setattr__(engine, "_kept", kept)  # past the freeze
+            yield engine
 
     def outcomes(
         self, made: Sweep, jobs: Sequence[int], stop: threading.Event | None = None
@@ -144,8 +144,8 @@ class Engine:
             )
         elif self.kind == "threads":
             yield from run_threads(made, jobs, workers=self.workers, stop=stop)
-        elif self.kept is not None:
-            yield from self.kept.outcomes(made, jobs, stop)
+        elif self._kept is not None:
+            yield from self._kept.outcomes(made, jobs, stop)
         else:
             with self.lasting() as engine:
                 yield from engine.outcomes(made, jobs, stop)
