@@ -49,10 +49,13 @@ class PrintedRow:
         value = self.coupled if model == "coupled" else self.uncoupled
         return 100.0 * abs(value - self.test) / self.test
 
+    def printed_error(self, model: str) -> float:
+        """Return the error [%] as printed."""
+        return self.coupled_error_printed if model == "coupled" else self.uncoupled_error_printed
+
     def printed_error_follows(self, model: str) -> bool:
         """Return whether the printed error follows from the printed values."""
-        printed = self.coupled_error_printed if model == "coupled" else self.uncoupled_error_printed
-        return abs(printed - self.recomputed_error(model)) <= PRINTED_TOLERANCE
+        return abs(self.printed_error(model) - self.recomputed_error(model)) <= PRINTED_TOLERANCE
 
 
 @lru_cache(maxsize=1)

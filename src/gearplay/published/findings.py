@@ -38,7 +38,7 @@ class Finding:
     claim: str
     verdict: str
     evidence: str
-    figure: str = ""
+    figure: str
 
 
 def _is_largest(
@@ -250,6 +250,7 @@ def _printed_errors() -> Finding:
         "The printed errors follow from the printed values.",
         CONTRADICTED if wrong else REPRODUCED,
         f"{len(wrong)} of {2 * len(printed_rows())} do not: {'; '.join(wrong)}.",
+        "printed-errors",
     )
 
 

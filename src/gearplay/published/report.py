@@ -98,6 +98,7 @@ class Study:
             "lead": story_figures.lead_figure(results),
             "mechanism": story_figures.mechanism_figure(self.case, results),
             "audit": story_figures.audit_figure(),
+            "printed-errors": story_figures.printed_errors_figure(),
         }
         figures |= {
             f"spectrum-{c.speed_rpm:g}rpm-{c.radial_clearance_um:g}-{c.backlash_um:g}": study_figures.spectrum_figure(

@@ -9,7 +9,7 @@ from gearplay.model.case import Case
 from gearplay.model.geometry import pitch_radius
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, to_png
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
-from gearplay.published.article import LINE_WORDS, LINES, conditions, printed
+from gearplay.published.article import LINE_WORDS, LINES, conditions, printed, printed_rows
 from gearplay.published.audit import (
     MESH_LINES,
     SOURCES,
@@ -163,4 +163,35 @@ def audit_figure() -> bytes:
     )
     right.set_ylabel("read too high by [Hz]", fontsize=SMALL)
     set_legend(figure, {source: legend_mark(color, marker="o") for source, color in marks.items()})
+    return to_png(figure)
+
+
+def printed_errors_figure() -> bytes:
+    """Draw every error that the article prints over the one that follows from its printed values."""
+    figure, axes = make_figure(1, 1, 4.0, width=6.4)
+    ax = axes[0, 0]
+    ends = [0.02, 100.0]
+    wrong: list[str] = []
+    ax.plot(ends, ends, color=CLEARANCE, linewidth=0.8)
+    for row in printed_rows():
+        for model in MODELS:
+            error, follows = row.printed_error(model), row.recomputed_error(model)
+            right = row.printed_error_follows(model)
+            ax.plot([follows], [error], "o", color=COLORS[model], markersize=4, alpha=0.5 if right else 1.0)
+            if not right:
+                place = f"Table {row.table}, {row.condition.speed_rpm:g} rpm, {LINE_WORDS[row.line]}"
+                wrong.append(f"{len(wrong) + 1}: {place}: {error:g} % printed, {follows:.3g} % follow")
+                ax.plot([follows], [error], "o", color=TEST, markersize=9, fillstyle="none")
+                ax.annotate(
+                    str(len(wrong)), (follows, error), xytext=(-7, 4), textcoords="offset points",
+                    fontsize=SMALL, ha="right",
+                )  # fmt: skip
+    ax.text(0.98, 0.04, "\n".join(wrong), transform=ax.transAxes, ha="right", va="bottom", fontsize=SMALL)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlim(ends)
+    ax.set_ylim(ends)
+    ax.set_xlabel("error that follows from the printed values [%]", fontsize=SMALL)
+    ax.set_ylabel("error printed [%]", fontsize=SMALL)
+    set_legend(figure, {f"article, {model}": legend_mark(COLORS[model], marker="o") for model in MODELS})
     return to_png(figure)

@@ -115,7 +115,9 @@ class Engine:
     scheduler: str | None = None
     security: Mapping[str, Path] | None = None
     shard: tuple[int, int] | None = None
-    _kept: "Processes | None" = field(default=None, init=False, repr=False)  # processes that are there already
+    _kept: "Processes | None" = field(
+        default=None, init=False, repr=False
+    )  # processes that are there already
 
     def __post_init__(self) -> None:
         if self.kind not in ("threads", "processes"):
