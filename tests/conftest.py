@@ -44,7 +44,7 @@ ALONE = (
     "verification/test_tolerance",
 )
 """Tests that run no kernel: they come first, while the kernels are compiled."""
-LONG = ("page/test_flows", "acceptance/test_sweep.py", "acceptance", "verification")
+LONG = ("page", "acceptance/test_sweep.py", "acceptance", "verification")
 """Files that take long come next, so that workers end together."""
 COMPILE = """
 from gearplay.solver.compiling import prepare_all

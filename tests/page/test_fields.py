@@ -1,0 +1,128 @@
+"""The fields of a case on the page: changed, bounded, found, refused."""
+
+import pytest
+
+from visiting import BACKLASH, CLEARANCE, SPEED, Open, field, fill, open_run, shown, slider
+
+
+def test_a_field_changes_the_run(visit: Open) -> None:
+    made = visit().ready()
+    before = shown(made, "result.sha256")
+    fill(made, BACKLASH, "150")
+    assert shown(made, "result.sha256") != before
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(150e-6)
+
+
+def test_a_slider_moves_by_keys(visit: Open) -> None:
+    made = visit().ready()
+    slider(made, CLEARANCE).focus()
+    made.after(lambda: made.page.keyboard.press("ArrowRight"))
+    assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(100.4e-6, rel=1e-3)
+    assert field(made, CLEARANCE).input_value() == "100.4"
+
+
+@pytest.mark.deep
+def test_another_bundled_case(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
+    assert made.page.text_content("#title") == "Pinion, idler and ring, 20/20/60"
+    assert "idler" in made.page.text_content("#statistics")
+    assert made.page.locator('input[data-path="sleeves.idler.radial_clearance"]').count() == 1
+
+
+def test_reset_brings_the_case_back(visit: Open) -> None:
+    made = visit().ready()
+    before = shown(made, "result.sha256")
+    fill(made, BACKLASH, "150")
+    made.after(lambda: made.page.click("#reset"))
+    assert shown(made, "result.sha256") == before
+    assert field(made, BACKLASH).input_value() == "100"
+
+
+@pytest.mark.deep
+def test_one_field_is_reset(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, BACKLASH, "150")
+    fill(made, CLEARANCE, "70")
+    button = made.page.get_by_role("button", name="Reset pinion-ring backlash")
+    made.after(button.click)
+    assert field(made, BACKLASH).input_value() == "100"
+    assert field(made, CLEARANCE).input_value() == "70"
+    assert button.is_hidden()
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(100e-6)
+
+
+@pytest.mark.deep
+def test_bounds_are_told_beside_the_field(visit: Open) -> None:
+    made = visit().ready()
+    label = made.page.locator(".control", has=field(made, "sleeves.ring.restitution")).locator("label")
+    assert "to 1" in label.get_attribute("title")
+    assert "sleeves.ring.restitution" in label.get_attribute("title")
+
+
+@pytest.mark.many
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (BACKLASH, "-5", "must be at least 0 um"),
+        ("sleeves.ring.restitution", "1.5", "must be at most 1"),
+        (SPEED, "", "must be a number"),
+    ],
+)
+def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value: str, said: str) -> None:
+    made = visit().ready()
+    runs = made.runs()
+    field(made, path).fill(value)
+    field(made, path).press("Tab")
+    assert said in made.page.text_content("#message")
+    assert path in made.page.text_content("#message")
+    assert field(made, path).get_attribute("aria-invalid") == "true"
+    assert made.runs() == runs
+
+
+@pytest.mark.deep
+def test_what_only_the_server_can_refuse_is_told(visit: Open) -> None:
+    made = visit().ready()
+    field(made, "meshes.0.stiffness.amplitude").fill("500")
+    field(made, "meshes.0.stiffness.amplitude").press("Tab")
+    made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
+
+
+@pytest.mark.deep
+def test_find_narrows_the_fields(visit: Open) -> None:
+    made = visit().ready()
+    made.page.fill("#find", "backlash")
+    assert field(made, BACKLASH).is_visible()
+    assert not field(made, SPEED).is_visible()
+    made.page.fill("#find", "")
+    assert field(made, SPEED).is_visible()
+
+
+@pytest.mark.deep
+def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
+    made = visit().ready()
+    choice = made.page.locator(".control select", has_text="hunt-crossley").first
+    made.after(lambda: choice.select_option("hunt-crossley"))
+    assert shown(made, "result.case.sleeves.ring.law") == "hunt-crossley"
+
+
+def test_a_refused_case_greys_what_is_shown_of_the_one_before(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.locator("#stale").is_hidden()
+    field(made, "meshes.0.stiffness.amplitude").fill("500")
+    field(made, "meshes.0.stiffness.amplitude").press("Tab")
+    made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
+    assert made.page.locator("#stale").is_visible()
+    assert made.page.locator("#panel-run.outdated").count() == 1
+    fill(made, "meshes.0.stiffness.amplitude", "5")
+    assert made.page.locator("#stale").is_hidden()
+    assert made.page.locator("#panel-run.outdated").count() == 0
+
+
+@pytest.mark.deep
+def test_warnings_about_the_case_are_told(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.text_content("#notes summary") == "2 warnings about this case"
+    open_run(made)
+    fill(made, "run.transient", "0")
+    assert "recording starts at t = 0" in made.page.text_content("#notes")

@@ -1,0 +1,298 @@
+"""What the page shows of a run, in the system's Chromium: mechanism, plots, cursors, marks."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from serving import Visit
+from visiting import BACKLASH, CLEARANCE, SPEED, Open, fill
+
+
+def test_opens_with_the_article_s_case(visit: Open) -> None:
+    page = visit().ready().page
+    assert page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
+    assert page.text_content("#link-state") == "connected"
+    assert page.locator("#stage figure").count() == 2
+    for name in ("orbit", "spectrum", "backlash", "forces"):
+        assert page.locator(f"#{name} .main-svg").count() > 0
+
+
+NAMES = ("orbit", "spectrum", "backlash", "forces")
+
+
+AXES = """([of, inside]) => Object.fromEntries(["orbit", "spectrum", "backlash", "forces"].map((name) => {
+  const place = document.getElementById(name);
+  const { left, top } = place.getBoundingClientRect();
+  const texts = [...place.querySelectorAll(`${inside} text`)].map((each) => {
+    const box = each.getBoundingClientRect();
+    return [each.textContent.replaceAll("\u200b", ""), box.left - left, box.top - top];
+  }).sort();
+  const ranges = ["xaxis", "yaxis", "yaxis2"].map((axis) => place[of][axis]?.range ?? null);
+  return [name, { texts, ranges }];
+}))"""
+
+
+def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
+    """Open a case while plotly.js is held back; return the page and what the answer to its request waits for."""
+    made, held = visit(), []
+    made.page.route("**/plotly.js", lambda route: held.append(route))
+    made.until("Boolean(window.gearplay && window.gearplay.first)", 60.0)
+    if case != "han2021":
+        made.page.select_option("#case", case)
+        made.until(f"window.gearplay.state.name === '{case}' && window.gearplay.latencies.length > 1", 60.0)
+    made.until("document.querySelectorAll('.sketch').length === 4 && !window.gearplay.state.running")
+
+    def release() -> None:
+        made.page.hover("#orbit")  # who points at a plot wants to zoom
+        while not held:
+            made.page.wait_for_timeout(20)
+        held[0].continue_()
+
+    return made, release
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "han2021",
+        pytest.param("planetary-reducer", marks=pytest.mark.deep),
+        pytest.param("two-stage-reducer", marks=pytest.mark.deep),
+    ],
+)
+def test_first_plots_need_no_plotly_and_stay_as_they_are_when_it_comes(visit: Open, case: str) -> None:
+    made, release = first_view(visit, case)
+    made.page.click("#play")
+    assert made.page.evaluate("window.Plotly === undefined")
+    sketched = made.page.evaluate(AXES, ["sketched", ".sketch"])
+    colors = "[...document.querySelectorAll('#spectrum .sketch g path')].map((each) => each.getAttribute('stroke'))"
+    assert set(made.page.evaluate(colors)) == {"#0b5fa5", "#b4540f"}
+    assert "frequency [Hz]" in [each[0] for each in sketched["spectrum"]["texts"]]
+    release()
+    made.ready()
+    assert made.page.locator(".sketch").count() == 0
+    drawn = made.page.evaluate(AXES, ["_fullLayout", ".main-svg"])
+    for name in NAMES:
+        for one, other in zip(sketched[name]["ranges"], drawn[name]["ranges"], strict=True):
+            assert one == (other and pytest.approx(other, rel=2e-3, abs=1e-9))
+        assert [each[0] for each in sketched[name]["texts"]] == [each[0] for each in drawn[name]["texts"]]
+        for one, other in zip(sketched[name]["texts"], drawn[name]["texts"], strict=True):
+            assert one[1:] == pytest.approx(other[1:], abs=3.0), one[0]
+
+
+@pytest.mark.deep
+def test_the_quieter_curve_lies_on_top(visit: Open) -> None:
+    made = visit().ready()
+    curves = made.page.evaluate(
+        "document.getElementById('spectrum').data.map(({ name, y }) => [name, y.reduce((sum, a) => sum + a, 0)])"
+    )
+    assert curves[0][1] > curves[1][1]
+    legend = made.page.locator("#spectrum .legendtext").all_text_contents()
+    assert legend == ["coupled", "uncoupled"]
+
+
+@pytest.mark.deep
+def test_gears_of_a_planetary_set_and_of_two_stages_have_their_views(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", "planetary-reducer"))
+    assert made.page.locator("#carrier-row").is_visible()
+    choices = made.page.locator("#mesh-of option").all_text_contents()
+    assert len(choices) == 6
+    made.page.select_option("#sleeve-of", "stage.planet1")
+    made.until("document.getElementById('orbit').layout.annotations?.[0].text.includes('no orbit to draw')")
+    made.page.select_option("#carrier", "turning")
+    made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
+    assert made.page.locator("#carrier-row").is_hidden()
+    made.page.select_option("#mesh-of", label=made.page.locator("#mesh-of option").nth(1).text_content())
+    made.until("document.getElementById('forces').data.some((each) => each.y.some((force) => force > 0))")
+    drawn = "[...document.querySelector('#stage canvas').getContext('2d').getImageData(0, 0, 300, 300).data]"
+    assert len(set(made.page.evaluate(drawn))) > 20
+
+
+@pytest.mark.deep
+def test_the_orbit_has_its_clearance_circle(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, CLEARANCE, "50")
+    top = made.page.evaluate("Math.max(...document.getElementById('orbit').data[0].x)")
+    assert top == pytest.approx(50.0, rel=1e-6)
+
+
+@pytest.mark.deep
+def test_models_side_by_side_or_alone(visit: Open) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.uncheck("#compare"))
+    assert made.page.locator("#stage figure").count() == 1
+    assert made.page.evaluate("Object.keys(window.gearplay.state.result.models)") == ["coupled"]
+    made.after(lambda: made.page.check("#compare"))
+    assert made.page.locator("#stage figure").count() == 2
+
+
+def test_play_pause_and_scrub(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#play")
+    assert made.page.text_content("#play") == "Play"
+    first = made.page.text_content("#clock")
+    made.page.locator("#scrub").focus()
+    made.page.keyboard.press("End")
+    assert made.page.text_content("#clock") != first
+    assert made.page.text_content("#clock") == "0.9999 s"
+
+
+@pytest.mark.deep
+def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None:
+    made = visit().ready()
+    first = made.page.text_content("#factor")
+    made.page.locator("#magnify").focus()
+    made.page.keyboard.press("ArrowRight")
+    assert made.page.text_content("#factor") != first
+    assert first == "10.0 times as large"
+
+
+@pytest.mark.deep
+def test_the_picture_moves(visit: Open) -> None:
+    made = visit().ready()
+    made.page.select_option("#slow", "1")
+    first = made.page.evaluate("document.querySelector('#stage canvas').toDataURL()")
+    made.until(f"document.querySelector('#stage canvas').toDataURL() !== {json.dumps(first)}")
+
+
+@pytest.mark.deep
+def test_what_is_shown_moves_with_the_mechanism(visit: Open) -> None:
+    """The line in the histories and the dot in the orbit stand where the clock says."""
+    made = visit().ready()
+    made.page.click("#play")
+    made.page.evaluate("document.getElementById('backlash').scrollIntoView()")
+    made.page.locator("#scrub").evaluate(
+        "(each) => { each.value = 0.5; each.dispatchEvent(new Event('input')); }"
+    )
+    found = made.page.evaluate(
+        """() => {
+          const [plot, mark] = [document.getElementById("backlash"), document.querySelector("#backlash .time-line")];
+          const { xaxis } = plot._fullLayout;
+          const x = mark.getBoundingClientRect().left - plot.getBoundingClientRect().left - xaxis._offset;
+          return [xaxis.p2l(x), Number(document.getElementById("clock").textContent.split(" ")[0])];
+        }"""
+    )
+    assert found[0] == pytest.approx(found[1], abs=0.003)
+    dot = made.page.evaluate(
+        """() => {
+          const plot = document.getElementById("orbit");
+          const mark = document.querySelector("#orbit .shaft-dot.coupled").getBoundingClientRect();
+          const { xaxis, yaxis } = plot._fullLayout;
+          const { frames } = window.gearplay.state.result.models.coupled;
+          const { left, top } = plot.getBoundingClientRect();
+          const [n, i] = [frames.t.length, Math.floor(0.5 * frames.t.length)];
+          return [xaxis.p2l(mark.left + mark.width / 2 - left - xaxis._offset), 1e6 * frames.rotors[3 * n + i],
+            yaxis.p2l(mark.top + mark.height / 2 - top - yaxis._offset), 1e6 * frames.rotors[4 * n + i]];
+        }"""
+    )
+    assert (dot[0], dot[2]) == (pytest.approx(dot[1], abs=1.0), pytest.approx(dot[3], abs=1.0))
+
+
+@pytest.mark.deep
+def test_which_sleeve_and_mesh_are_looked_at(visit: Open) -> None:
+    made = visit().ready()
+    assert made.page.locator("#look-sleeve").is_hidden()
+    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
+    made.page.select_option("#sleeve-of", "idler")
+    made.page.select_option("#mesh-of", "idler-ring")
+    top = "Math.max(...document.getElementById('orbit').data[0].x)"
+    made.until(f"Math.abs({top} - 20) < 1e-6")
+    made.until("document.getElementById('forces').layout.uirevision === 'idleridler-ring'")
+    texts = made.page.evaluate("document.getElementById('forces').layout.yaxis2.ticktext")
+    assert texts == 2 * ["sleeve", "drive", "back"]
+
+
+@pytest.mark.deep
+def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:
+    made = visit().ready()
+    made.page.select_option("#spectrum-of", "ring.ay")
+    made.page.select_option("#spectrum-scale", "linear")
+    made.until("document.getElementById('spectrum').layout.yaxis.type === 'linear'")
+
+
+@pytest.mark.deep
+def test_lines_of_mesh_and_test_are_marked(visit: Open) -> None:
+    made = visit().ready()
+    texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
+    assert texts == ["f_m", "2 f_m", "test f_r", "test f_m", "test 2 f_m"]
+    fill(made, BACKLASH, "123")
+    texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
+    assert texts == ["f_m", "2 f_m"]
+
+
+@pytest.mark.deep
+def test_contacts_are_counted(visit: Open) -> None:
+    made = visit().ready()
+    head = made.page.locator("#statistics th").all_text_contents()
+    assert head[2:4] == ["share of time", "impacts"]
+    assert head[4:] == ["impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"]
+    assert made.page.locator("#statistics tr").count() == 7
+
+
+@pytest.mark.deep
+def test_light_and_dark(visit: Open) -> None:
+    made = visit("/", color_scheme="dark").ready()
+    assert made.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    made.page.click("#theme")
+    assert made.page.evaluate("document.documentElement.dataset.theme") == "light"
+    made.until("document.getElementById('orbit').layout.font.color === '#1d2126'")
+
+
+@pytest.mark.deep
+def test_the_mechanism_is_there_after_a_change_on_another_tab(visit: Open) -> None:
+    made = visit().ready()
+    made.page.click("#play")
+    made.page.click("#tab-map")
+    fill(made, BACKLASH, "140")
+    made.page.click("#tab-run")
+    made.until("document.querySelector('#stage canvas').width > 100")
+    made.until("window.gearplay.state.whole")
+    assert made.page.evaluate("document.getElementById('orbit').layout.uirevision") == "ring"
+
+
+@pytest.mark.deep
+def test_nothing_moves_at_no_speed(visit: Open) -> None:
+    made = visit().ready()
+    fill(made, SPEED, "0")
+    assert made.page.evaluate("document.getElementById('spectrum').layout.shapes.length") < 5
+
+
+@pytest.mark.deep
+def test_the_next_impact(visit: Open) -> None:
+    made = visit().ready()
+    times = []
+    for _ in range(2):
+        made.page.click("#impact")
+        times.append(made.page.evaluate("Number(document.getElementById('clock').textContent.split(' ')[0])"))
+    onsets = "Object.values(window.gearplay.state.result.models).flatMap((v) => v.strip.flatMap((s) => [...s.spans]))"
+    known = made.page.evaluate(onsets)
+    assert times[0] < times[1]
+    assert all(min(abs(time - each) for each in known) < 1e-3 for time in times)
+    assert made.page.text_content("#play") == "Play"
+
+
+@pytest.mark.deep
+def test_an_earlier_run_and_a_measurement_lie_beside(visit: Open, tmp_path: Path) -> None:
+    made = visit().ready()
+    made.until("document.getElementById('overlay').options.length > 1")
+    first = made.page.evaluate("document.getElementById('overlay').options[1].value")
+    fill(made, BACKLASH, "150")
+    names = "document.getElementById('spectrum').data.map((each) => each.name)"
+    made.page.select_option("#overlay", value=first)
+    made.until(f"{names}.includes('earlier, coupled')")
+    file = tmp_path / "mine.csv"
+    rows = [f"{k / 1000:.3f},{math.sin(0.1 * math.pi * k):.6f}" for k in range(1024)]
+    file.write_text("time [s],a [m/s^2]\n" + "\n".join(rows), encoding="utf-8")
+    made.page.set_input_files("#measured", file)
+    made.until(f"{names}.includes('mine.csv')")
+    f, a = made.page.evaluate(
+        """() => {
+          const { f, a } = window.gearplay.state.overlay.measured;
+          const k = a.indexOf(Math.max(...a));
+          return [f[k], a[k]];
+        }"""
+    )
+    assert (f, a) == (pytest.approx(50.0, abs=0.6), pytest.approx(1.0, rel=0.1))
