@@ -144,6 +144,31 @@ def test_ctrl_c_while_sobol_points_begin_spoils_none(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, f"interrupted {points}\n", "")
 
 
+TWICE = """
+import signal
+import threading
+from gearplay.cli.interrupts import interruptible
+notify_all, twice = threading.Condition.notify_all, []
+def interrupted(condition):
+    if not twice:
+        twice.append(True)
+        signal.raise_signal(signal.SIGINT)
+    notify_all(condition)
+threading.Condition.notify_all = interrupted
+try:
+    with interruptible():
+        signal.raise_signal(signal.SIGINT)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_a_ctrl_c_while_another_is_being_heard_hangs_nothing() -> None:
+    """Wrappers send one to their group and one to their child, microseconds apart; an event that is being set is locked."""
+    done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\n", "")
+
+
 def test_a_second_ctrl_c_destroys_nothing_and_a_part_replaces_nothing(tmp_path: Path) -> None:
     """A whole result is there; the run that is to replace it is stopped, twice at once: it stays, the part lies beside it."""
     gp.simulate("han2021", duration=0.1).save(tmp_path / "out.nc")

@@ -74,6 +74,7 @@ FEW: dict[str, Any] = {
     "axes": [{**SPEED, "count": 3}],
     "reduce": [RMS],
 }
+NEVER = FEW | {"set": {**RUN, "run.duration": "5e5 s", "run.sampling": "1 Hz"}}
 ENDLESS = ["--set", "run.duration=5e5 s", "--set", "run.sampling=1 Hz"]
 """Each case would take half an hour."""
 
@@ -460,6 +461,40 @@ def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.Mo
     assert len(kept[0]) == 1
     assert kept[0] == kept[1]
     wait_for(lambda: not any(each.is_running() and each.status() != psutil.STATUS_ZOMBIE for each in kept[0]))
+
+
+def test_a_batch_whose_cases_turn_out_long_is_handed_over_as_far_as_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else a kill would lose what is done of it."""
+    monkeypatch.setattr(processes, "LASTING", 100.0)
+    monkeypatch.setattr(processes, "LONGEST", 0.0)
+    made = Sweep(load_sweep(FEW))
+    with engines.Engine("processes", workers=1).lasting() as engine:
+        batches = [[each.number for each in batch] for batch in engine.outcomes(made, [0, 1, 2] * 5)]
+    assert [len(batch) for batch in batches] == [1] * 15
+    assert sorted(number for batch in batches for number in batch) == sorted([0, 1, 2] * 5)
+
+
+def test_a_sweep_left_half_way_leaves_no_work_to_the_next() -> None:
+    """Its workers end, one killed before; what they had waits in nobody's way."""
+    long, short, me = Sweep(load_sweep(NEVER)), Sweep(load_sweep(FEW)), psutil.Process()
+    before, stop = set(me.children(recursive=True)), threading.Event()
+
+    def begun() -> set[psutil.Process]:
+        return {
+            each
+            for each in set(me.children(recursive=True)) - before
+            if "spawn_main" in " ".join(each.cmdline())
+        }
+
+    with engines.Engine("processes", workers=2).lasting() as engine:
+        threading.Timer(1.0, stop.set).start()
+        assert list(engine.outcomes(long, range(3), stop)) == []
+        for worker in begun():
+            worker.kill()
+        found = [each.number for batch in engine.outcomes(short, [0, 1, 2]) for each in batch]
+    assert sorted(found) == [0, 1, 2]
 
 
 def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_path: Path) -> None:

@@ -62,9 +62,12 @@ def interruptible() -> Iterator[threading.Event]:
         yield _running[-1]
         return
     stop, heard, again = threading.Event(), [-GRACE], _Again()
+    asked: list[bool] = []
 
     def interrupt(signum: int, frame: FrameType | None) -> None:
-        stop.set()
+        if not asked:  # an event waits for itself where a second signal comes while it is set
+            asked.append(True)
+            stop.set()
         if time.monotonic() - heard[0] < GRACE:
             return
         if _would_be_lost(frame):
@@ -111,7 +114,8 @@ class _Again:
     def soon(self) -> None:
         """Let it come again, if it is not coming already."""
         if not self.due:
-            self.due, self.timer = True, threading.Timer(SOON, self._send)
+            self.due = True  # first: another signal may come on the way
+            self.timer = threading.Timer(SOON, self._send)
             self.timer.daemon = True
             self.timer.start()
 

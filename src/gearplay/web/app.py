@@ -167,8 +167,8 @@ async def _unless_gone(request: Request, pool: Pool, job: Job) -> bytes:
         raise JobError("Cancelled.", cancelled=True) from None
 
 
-async def _nothing(_: dict[str, Any]) -> None:
-    return None
+def _nothing(_: dict[str, Any]) -> None:
+    """Hear of no progress."""
 
 
 async def _body(request: Request) -> bytes | None:

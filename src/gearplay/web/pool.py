@@ -6,11 +6,12 @@ import json
 import struct
 import sys
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 from typing import Any
 
-Tell = Callable[[dict[str, Any]], Awaitable[None]]
+Tell = Callable[[dict[str, Any]], None]
+"""Hears of a job's progress, and waits for nobody: a worker's keeper has others to serve."""
 LONGEST_FRAME = 512 * 1024**2  # bytes
 GRACE = 10.0  # s that a worker has to stop a job that is cancelled
 WORDS, RESULT = b"w", b"r"
@@ -201,7 +202,7 @@ class Pool:
                         _fail(job, words["error"], cancelled=bool(words.get("cancelled")))
                         break
                     job.tried = True
-                    await job.tell(words)
+                    job.tell(words)
         except TimeoutError:
             _fail(job, f"The limit of {job.limit:g} s was reached. Shorten the run.")
             raise ConnectionError from None  # ends the worker
@@ -252,4 +253,8 @@ async def _end(worker: Worker) -> None:
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError):
             process.kill()
+    if process.stdout is not None:  # what is left in a full pipe hides its end
+        with contextlib.suppress(ConnectionError):
+            while await process.stdout.read(1024**2):
+                continue
     await process.wait()

@@ -75,8 +75,9 @@ class Wire:
             return
         wanted = {key: value for key, value in asked.items() if key != "id"}
 
-        async def tell(news: dict[str, Any]) -> None:
-            await self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)})
+        def tell(news: dict[str, Any]) -> None:
+            if not self.sending.locked():  # a page that reads slowly hears less often
+                self._keep(self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)}))
 
         try:
             job = self.pool.submit(wanted, tell, limit=LIMITS.get(kind, LIMIT))

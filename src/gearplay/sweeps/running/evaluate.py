@@ -1,5 +1,6 @@
 """One point of a sweep, simulated and reduced; the same code in a thread, a process, or on a cluster."""
 
+import math
 import threading
 import time
 from functools import lru_cache
@@ -151,5 +152,16 @@ def sweep_of(plan: str) -> Sweep:
 
 def evaluate_many(plan: str, jobs: list[int]) -> list[Outcome]:
     """Evaluate jobs of a plan written as JSON: what leaves the process."""
-    sweep = sweep_of(plan)
-    return [outcome for job in jobs for outcome in sweep.evaluate(job)]
+    return evaluate_some(plan, jobs, math.inf)[1]
+
+
+def evaluate_some(plan: str, jobs: list[int], longest: float) -> tuple[int, list[Outcome]]:
+    """Evaluate jobs of a plan until that has taken so long [s], one at least; return how many, and what came out."""
+    sweep, end = sweep_of(plan), time.monotonic() + longest
+    done, outcomes = 0, []
+    for job in jobs:
+        outcomes += sweep.evaluate(job)
+        done += 1
+        if time.monotonic() > end:
+            break
+    return done, outcomes

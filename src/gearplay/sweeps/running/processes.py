@@ -13,15 +13,19 @@ from multiprocessing.connection import Connection
 from types import TracebackType
 
 from gearplay.sweeps.running.cluster import PAUSE, RETRIES
-from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_many
+from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_some
 from gearplay.vocabulary.errors import SimulationError
 
+Some = tuple[int, list[Outcome]]
+"""How many jobs of a batch were done, and what came out."""
 UNSAID = "ignore::UserWarning:multiprocessing.resource_tracker"
 """A command that leaves at once lets the tracker hand back its semaphores, which is no word to the user."""
 AHEAD = 2
 """Batches that each process has, or finds when it is done."""
 LASTING = 0.1
 """How long a batch of short cases should take [s]: handing one over costs a millisecond."""
+LONGEST = 0.5
+"""How long a batch may take whose cases are longer than those before [s]: what is done then is handed over."""
 MOST = 64
 """The most jobs of a batch."""
 
@@ -29,14 +33,14 @@ MOST = 64
 class Processes:
     """Worker processes: slower to start than threads, but none waits for another's Python, or falls with another.
 
-    They start with the first sweep and end with the ``with`` block, or with this process however that ends.
+    They start with the first sweep and end with the ``with`` block, or with this process however that ends; those of a sweep
+    that is left half-way end with it, and the next one starts others.
     """
 
     def __init__(self, count: int) -> None:
         self.count = count
         self._pool: ProcessPoolExecutor | None = None
-        self._context = get_context("spawn")
-        self._life, self._end = self._context.Pipe(duplex=False)
+        self._life: tuple[Connection, ...] = ()
 
     def __enter__(self) -> "Processes":
         return self
@@ -46,50 +50,54 @@ class Processes:
     ) -> None:
         """End the processes, whatever they are doing."""
         self._leave()
-        self._life.close()
-        self._end.close()
 
     def _leave(self) -> None:
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
-            self._pool = None
+            for end in self._life:
+                end.close()
+            self._pool, self._life = None, ()
 
-    def _submit(self, document: str, batch: list[int]) -> "Future[list[Outcome]]":
+    def _submit(self, document: str, batch: list[int]) -> "Future[Some]":
         if self._pool is None:
             if UNSAID not in sys.warnoptions:
                 sys.warnoptions.append(UNSAID)
+            context = get_context("spawn")
+            self._life = context.Pipe(duplex=False)
             self._pool = ProcessPoolExecutor(
-                self.count, mp_context=self._context, initializer=_live_with, initargs=(self._life,)
+                self.count, mp_context=context, initializer=_live_with, initargs=self._life[:1]
             )
         with _deaf():
-            return self._pool.submit(evaluate_many, document, batch)
+            return self._pool.submit(evaluate_some, document, batch, LONGEST)
 
     def outcomes(
         self, sweep: Sweep, jobs: Sequence[int], stop: threading.Event | None = None
     ) -> Generator[list[Outcome]]:
-        """Yield the outcomes of jobs, a batch at a time; no more once stopped.
+        """Yield the outcomes of jobs, some at a time; no more once stopped.
 
         Raises `SimulationError` where processes die again and again.
         """
         document, begun, again, size = sweep.plan.model_dump_json(), 0, 0, 1
-        pending: dict[Future[list[Outcome]], list[int]] = {}
-        lost: list[list[int]] = []
+        pending: dict[Future[Some], list[int]] = {}
+        left: list[list[int]] = []  # begun, and to be begun again
         try:
             while not (stop is not None and stop.is_set()):
                 try:
-                    while len(pending) < AHEAD * self.count and (lost or begun < len(jobs)):
-                        if not lost:  # the last ones are shared by all
+                    while len(pending) < AHEAD * self.count and (left or begun < len(jobs)):
+                        if not left:  # the last ones are shared by all
                             share = -(-(len(jobs) - begun) // (AHEAD * self.count))
-                            lost.append([int(job) for job in jobs[begun : begun + min(size, share)]])
-                            begun += len(lost[-1])
-                        pending[self._submit(document, lost[-1])] = lost[-1]
-                        lost.pop()
+                            left.append([int(job) for job in jobs[begun : begun + min(size, share)]])
+                            begun += len(left[-1])
+                        pending[self._submit(document, left[-1])] = left[-1]
+                        left.pop()
                     if not pending:
                         return
                     finished, _ = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                     for future in finished:
-                        outcomes = future.result()
-                        size = _fitting(outcomes, len(pending.pop(future)))
+                        done, outcomes = future.result()
+                        rest = pending.pop(future)[done:]
+                        left += [rest] if rest else []
+                        size = _fitting(outcomes, done)
                         yield outcomes
                 except BrokenProcessPool:
                     again += 1
@@ -97,12 +105,12 @@ class Processes:
                         raise SimulationError(
                             f"sweep: worker processes died {again} times. Use fewer workers, or shorten run.duration."
                         ) from None
-                    lost += [[job] for batch in pending.values() for job in batch]
+                    left += [[job] for batch in pending.values() for job in batch]
                     pending.clear()
                     self._leave()
         finally:
-            for future in pending:
-                future.cancel()
+            if pending:
+                self._leave()
 
 
 def _fitting(outcomes: Sequence[Outcome], jobs: int) -> int:

@@ -23,8 +23,13 @@ export function dropAverage() {
   running = null;
 }
 
-/** Ask for the averages of a result and put them into it; false where they say nothing more, would take long or do not come. */
-export async function averageOf(result) {
+/** Ask for the averages of a result, once at a time, and put them into it; false where they say nothing more, would take long or do not come. */
+export function averageOf(result) {
+  result.averaging ??= ask(result).finally(() => { result.averaging = null; });
+  return result.averaging;
+}
+
+async function ask(result) {
   const { run, sleeves } = result.case;
   const rattles = Object.values(sleeves).some((each) => each.radial_clearance > 0);
   if (result.average || result.members > 1 || !rattles || !state.wire.ready) return false;
