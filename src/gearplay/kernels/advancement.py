@@ -41,8 +41,8 @@ def open_span(p: float, rate: float, bend: float) -> float:
 def rotor_bounds(system: System, i: int, y: Floats, branch: Branch) -> tuple[float, float, float]:
     """Return |acceleration of the centre|, |angular acceleration|, |angular speed| of rotor i in flight, now.
 
-    In flight accelerations only decay, a ripple and the swing of joined rotors are bounded by their largest: the first two
-    also bound the future.
+    In flight accelerations only decay, a ripple is bounded by its largest, the swing of joined rotors by what is left of it
+    (``branch.bends``): the first two also bound the future.
     """
     a_x, a_y, alpha = flight_rates(
         system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]

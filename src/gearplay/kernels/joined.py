@@ -97,22 +97,40 @@ def find_rates(system: System, c: int, y: Floats, constant: float, swing: Floats
 
 
 @compiled_once
-def launch(system: System, c: int, y: Floats, swing: Floats, bends: Floats) -> None:
-    """Let chain c fly from state y: its rates, and bounds of its accelerations for as long as it flies."""
+def launch(system: System, c: int, y: Floats, swing: Floats) -> None:
+    """Let chain c fly from state y."""
     find_rates(system, c, y, 1.0, swing)
+
+
+@compiled_once
+def largest_acceleration(system: System, c: int, k: int, tau: float, swing: Floats) -> float:
+    """Return what the acceleration of coordinate k of chain c cannot exceed from tau [s] after its launch on.
+
+    Swings only decay, so it is the sum of what is left of them.
+    """
     chain = system.joined.chains[c]
-    for k in range(chain.count):
-        row, most = chain.right + 2 * chain.count * k, 0.0
-        for m in range(chain.vibration, chain.vibration + chain.vibrations):
-            vibration = system.joined.vibrations[m]
-            g_a, g_b = rates(vibration, chain.swing, swing)
-            r_a, r_b = shape(system, vibration, row)
-            if vibration.kind == DRIFT:
-                most += abs((r_a - vibration.decay * r_b) * g_b)
-            else:
-                size = math.sqrt((r_a * r_a + r_b * r_b) * (g_a * g_a + g_b * g_b))
-                most += size * math.sqrt(vibration.decay**2 + vibration.frequency**2)
-        bends[system.joined.coordinates[chain.first + k]] = most
+    row, most = chain.right + 2 * chain.count * k, 0.0
+    for m in range(chain.vibration, chain.vibration + chain.vibrations):
+        vibration = system.joined.vibrations[m]
+        g_a, g_b = rates(vibration, chain.swing, swing)
+        r_a, r_b = shape(system, vibration, row)
+        if vibration.kind == DRIFT:
+            size = abs((r_a - vibration.decay * r_b) * g_b)
+        else:
+            size = math.sqrt((r_a * r_a + r_b * r_b) * (g_a * g_a + g_b * g_b))
+            size *= math.sqrt(vibration.decay**2 + vibration.frequency**2)
+        most += size if vibration.decay == 0.0 else size * math.exp(-vibration.decay * tau)
+    return most
+
+
+@compiled_once
+def bound_joined(system: System, i: int, tau: float, swing: Floats, bends: Floats) -> None:
+    """Fill bounds of those accelerations of rotor i that springs bear on, from tau [s] after its launch on."""
+    for axis in range(3):
+        q = x_of(i) + axis
+        c = system.joined.places[2 * q]
+        if c >= 0:
+            bends[q] = largest_acceleration(system, c, system.joined.places[2 * q + 1], tau, swing)
 
 
 @compiled_inline

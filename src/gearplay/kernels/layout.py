@@ -205,7 +205,7 @@ class Branch(Group):
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
     latch: Floats  # [m/s], impact speeds
     memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
-    bends: Floats  # [3 * rotor], largest accelerations of joined coordinates in their present flight
+    bends: Floats  # [3 * rotor], what accelerations of joined coordinates in flight cannot exceed from the last look on
 
 
 @dataclass(frozen=True, eq=False)

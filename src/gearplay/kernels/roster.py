@@ -204,7 +204,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, branch: Br
     for c in range(system.joined.chains.size):
         i = system.joined.coordinates[system.joined.chains[c].first] // 3
         if roster.roles[i] == FLYING and roster.since[i] == t:
-            launch(system, c, y, roster.swing, branch.bends)
+            launch(system, c, y, roster.swing)
 
 
 @compiled_inline

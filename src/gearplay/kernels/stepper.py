@@ -81,8 +81,8 @@ def take_flight(system: System, run: Run) -> int:
     clock[T] = t
     if status != DONE:
         return status
-    if e == run.roster.due.size and stop >= clock[T_END]:
-        return DONE
+    if e == run.roster.due.size and (t < stop or stop >= clock[T_END]):
+        return DONE  # it flies on, or the run ends
     return land(system, run, e, t)
 
 
@@ -97,8 +97,8 @@ def take_step(system: System, run: Run) -> int:
         touching, t_touch, status = next_touch(system, run, min(t + h, stop))
         if status != DONE:
             return status
-        if touching < roster.due.size:
-            stop = t_touch
+        if touching < roster.due.size or t_touch < t + h:
+            stop = min(stop, t_touch)
     elif is_quiet(system, run):
         for c in range(1, roster.acting[0] + 1):
             table.start_step(system, roster.acting[c], t, run.y, run.branch)

@@ -18,7 +18,8 @@ from gearplay.kernels.layout import CHAIN, DECAY, DRIFT, SWING, VIBRATION, Joine
 Floats = NDArray[np.float64]
 
 ROTATION = 2  # the axis; 0 and 1 are x and y
-LEAST = 1e-12  # part of the largest stiffness below which one is none
+LEAST = 1e-12  # part of what is wound up that is rounding
+SOFTEST = 1e-6  # part of the largest squared frequency without damping below which one would have lost too many digits
 SKEWED = 1e6  # condition of the vibrations from which on closed forms would lose digits
 
 
@@ -189,7 +190,11 @@ def _chain(
         constant[k] += r.torque - r.drag * r.nominal_speed if axis == ROTATION else r.mass * gravity[axis]
         inverse[k] = r.inv_inertia if axis == ROTATION else r.inv_mass
     pull = np.hstack([-stiffness[:n], -damping[:n], constant[:n, None]]) * inverse[:, None]
-    vibrations = _vibrations(stiffness[:n, :n], damping[:n, :n], inverse)
+    held = np.array([[s.factors.get(i, 0.0) for i in free] for s in springs if s.stiffness > 0.0])
+    try:
+        vibrations = _vibrations(stiffness[:n, :n], damping[:n, :n], inverse, n - _rank(held))
+    except np.linalg.LinAlgError:  # two of them coincide
+        vibrations = None
     if vibrations is None:
         return None
     speeds = np.hstack([v.shapes @ v.block for v in vibrations])
@@ -198,15 +203,26 @@ def _chain(
     return Chain(axis, order, pull, vibrations, left, float(np.trace(of_springs * inverse[:, None])))
 
 
-def _vibrations(stiffness: Floats, damping: Floats, inverse: Floats) -> list[Vibration] | None:
-    """Return the vibrations of M q'' + C q' + K q = 0; None where they are too much alike to be told apart."""
+def _rank(factors: Floats) -> int:
+    """Return in how many ways springs of such factors hold what they join, however stiff each of them is."""
+    return (
+        int(np.linalg.matrix_rank(factors / np.abs(factors).max(axis=1, keepdims=True)))
+        if factors.size
+        else 0
+    )
+
+
+def _vibrations(stiffness: Floats, damping: Floats, inverse: Floats, still: int) -> list[Vibration] | None:
+    """Return the vibrations of M q'' + C q' + K q = 0, in ``still`` ways without a spring.
+
+    None where they are too much alike, or too unlike, to keep their digits.
+    """
     n = len(inverse)
     half = np.sqrt(inverse)
     k, c = stiffness * np.outer(half, half), damping * np.outer(half, half)
     values, vectors = np.linalg.eigh(k)
     scale = float(np.sqrt(max(values[-1], np.abs(c).max() ** 2)))
-    still = int(np.sum(values <= LEAST * max(values[-1], 0.0)))
-    if still > 1 or scale == 0.0:
+    if still > 1 or scale == 0.0 or (still < n and values[still] < SOFTEST * values[-1]):
         return None
     found = []
     if still == 1:

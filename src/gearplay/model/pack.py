@@ -54,6 +54,8 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         r, drive = rotors[i], given.drive
         prescribed = drive is not None and drive.kind == "speed"
         held = geometry.is_held(case, name)
+        if held and (given.initial.vx != 0.0 or given.initial.vy != 0.0):
+            _refuse_moving(name, given.initial)
         r.mass, r.inertia = given.mass, given.inertia
         r.inv_mass = 0.0 if held else 1.0 / given.mass
         r.inv_inertia = 0.0 if prescribed else 1.0 / given.inertia
@@ -77,6 +79,14 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         r.ramp_time, r.ramp_start = drive.ramp, drive.start_speed
         r.ramp_acceleration = (drive.speed - drive.start_speed) / drive.ramp if drive.ramp > 0.0 else 0.0
     return rotors
+
+
+def _refuse_moving(name: str, start: Any) -> None:
+    """Refuse a velocity of a centre that is held."""
+    axis = "vx" if start.vx != 0.0 else "vy"
+    rule = "must be 0: its centre is held"
+    cure = "Remove it, or give the rotor a sleeve, a support, or floating = true"
+    raise InputError(Fault(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure))
 
 
 def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
