@@ -108,3 +108,18 @@ def test_a_held_centre_does_not_move() -> None:
         InputError, match=r"rotors\.wall\.initial\.vy = 0\.01: must be 0: its centre is held\."
     ):
         gp.simulate(case_of(document))
+
+
+def test_rotors_that_turn_far_keep_their_momentum() -> None:
+    """A coupling of ratio 3 between free discs that have turned by 1000 and 3000 rad, 1 s: no part in 1e9 is lost."""
+    document: Document = {
+        "rotors": {
+            "a": {"mass": 1.0, "inertia": 1e-3, "initial": {"theta": 3000.9, "omega": 3.0}},
+            "b": {"mass": 1.0, "inertia": 2e-3, "initial": {"theta": 1000.3, "omega": 1.0}},
+        },
+        "couplings": [{"between": ["a", "b"], "torsional_stiffness": 1e6, "ratio": 3.0}],
+        "run": {"duration": 1.0, "sampling": 100.0, "tolerance": 1e-9},
+    }
+    omega = gp.simulate(case_of(document)).ds.omega
+    momentum = 3.0 * 1e-3 * omega.sel(rotor="a").to_numpy() + 2e-3 * omega.sel(rotor="b").to_numpy()
+    assert np.abs(momentum / momentum.ravel()[0] - 1.0).max() < 1e-9

@@ -81,16 +81,38 @@ def acceleration(system: System, c: int, k: int, y: Floats, constant: float) -> 
     return total
 
 
+@compiled_inline
+def false_pull(system: System, c: int, y: Floats) -> float:
+    """Return the acceleration that the springs of chain c give its drift at state y: rounding, as they pull nothing as a whole.
+
+    Rotors that have turned far, unlike, would lose angular momentum by it.
+    """
+    chain, numbers = system.joined.chains[c], system.joined.numbers
+    if system.joined.vibrations[chain.vibration].kind != DRIFT:
+        return 0.0
+    count, push, whole = chain.count + chain.fixed, 0.0, 0.0
+    for k in range(chain.count):
+        q = system.joined.coordinates[chain.first + k]
+        r = system.rotors[q // 3]
+        pulled, at = 0.0, chain.pull + k * (2 * count + 1)
+        for j in range(count):
+            pulled += numbers[at + j] * y[system.joined.coordinates[chain.first + j]]
+        part = numbers[chain.right + 2 * chain.count * k] / (r.inv_inertia if q % 3 == 2 else r.inv_mass)
+        push += part * pulled
+        whole += part * numbers[chain.right + 2 * chain.count * k]
+    return push / whole
+
+
 @compiled_once
 def find_rates(system: System, c: int, y: Floats, constant: float, swing: Floats) -> None:
     """Fill chain c's rates g in ``swing`` from state y, or from a change y of it with ``constant`` 0."""
     chain, numbers = system.joined.chains[c], system.joined.numbers
-    n = chain.count
+    n, pushed = chain.count, false_pull(system, c, y)
     for j in range(2 * n):
         swing[chain.swing + j] = 0.0
     for k in range(n):
         v = y[vx_of(system, 0) + system.joined.coordinates[chain.first + k]]
-        a = acceleration(system, c, k, y, constant)
+        a = acceleration(system, c, k, y, constant) - pushed * numbers[chain.right + 2 * n * k]
         for j in range(2 * n):
             row = chain.left + 2 * n * j
             swing[chain.swing + j] += numbers[row + k] * v + numbers[row + n + k] * a
