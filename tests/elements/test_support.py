@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
@@ -133,6 +134,21 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
     measured("support on a carrier: momentum and energy, relative", worst, "1e-9")
     assert worst < 1e-9
     assert np.ptp(stretch[0]) > 1e-5
+
+
+@pytest.mark.parametrize("flying", [True, False])
+def test_a_torsional_damper_loses_what_the_rotor_does(*, flying: bool) -> None:
+    """On the ground, in closed form and integrated: the lost power is c omega^2, the energy that is gone its integral."""
+    document = disc(torsional_damping=0.02)
+    document["rotors"]["disc"] |= {"inertia": 1e-3, "initial": {"omega": 30.0}}
+    document["run"] = {"duration": 0.1, "sampling": 1e4, "tolerance": 1e-10}
+    if not flying:
+        document["rotors"]["disc"]["unbalance"] = {"amount": 1e-12}
+    run = simulate_one(document)
+    omega, lost = run.signal("omega", "disc"), run.signal("support_power_loss", "disc")
+    assert np.allclose(lost, 0.02 * omega**2, rtol=1e-9)
+    gone = 0.5 * 1e-3 * (omega[0] ** 2 - omega[-1] ** 2)
+    assert float(simpson(lost, x=run.time)) == pytest.approx(gone, rel=1e-6)
 
 
 @pytest.mark.parametrize("on", [None, "carrier"])

@@ -8,6 +8,7 @@ from scipy.integrate import cumulative_simpson
 
 from building import Document, Floats, Measured, case_of, simulate_one
 from depth import sized
+from gearplay.model.joining import JoinedRows
 from gearplay.solver.trajectory import Trajectory
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
@@ -193,3 +194,31 @@ def test_a_flying_rotor_has_its_torques_too() -> None:
     assert np.allclose(run.signal("drive_torque", "one"), 0.3)
     assert np.allclose(run.signal("load_torque", "one"), -0.1)
     assert np.allclose(run.signal("rotor_power_loss", "one"), 0.02 * run.signal("omega", "one") ** 2)
+
+
+def test_joined_rotors_have_the_torques_of_their_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flying in closed form and integrated a prescribed drive tells the same torque: that of the coupling behind it."""
+    document: Document = {
+        "rotors": {
+            "motor": {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": 50.0}},
+            "wheel": {"mass": 1.0, "inertia": 2e-3, "load": {"torque": 0.5, "drag": 0.01}, "initial": {"omega": 49.0}},
+        },
+        "couplings": [{"between": ["motor", "wheel"], "torsional_stiffness": 200.0, "torsional_damping": 0.01}],
+        "run": {"duration": 0.05, "sampling": 1e4, "tolerance": 1e-12},
+    }  # fmt: skip
+    flown = simulate_one(document)
+    monkeypatch.setattr("gearplay.model.assembly.join_rotors", lambda rotors, *_: apart(len(rotors)))
+    integrated = simulate_one(document)
+    assert flown.counters.steps < integrated.counters.steps
+    for signal, rotor in (("drive_torque", "motor"), ("load_torque", "wheel"), ("rotor_power_loss", "wheel")):
+        one, other = flown.signal(signal, rotor), integrated.signal(signal, rotor)
+        assert np.ptp(other) > 0.0 or signal == "load_torque"
+        assert np.allclose(one, other, rtol=1e-8, atol=1e-8 * np.abs(other).max()), signal
+    turn = flown.signal("omega", "motor") - flown.signal("omega", "wheel")
+    twist = flown.signal("theta", "motor") - flown.signal("theta", "wheel")
+    assert np.allclose(flown.signal("drive_torque", "motor"), 200.0 * twist + 0.01 * turn, atol=1e-9)
+
+
+def apart(count: int) -> JoinedRows:
+    """Return that no rotors are joined."""
+    return JoinedRows(places=np.tile(np.array([-1, 0], dtype=np.int64), 3 * count))

@@ -286,3 +286,18 @@ def test_a_drive_without_a_ramp_keeps_its_speed_beside_one_that_ramps() -> None:
     assert np.allclose(run.signal("omega", "fan"), 10.0 * np.pi, rtol=1e-12)
     expected = np.minimum(run.time / 0.1, 1.0) * 1000.0 / 30.0 * np.pi
     assert np.allclose(run.signal("omega", "input"), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_ramp_that_has_ended_turns_nothing_on() -> None:
+    """A pinion that is pressed in its sleeve is integrated: from the end of its ramp on it keeps the speed of its drive."""
+    case = gp.load_case("han2021")
+    document = case.model_dump(mode="json", exclude_unset=True)
+    document["gravity"] = [0.0, -9.81]
+    document["sleeves"]["pinion"] = dict(document["sleeves"]["ring"])
+    document["rotors"]["pinion"]["drive"] = {"kind": "speed", "speed": "120 rpm", "ramp": "10 ms"}
+    run = simulate_one(
+        gp.replace(case_of(document), {"run.duration": 0.05, "run.transient": 0.0, "run.sampling": 1e4})
+    )
+    expected = np.minimum(run.time / 0.01, 1.0) * 4.0 * np.pi
+    assert np.allclose(run.signal("omega", "pinion"), expected, rtol=1e-9, atol=1e-9)
+    assert np.mean(run.signal("sleeve_penetration", "pinion") > 0.0) > 0.1

@@ -59,7 +59,7 @@ class Support(Part):
         mass: float,
         inertia: float,
         *,
-        beside: float = 0.0,
+        beside: float,
     ) -> None:
         """Add its element to a mechanism: that of rotor ``name`` of ``mass`` [kg] and ``inertia`` [kg m^2].
 

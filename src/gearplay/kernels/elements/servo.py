@@ -39,7 +39,7 @@ RECORD = np.dtype(
 SIGNALS: tuple[Signal, ...] = ()
 MEMORY: tuple[float, ...] = ()
 MODES = 1
-PER_CONTACT = 2
+PER_CONTACT = 0
 SLOPES = 0
 
 
