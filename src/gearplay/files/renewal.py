@@ -8,23 +8,29 @@ from pathlib import Path
 
 from gearplay.files.atomic import make_folder, shown_path, write_text
 from gearplay.files.folder_lock import locked
-from gearplay.vocabulary.errors import ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 PLACE, OF, WHOLE = ".new", ".of", ".whole"
 """The place in the folder; what a renewal that has not ended is of, there or in the folder itself; the mark of a whole one."""
 
 
 def renewal(
-    folder: Path, *, overwrite: bool, of: str, whole: Sequence[str], forget: Callable[[Path], None]
+    folder: Path,
+    *,
+    overwrite: bool,
+    of: str,
+    whole: Sequence[str],
+    forget: Callable[[Path], None],
+    anew: bool = False,
 ) -> Path:
     """Return where to work for a folder, which the caller holds: in it, or, to replace a whole result, in a place of its own.
 
     ``of`` tells plans apart: what was begun for the same one and has not come to `replace_old` goes on, in either place. A result
     is whole where a file of the names ``whole`` is there; ``forget`` removes what a folder holds of a result. What was made whole
-    and not put into its place is put there first.
+    and not put into its place is put there first. With ``anew`` nothing goes on: see `asks_to_overwrite`.
     """
     settle(folder, forget)
-    if not overwrite or _is_of(folder, of):
+    if not overwrite or (_is_of(folder, of) and not anew):
         return folder
     if not any((folder / name).exists() for name in whole):
         (folder / OF).unlink(missing_ok=True)  # before: nothing that is half forgotten goes on
@@ -32,7 +38,7 @@ def renewal(
         write_text(folder / OF, of)
         return folder
     place = folder / PLACE
-    if not _is_of(place, of):
+    if anew or not _is_of(place, of):
         shutil.rmtree(place, ignore_errors=True)
         make_folder(place)
         write_text(place / OF, of)
@@ -44,6 +50,11 @@ def _is_of(place: Path, of: str) -> bool:
         return (place / OF).read_text(encoding="utf-8") == of
     except (OSError, ValueError):
         return False
+
+
+def asks_to_overwrite(error: InputError) -> bool:
+    """Return whether overwriting is the cure of an error: what was begun was damaged since, or another plan's came there."""
+    return any("overwrite it" in fault.cure for fault in error.faults)
 
 
 def replace_old(folder: Path, place: Path, forget: Callable[[Path], None]) -> None:
