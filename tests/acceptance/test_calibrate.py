@@ -301,6 +301,28 @@ def test_an_interrupted_overwrite_leaves_the_old_result(
     assert (out / "trials.sqlite").read_text(encoding="utf-8") == "old"
 
 
+def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its trials were damaged: overwriting is the cure that is said, whatever was overwritten before."""
+    from gearplay.calibration import door
+    from gearplay.calibration.store import StudyStore
+    from gearplay.cli.main import run
+
+    plan, out = tmp_path / "plan.toml", tmp_path / "out"
+    plan.write_text(write_toml(PLAN), encoding="utf-8")
+    found: list[list[str]] = []
+
+    def interrupted(loaded: Any, folder: Path, **more: Any) -> None:
+        found.append(sorted(each.name for each in folder.glob("[a-z]*")))
+        StudyStore(folder, loaded, "one", "digest")
+        (folder / "trials.sqlite").write_bytes(b"no database" * 100)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(door, "calibrate", interrupted)
+    for _ in range(2):
+        assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
+    assert found == [[], ["trials.sqlite"], []]
+
+
 WRITTEN_BEFORE = "e454d4f10a759af3861a612c5780cbab99c2201e5737eb990740150fe8116fe0"
 """Digest of the trial below as the store wrote it first: stores that are there stay readable."""
 

@@ -1,16 +1,25 @@
 """The run command: results, exit codes, refusals, Ctrl-C."""
 
+import dataclasses
 import json
+import pkgutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import gearplay as gp
+from gearplay.cli.main import run as command
+from gearplay.files import netcdf
 from gearplay.model.reading import bundled_names
+from gearplay.results import door
+from gearplay.solver.status import Status
 
 GEARPLAY = [sys.executable, "-m", "gearplay.cli.main"]
 
@@ -90,6 +99,112 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     saved = gp.read_result(out).ds
     assert saved.attrs["status"] == "INTERRUPTED"
     assert 0 < saved.sizes["time"] < 400_000
+
+
+QUICK = ["run", "han2021", "--duration", "0.01s", "--transient", "0s", "--json", "--out"]
+Said = pytest.CaptureFixture[str]
+
+
+def interrupt_after(do: Callable[..., Any]) -> Callable[..., Any]:
+    def done(*words: Any, **more: Any) -> Any:
+        found = do(*words, **more)
+        signal.raise_signal(signal.SIGINT)
+        return found
+
+    return done
+
+
+@contextmanager
+def interrupted_bar(*, quiet: bool) -> Iterator[None]:
+    yield None
+    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize(
+    "at", ["cli.run.progress_bar", "files.atomic._sync_folder", "files.atomic.os.link", "cli.run._summary"]
+)
+def test_ctrl_c_after_the_run_leaves_its_whole_result(
+    at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    """Before it is saved, when it has its name, when it is saved."""
+    out, place = tmp_path / "x.nc", f"gearplay.{at}"
+    do = pkgutil.resolve_name(place)
+    for words, code in ((QUICK, 130), ([*QUICK[:-2], "--overwrite", "--out"], 0 if "link" in at else 130)):
+        with monkeypatch.context() as patched:
+            patched.setattr(place, interrupted_bar if "bar" in at else interrupt_after(do))
+            assert command([*words, str(out)]) == code
+        said = capsys.readouterr()
+        if "--json" in words:
+            document = json.loads(said.out)
+            assert document["kept"] == f"Interrupted, but the result is whole: it is saved to {out}."
+            assert (document["status"], document["out"]) == ("DONE", str(out))
+        elif code:
+            assert said.err == f"Interrupted, but the result is whole: it is saved to {out}.\n"
+            assert f"Saved to {out}" in said.out
+        assert gp.read_result(out).ds.attrs["status"] == "DONE"
+        assert [each.name for each in tmp_path.iterdir()] == ["x.nc"]
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize("old", [False, True])
+def test_ctrl_c_before_the_file_has_its_name_says_so(
+    old: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    out = tmp_path / "x.nc"
+    if old:
+        out.write_bytes(b"old")
+    monkeypatch.setattr(netcdf, "netcdf_bytes", interrupt_after(netcdf.netcdf_bytes))
+    assert command([*QUICK, str(out), "--overwrite"]) == 130
+    document = json.loads(capsys.readouterr().out)
+    assert document["lost"].startswith(
+        f"Interrupted while the result was saved. Nothing was written to {out}; "
+    )
+    assert document["out"] is None
+    assert [each.read_bytes() for each in tmp_path.iterdir()] == ([b"old"] if old else [])
+
+
+@pytest.mark.hostile
+def test_a_disk_that_fails_after_ctrl_c_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("gearplay.cli.run.progress_bar", interrupted_bar)
+    monkeypatch.setattr("gearplay.files.atomic.os.fsync", full)
+    assert command([*QUICK, str(tmp_path / "x.nc")]) == 130
+    said = json.loads(capsys.readouterr().out)["lost"]
+    assert said.startswith("Interrupted and the result could not be saved: ")
+    assert "No space left" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("whole", "partial"), [(False, False), (True, False), (False, True)])
+def test_a_part_never_replaces_what_came_up_while_it_was_saved(
+    whole: bool, partial: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    """Another run of the same command has ended by then."""
+    out, beside = tmp_path / "x.nc", tmp_path / "x.partial.nc"
+    for file in [out] * whole + [beside] * partial:
+        file.write_bytes(b"old")
+    record, write = door.record, netcdf.netcdf_bytes
+
+    def stopped(*words: Any, **more: Any) -> gp.Result:
+        result = record(*words, **more)
+        result.runs[0] = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
+        return result
+
+    def late(*words: Any, **more: Any) -> bytes:
+        out.write_bytes(b"another's, whole")
+        return write(*words, **more)
+
+    monkeypatch.setattr(door, "record", stopped)
+    monkeypatch.setattr(netcdf, "netcdf_bytes", late)
+    assert command([*QUICK, str(out), "--overwrite"]) == 130
+    assert out.read_bytes() == b"another's, whole"
+    assert gp.read_result(beside).ds.attrs["status"] == "INTERRUPTED"
+    assert json.loads(capsys.readouterr().out)["out"] == str(beside)
 
 
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:

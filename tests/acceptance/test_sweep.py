@@ -756,6 +756,70 @@ def test_an_interrupted_overwrite_leaves_the_old_result_and_goes_on(
     assert not (tmp_path / ".new").exists()
 
 
+@pytest.mark.hostile
+def test_an_interrupted_overwrite_where_nothing_was_whole_goes_on(
+    few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*words: Any) -> Any:
+        raise KeyboardInterrupt
+
+    words = ["sweep", few, "--out", tmp_path, "--overwrite", "--json"]
+    with monkeypatch.context() as patched:
+        patched.setattr(in_folder, "gather", interrupted)
+        assert do(*words) == 130
+    capsys.readouterr()
+    assert do(*words) == 0
+    assert json.loads(capsys.readouterr().out)["ran"] == 0
+    assert do(*words) == 0
+    assert json.loads(capsys.readouterr().out)["ran"] == 3  # that one had ended
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize("damage", [fill, lambda path: path.with_name("plan.json").write_bytes(b"{")])
+def test_an_overwrite_that_cannot_go_on_begins_anew(
+    damage: Callable[[Path], None], few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*words: Any) -> Any:
+        raise KeyboardInterrupt
+
+    for place in (tmp_path, tmp_path / ".new"):
+        with monkeypatch.context() as patched:
+            patched.setattr(in_folder, "gather", interrupted)
+            assert do("sweep", few, "--out", tmp_path, "--overwrite") == 130
+        damage(place / "rows.sqlite")
+        assert do("sweep", few, "--out", tmp_path, "--overwrite") == 0
+        assert len(rows(tmp_path)) == 3
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize("at", [".of", "plan.json", "sweep.nc"])
+def test_resume_goes_on_where_a_new_result_was_being_put_into_its_place(
+    at: str, few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    finish(few, tmp_path)
+    product, move = content(tmp_path), os.replace
+
+    def killed(source: Path, target: Path) -> None:
+        if target == tmp_path / at:
+            raise KeyboardInterrupt
+        move(source, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", killed)
+        assert do("sweep", few, "--out", tmp_path, "--overwrite") == 130
+    capsys.readouterr()
+    assert do("resume", tmp_path, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["ran"] == 0
+    assert content(tmp_path) == product
+    assert not [each for each in (".new", ".of") if (tmp_path / each).exists()]
+
+
+def test_resume_makes_no_folder(tmp_path: Path) -> None:
+    assert do("resume", tmp_path / "nowhere") == 2
+    assert not (tmp_path / "nowhere").exists()
+
+
 def test_a_row_that_was_changed_is_run_again(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,6 +1,7 @@
 """`gearplay calibrate PLAN`: which parameters explain a measurement, and which model does it better."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.vocabulary.errors import InputError
 
 WHOLE = ("calibration.json", "recovery.json")
 """Files that a finished calibration has."""
@@ -45,22 +47,31 @@ def calibrate(
     from gearplay.calibration.store import digest_of
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import renewal, replace_old
+    from gearplay.files.renewal import asks_to_overwrite, renewal, replace_old
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
     problem = Problem(loaded, loaded.models[0])
     compile_kernels(problem.cases[0], quiet=json)
+    begin = partial(renewal, folder, overwrite=overwrite, of=digest_of(loaded), whole=WHOLE, forget=_forget)
+
+    def work(place: Path) -> Any:
+        with interruptible() as stop, progress_bar(quiet=json) as report:
+            if recover is not None:
+                return calibration.recover(loaded, place, recover, progress=report, stop=stop)
+            records = plan_folder(plan)
+            return calibration.calibrate(loaded, place, records=records, progress=report, stop=stop).document
+
     with locked(folder):
-        place = renewal(folder, overwrite=overwrite, of=digest_of(loaded), whole=WHOLE, forget=_forget)
+        place = begin()
         try:
-            with interruptible() as stop, progress_bar(quiet=json) as report:
-                if recover is not None:
-                    document: Any = calibration.recover(loaded, place, recover, progress=report, stop=stop)
-                else:
-                    document = calibration.calibrate(
-                        loaded, place, records=plan_folder(plan), progress=report, stop=stop
-                    ).document
+            try:
+                document = work(place)
+            except InputError as error:
+                if not overwrite or not asks_to_overwrite(error):
+                    raise
+                place = begin(anew=True)
+                document = work(place)
         except KeyboardInterrupt:
             raise CommandInterruptedError(
                 f"Interrupted. Finished trials are kept in {place}: the same command goes on there."

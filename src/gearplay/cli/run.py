@@ -4,8 +4,9 @@ import shlex
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
+from threading import Event
 from time import perf_counter
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
@@ -13,7 +14,7 @@ from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, progress_bar
-from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 LEAST_PACKED = 0.1
@@ -21,6 +22,10 @@ LEAST_PACKED = 0.1
 
 PATIENCE = 1.0
 """So long [s] after Ctrl-C may it take to compress what was computed, else it is saved as it is."""
+
+
+Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]
+"""Where a result was saved, or why it was not."""
 
 
 def register(app: typer.Typer) -> None:
@@ -48,6 +53,9 @@ def run(
     """Simulate a case and save the result."""
     short = {"duration": duration, "transient": transient, "ensemble": ensemble, "seed": seed}
     given = [*(changes or ()), *(f"run.{name}={value}" for name, value in short.items() if value is not None)]
+    result: Any = None
+    saved: Saved | None = None
+    document: dict[str, Any] = {}
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
         from gearplay.model.reading import load_case
@@ -60,24 +68,39 @@ def run(
         compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
-        began = perf_counter()
-        with progress_bar(quiet=json) as report:
-            work = simulate if out is None else record
-            result = work(chosen, progress=report, stop=stop)
-        elapsed = perf_counter() - began
-    stopped, lost = result.status.name == "INTERRUPTED", None
-    if out is not None:
-        out = _place_of(out, whole=result.success)
-        lost = _save(result, out, overwrite=overwrite, stopped=stopped)
-    document = _summary(result, None if lost else out, elapsed) | ({"lost": str(lost)} if lost else {})
-    if json:
-        print_json(document)
-    else:
-        print_text(_words(document))
-    if lost is not None:
+        work = simulate if out is None else record
+        began, elapsed = perf_counter(), 0.0
+        try:
+            with progress_bar(quiet=json) as report:
+                result = work(chosen, progress=report, stop=stop)
+            elapsed = perf_counter() - began
+            if out is not None:
+                saved = _save(result, out, overwrite=overwrite, stop=stop)
+            document = _summary(result, elapsed)
+        except KeyboardInterrupt:
+            if result is None or out is None:
+                raise
+            elapsed = elapsed or perf_counter() - began
+            saved = saved or _save(result, out, overwrite=overwrite, stop=stop)
+        stopped = result.status.name == "INTERRUPTED"
+        place, lost = saved or (None, None)
+        document = document or _summary(result, elapsed)
+        document["out"] = None if place is None else str(place)
+        told = lost
+        if lost is not None:
+            document["lost"] = str(lost)
+        elif place is not None and stop.is_set() and not stopped:  # the result itself does not say so
+            what = "the result is whole" if result.success else "what was computed is kept"
+            told = CommandInterruptedError(f"Interrupted, but {what}: it is saved to {place}.")
+            document["kept"] = str(told)
+        if json:
+            print_json(document)
+        else:
+            print_text(_words(document))
+    if told is not None:
         if not json:
-            raise lost
-        raise typer.Exit(lost.exit_code)
+            raise told
+        raise typer.Exit(told.exit_code)
     if stopped:
         raise typer.Exit(INTERRUPTED)
     if not result.success:
@@ -86,16 +109,42 @@ def run(
         raise typer.Exit(PARTLY if partly else SimulationError.exit_code)
 
 
-def _save(result: Any, out: Path, *, overwrite: bool, stopped: bool) -> CommandInterruptedError | None:
-    """Save a result; return the error to end with where Ctrl-C came before it was saved."""
+def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
+    """Save a result, in a hurry after Ctrl-C; return where it is, or the error to end with where Ctrl-C left it nowhere.
+
+    One that is not whole never replaces what is there by then: it is saved beside it.
+    """
+    from gearplay.files.atomic import is_taken
+
+    beside = out.with_name(f"{out.stem}.partial{out.suffix}")
+    for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (beside, overwrite)]:
+        before = _mark(place)
+        try:
+            result.save(place, overwrite=may_replace, within=PATIENCE if stop.is_set() else None)
+        except KeyboardInterrupt:
+            words = f"while the result was saved. Nothing was written to {place}"
+        except Exception as error:
+            if place is out and not result.success and isinstance(error, InputError) and is_taken(error):
+                continue
+            if not stop.is_set():
+                raise
+            words = f"and the result could not be saved: {str(error).rstrip('.')}"
+        else:
+            return place, None  # nothing in between where Ctrl-C could come
+        if _mark(place) not in (None, before):
+            return place, None
+        break
+    again = "the same command starts again; a lower run.sampling is saved sooner"
+    return None, CommandInterruptedError(f"Interrupted {words}; {again}.")
+
+
+def _mark(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from the one that replaces it, None where there is no file."""
     try:
-        result.save(out, overwrite=overwrite, within=PATIENCE if stopped else None)
-    except KeyboardInterrupt:
-        again = "the same command starts again; a lower run.sampling is saved sooner"
-        return CommandInterruptedError(
-            f"Interrupted while the result was saved. Nothing was written to {out}; {again}."
-        )
-    return None
+        found = path.lstat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
 
 
 def _check_size(case: Any) -> float:
@@ -118,12 +167,7 @@ def _check_size(case: Any) -> float:
     return needed.bytes
 
 
-def _place_of(out: Path, *, whole: bool) -> Path:
-    """Return where a result goes: one that is not whole never replaces what is there."""
-    return out if whole or not out.exists() else out.with_name(f"{out.stem}.partial{out.suffix}")
-
-
-def _summary(result: Any, out: Path | None, elapsed: float) -> dict[str, Any]:
+def _summary(result: Any, elapsed: float) -> dict[str, Any]:
     from gearplay.model.initial import usual_member
     from gearplay.results.contacts import SHOWN
 
@@ -144,7 +188,6 @@ def _summary(result: Any, out: Path | None, elapsed: float) -> dict[str, Any]:
         },
         "contacts_of": table.words or "one run",
         "centred": result.members == 1 and usual_member(result.case) > 0,
-        "out": None if out is None else str(out),
     }
 
 

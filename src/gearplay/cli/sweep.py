@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Annotated, Any
@@ -100,6 +101,7 @@ def resume(
 
     FOLDER is the --out of the sweep.
     """
+    from gearplay.files.renewal import settle_alone
     from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.running.folder import plan_in
@@ -107,6 +109,7 @@ def resume(
     chosen = Engine(
         engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
     )
+    settle_alone(folder, _forget)  # its plan may lie beside its place
     _run(Sweep(plan_in(folder)), folder, chosen, json=json, retry=retry, zarr=zarr)
 
 
@@ -121,10 +124,11 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import renewal, replace_old
+    from gearplay.files.renewal import asks_to_overwrite, renewal, replace_old, settle_alone
     from gearplay.results.account import Account
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
+    from gearplay.sweeps.running.zarr_export import tidy_cube
     from gearplay.sweeps.tolerances.answer import answer
     from gearplay.sweeps.tolerances.page import PAGE
     from gearplay.vocabulary.optional import load_optional
@@ -135,11 +139,20 @@ def _run(
     if not large or made.plan.tolerance is not None:
         made.check_size()
     part = "" if chosen.shard is None else f"{chosen.shard[0]}-of-{chosen.shard[1]}"
+    settle_alone(folder, _forget)  # shards are in the folder together
     with locked(folder, part=part):
+        if not part:
+            tidy_cube(folder / CUBE)  # one that was being replaced counts as whole
         of = made.plan.model_dump_json(exclude_none=True)
-        place = renewal(folder, overwrite=overwrite, of=of, whole=(PRODUCT, CUBE), forget=_forget)
-        # A wrong folder is said before kernels are compiled.
-        left = jobs_left(made, place, chosen.shard, retry=retry)
+        begin = partial(renewal, folder, overwrite=overwrite, of=of, whole=(PRODUCT, CUBE), forget=_forget)
+        place = begin()
+        try:  # a wrong folder is said before kernels are compiled
+            left = jobs_left(made, place, chosen.shard, retry=retry)
+        except InputError as error:
+            if not overwrite or not asks_to_overwrite(error):
+                raise
+            place = begin(anew=True)
+            left = jobs_left(made, place, chosen.shard, retry=retry)
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 compile_kernels(made.template.base, quiet=json)
@@ -258,12 +271,13 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 
 def _forget(folder: Path) -> None:
-    from gearplay.sweeps.running.folder import PLAN, PRODUCT
+    from gearplay.sweeps.running.folder import CUBE, PLAN, PRODUCT
     from gearplay.sweeps.running.store import PATTERN
+    from gearplay.sweeps.running.zarr_export import beside
 
     for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
         (folder / name).unlink(missing_ok=True)
     for path in folder.glob(f"{PATTERN}*"):
         path.unlink()
-    for name in ("figures", "sweep.zarr", "tolerance"):
-        shutil.rmtree(folder / name, ignore_errors=True)
+    for path in (*beside(folder / CUBE), *(folder / name for name in ("figures", CUBE, "tolerance"))):
+        shutil.rmtree(path, ignore_errors=True)

@@ -51,8 +51,8 @@ class Reader:
             assert process.stdin is not None
             assert process.stdout is not None
             watch = threading.Timer(patience, process.kill)
-            watch.start()
             try:
+                watch.start()
                 process.stdin.write(json.dumps(question).encode() + b"\n")
                 process.stdin.flush()
                 return take(_said(process.stdout), process.stdout)
@@ -74,21 +74,19 @@ class Reader:
             self._end()
         root = str(Path(__file__).resolve().parents[2])
         known = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", self.child],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(known)},
-        )
-        self.owner = os.getpid()
-        watch = threading.Timer(_STARTING, self.process.kill)
-        watch.start()
+        self.process, self.owner = None, os.getpid()
         try:
-            assert self.process.stdout is not None
-            self.process.stdout.readline()  # it says when it is ready
-        finally:
-            watch.cancel()
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", self.child],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(known)},
+            )
+            _hear_ready(self.process)
+        except BaseException:
+            self._end()  # what it says late would be taken for an answer
+            raise
         return self.process
 
     def _end(self) -> None:
@@ -109,6 +107,17 @@ class Reader:
         """End the process, if one runs."""
         with self.lock:
             self._end()
+
+
+def _hear_ready(process: subprocess.Popen[bytes]) -> None:
+    """Wait until a process says that it is ready, or ends; it is ended where it says nothing."""
+    assert process.stdout is not None
+    watch = threading.Timer(_STARTING, process.kill)
+    try:
+        watch.start()
+        process.stdout.readline()
+    finally:
+        watch.cancel()
 
 
 def _said(pipe: IO[bytes]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import secrets
 import shutil
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,10 @@ KINDS = (
 )
 
 
+TAKEN = "must not exist yet"
+"""The rule that a name breaks which is taken."""
+
+
 def shown_path(path: Path) -> str:
     """Return the path as messages show it: of a long one the end, which holds the name."""
     text = str(path)
@@ -31,6 +35,11 @@ def _refusal(path: Path, rule: str, cure: str) -> InputError:
     return InputError([Fault("out", shown_path(path), rule, cure)])
 
 
+def is_taken(error: InputError) -> bool:
+    """Return whether a file was refused because its name is taken, not for its folder or the disk."""
+    return any(fault.rule.startswith(TAKEN) for fault in error.faults)
+
+
 def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
     """Raise `InputError` where a file cannot be written, or exists and may not be replaced; before anything is computed for it.
 
@@ -38,7 +47,7 @@ def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
     """
     found = _kind_of(path)
     if found is not None and stat.S_ISREG(found.st_mode) and not overwrite:
-        raise _refusal(path, "must not exist yet", "Choose another name, or overwrite it.")
+        raise _refusal(path, TAKEN, "Choose another name, or overwrite it.")
     _check_replaceable(path, found)
     folder = next((each for each in (path.parent, *path.parent.parents) if each.exists()), path.parent)
     if not folder.is_dir():
@@ -97,9 +106,9 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
     Raises `InputError` where the folder is missing, read-only or full, or what is there is not a plain file of this user's own.
     """
     make_folder(path.parent)
-    name = ""
+    name = _name_beside(path)  # known before it is there: whatever ends this removes it
     try:
-        name = _create_beside(path)
+        os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
         yield Path(name)
         with open(name, "rb+") as file:
             os.fsync(file.fileno())
@@ -116,16 +125,14 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
         rule = f"must be writable ({_words(error)})"
         raise _refusal(path, rule, "Free some space or choose another place.") from None
     finally:
-        if name and os.path.exists(name):
+        with suppress(OSError):  # it has its name, or the disk is read-only by now
             os.unlink(name)
 
 
-def _create_beside(path: Path) -> str:
-    """Create an empty file beside ``path`` with the mode that the umask leaves, and return its name."""
+def _name_beside(path: Path) -> str:
+    """Return a name beside ``path`` that nobody else uses."""
     stem = path.name if len(os.fsencode(path.name)) < 200 else "result"  # a name has 255 bytes
-    name = str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
-    os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
-    return name
+    return str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
 
 
 def _name_once(name: str, path: Path) -> None:
@@ -136,16 +143,27 @@ def _name_once(name: str, path: Path) -> None:
         except FileExistsError:
             raise
         except OSError:  # a file system without links
-            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-            try:
-                os.replace(name, path)
-            except OSError:
-                os.unlink(path)
-                raise
+            _take_then_replace(name, path)
     except FileExistsError:
         raise _refusal(
-            path, "must not exist yet; it has come up meanwhile", "Choose another name, or overwrite it."
+            path, f"{TAKEN}; it has come up meanwhile", "Choose another name, or overwrite it."
         ) from None
+
+
+def _take_then_replace(name: str, path: Path) -> None:
+    """Take a name with an empty file and replace that; `FileExistsError` where it is taken."""
+    if os.path.lexists(path):
+        raise FileExistsError
+    try:
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        os.replace(name, path)
+    except FileExistsError:
+        raise
+    except BaseException:
+        if os.path.exists(name):  # not moved: the name is that of the empty file
+            with suppress(OSError):
+                os.unlink(path)
+        raise
 
 
 def _sync_folder(folder: Path) -> None:
@@ -164,9 +182,13 @@ def write_with(path: Path, write: Callable[[Path], Any], *, overwrite: bool = Tr
         write(temporary)
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str, *, overwrite: bool = True) -> None:
     """Write a text file atomically, UTF-8, as it is."""
-    write_with(path, lambda temporary: temporary.write_text(text, encoding="utf-8", newline=""))
+    write_with(
+        path,
+        lambda temporary: temporary.write_text(text, encoding="utf-8", newline=""),
+        overwrite=overwrite,
+    )
 
 
 def write_bytes(path: Path, content: bytes, *, overwrite: bool = True) -> None:

@@ -3,42 +3,74 @@
 import os
 import shutil
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from gearplay.files.atomic import make_folder, shown_path, write_text
-from gearplay.vocabulary.errors import ResourceError
+from gearplay.files.folder_lock import locked
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 PLACE, OF, WHOLE = ".new", ".of", ".whole"
-"""The place in the folder; in it, what it is of, and the mark that it is whole."""
+"""The place in the folder; what a renewal that has not ended is of, there or in the folder itself; the mark of a whole one."""
 
 
 def renewal(
-    folder: Path, *, overwrite: bool, of: str, whole: Sequence[str], forget: Callable[[Path], None]
+    folder: Path,
+    *,
+    overwrite: bool,
+    of: str,
+    whole: Sequence[str],
+    forget: Callable[[Path], None],
+    anew: bool = False,
 ) -> Path:
     """Return where to work for a folder, which the caller holds: in it, or, to replace a whole result, in a place of its own.
 
-    ``of`` tells plans apart: what was begun for the same one goes on. A result is whole where a file of the names ``whole`` is
-    there; ``forget`` removes what a folder holds of a result. What was made whole and not put into its place is put there first.
+    ``of`` tells plans apart: what was begun for the same one and has not come to `replace_old` goes on, in either place. A result
+    is whole where a file of the names ``whole`` is there; ``forget`` removes what a folder holds of a result. What was made whole
+    and not put into its place is put there first. With ``anew`` nothing goes on: see `asks_to_overwrite`.
     """
     settle(folder, forget)
-    if not overwrite:
+    if not overwrite or (_is_of(folder, of) and not anew):
         return folder
     if not any((folder / name).exists() for name in whole):
+        (folder / OF).unlink(missing_ok=True)  # before: nothing that is half forgotten goes on
         forget(folder)
+        write_text(folder / OF, of)
         return folder
     place = folder / PLACE
-    if not (place / OF).is_file() or (place / OF).read_text(encoding="utf-8") != of:
+    if anew or not _is_of(place, of):
         shutil.rmtree(place, ignore_errors=True)
         make_folder(place)
         write_text(place / OF, of)
     return place
 
 
+def _is_of(place: Path, of: str) -> bool:
+    try:
+        return (place / OF).read_text(encoding="utf-8") == of
+    except (OSError, ValueError):
+        return False
+
+
+def asks_to_overwrite(error: InputError) -> bool:
+    """Return whether overwriting is the cure of an error: what was begun was damaged since, or another plan's came there."""
+    return any("overwrite it" in fault.cure for fault in error.faults)
+
+
 def replace_old(folder: Path, place: Path, forget: Callable[[Path], None]) -> None:
-    """Put what was made in a place of its own into its folder; nothing where that is the folder itself."""
+    """Put what was made in a place of its own into its folder, if it was, and end the renewal: the next one begins anew."""
     if place != folder:
         write_text(place / WHOLE, "")
         settle(folder, forget)
+    with suppress(OSError):  # the result is in its place, whatever the disk does now
+        (folder / OF).unlink(missing_ok=True)
+
+
+def settle_alone(folder: Path, forget: Callable[[Path], None]) -> None:
+    """Do what `settle` does for a folder that the caller does not hold, alone in it; nothing where there is nothing to do."""
+    if (folder / PLACE / WHOLE).exists():
+        with locked(folder):
+            settle(folder, forget)
 
 
 def settle(folder: Path, forget: Callable[[Path], None]) -> None:
@@ -59,10 +91,12 @@ def _settle(folder: Path, forget: Callable[[Path], None]) -> None:
     place = folder / PLACE
     if not (place / WHOLE).exists():
         return
-    names = sorted(each.name for each in place.iterdir() if each.name not in (OF, WHOLE))
+    names = sorted(
+        each.name for each in place.iterdir() if each.name not in (OF, WHOLE) and each.suffix != ".part"
+    )
     if (place / OF).exists():
         forget(folder)
-        (place / OF).unlink()  # from here on only moves are left
+        os.replace(place / OF, folder / OF)  # from here on only moves are left
     for name in names:
         if (place / name).is_dir():
             shutil.rmtree(folder / name, ignore_errors=True)

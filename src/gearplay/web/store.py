@@ -14,6 +14,8 @@ from gearplay.files.seal import LENGTH, MARK, sealed
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")
+PART = re.compile(r"\.[0-9a-f]{32}\.frame\.[0-9a-f]+\.part")
+"""A frame that a server was killed over."""
 
 
 class Store:
@@ -25,6 +27,10 @@ class Store:
     def __init__(self, folder: Path, *, most: int = 100, room: int = 400 * 1024**2) -> None:
         self.folder, self.most, self.room = folder, most, room
         make_folder(folder)
+        for file in folder.glob(".*.frame.*.part"):
+            if PART.fullmatch(file.name):
+                with contextlib.suppress(OSError):
+                    file.unlink()
         self.sizes = {
             file: file.stat().st_size for file in reversed(self._newest_first())
         }  # the oldest first

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import signal
 import socket
 import stat
 import threading
@@ -200,6 +201,56 @@ def test_each_step_may_fail_and_the_old_file_stays(
     assert not old or target.read_text() == "old"
 
 
+def test_a_disk_that_is_read_only_from_the_sync_on_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even the temporary file can be removed."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    with monkeypatch.context() as broken:
+        for name in ("fsync", "unlink"):
+            broken.setattr(os, name, fail)
+        with pytest.raises(InputError, match="Read-only file system"):
+            write_bytes(tmp_path / "result.nc", b"new")
+
+
+def no_links(*_: object, **__: object) -> None:
+    raise OSError(errno.EPERM, "Operation not permitted")
+
+
+@pytest.mark.parametrize(("step", "links"), [("close", True), ("close", False), ("replace", False)])
+@pytest.mark.parametrize("when", ["before", "after"])
+def test_ctrl_c_between_two_steps_leaves_the_whole_file_or_nothing(
+    when: str, step: str, links: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As soon as a file is created, and, where there are no links, between its name and its content."""
+    do = getattr(os, step)
+
+    def interrupted(*words: object) -> None:
+        if when == "after":
+            do(*words)
+        signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, step, interrupted)
+        if not links:
+            patched.setattr(os, "link", no_links)
+        with pytest.raises(KeyboardInterrupt):
+            write_bytes(tmp_path / "result.nc", b"content", overwrite=False)
+    held = {each.name: each.read_bytes() for each in tmp_path.iterdir()}
+    assert held == ({"result.nc": b"content"} if (step, when) == ("replace", "after") else {})
+
+
+def test_without_links_a_name_that_is_taken_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "link", no_links)
+    write_bytes(tmp_path / "result.nc", b"old", overwrite=False)
+    with pytest.raises(InputError, match="meanwhile"):
+        write_bytes(tmp_path / "result.nc", b"new", overwrite=False)
+    assert [each.read_bytes() for each in tmp_path.iterdir()] == [b"old"]
+
+
 def a_result() -> xr.Dataset:
     values = np.random.default_rng(1).normal(size=(2, 800))
     return xr.Dataset(
@@ -284,6 +335,32 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
         monkeypatch.setattr(netcdf, "_READER", Reader(begin + child))
         with pytest.raises(InputError, match="HDF5 crashes on it or does not return"):
             read_dataset(tmp_path / "old.nc")
+
+
+def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    child = (
+        f"import os, time; first = not os.path.exists({str(begun)!r}); open({str(begun)!r}, 'w').close(); "
+    )
+    child += "time.sleep(10.0 * first); from gearplay.files.netcdf_child import main; main()"
+    reader = Reader(child)
+    ours = signal.getsignal(signal.SIGINT)
+    assert ours is signal.default_int_handler
+
+    def interrupt() -> None:
+        while not begun.exists():
+            ended.wait(0.01)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    ended = threading.Event()
+    threading.Thread(target=interrupt, daemon=True).start()
+    question = {"path": str(tmp_path / "nowhere.nc"), "size": 9}
+    with pytest.raises(KeyboardInterrupt):
+        reader.ask(question, lambda said, _: said, 30.0)
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"nowhere\.nc"):
+            reader.ask(question, lambda said, _: said, 30.0)
+    reader.close()
 
 
 def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

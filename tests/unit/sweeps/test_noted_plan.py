@@ -33,3 +33,28 @@ def test_a_noted_plan_that_was_changed_is_refused(tmp_path: Path) -> None:
         file.write_text(whole[:at] + str(int(whole[at]) + 1) + whole[at + 1 :])
         with pytest.raises(InputError, match=r"plan\.json was changed after gearplay sweep wrote it"):
             plan_in(tmp_path)
+
+
+def test_of_two_plans_that_are_noted_at_once_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shards share the folder: another one notes its plan after this one has looked."""
+    first, second = load_sweep("space-temperature"), load_sweep("han2021-map")
+    exists = Path.exists
+
+    def late(path: Path) -> bool:
+        found = exists(path)
+        if path.name == "plan.json" and not found:
+            monkeypatch.setattr(Path, "exists", exists)
+            claim(first, tmp_path)
+        return found
+
+    for plan in (first, second):
+        (tmp_path / "plan.json").unlink(missing_ok=True)
+        monkeypatch.setattr(Path, "exists", late)
+        if plan is first:
+            claim(plan, tmp_path)
+        else:
+            with pytest.raises(InputError, match="must hold the same plan"):
+                claim(plan, tmp_path)
+        assert plan_in(tmp_path) == first

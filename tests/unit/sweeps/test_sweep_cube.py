@@ -4,6 +4,7 @@ import json
 import math
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import xarray as xr
 from tests.sweep_products import BACKLASH, PLAY, made, plan_of
 
 from gearplay.cli.main import run
+from gearplay.cli.sweep import _forget
 from gearplay.model.toml_files import write_toml
 from gearplay.results.account import MISSING, Account
 from gearplay.sweeps.running import evaluate
+from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running import zarr_export as cube
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import Rows
@@ -138,6 +141,52 @@ def test_a_rename_that_fails_keeps_the_old_cube(tmp_path: Path, monkeypatch: pyt
     assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
     os.replace(tmp_path / "sweep.zarr", tmp_path / ".sweep.zarr.old")  # killed between the two names
     write_cube(sweep, rows, tmp_path / "sweep.zarr")
+    assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
+
+
+@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize("do", [in_folder._sweep_up, lambda folder: do_sweep(folder)])
+def test_what_a_kill_left_beside_a_cube_goes_but_what_is_still_needed(
+    do: Callable[[Path], object], named: bool, tmp_path: Path
+) -> None:
+    for name in (".sweep.zarr.part", ".sweep.zarr.old", *(["sweep.zarr"] if named else [])):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "what").write_text(name)
+    do(tmp_path)
+    assert [each.name for each in tmp_path.glob("*sweep.zarr*")] == ["sweep.zarr"]
+    assert (tmp_path / "sweep.zarr" / "what").read_text() == ("sweep.zarr" if named else ".sweep.zarr.old")
+
+
+def do_sweep(folder: Path) -> None:
+    """Run a sweep there that writes no cube."""
+    (folder / "plan.toml").write_text(write_toml(plan_of(BACKLASH | {"count": 2})), encoding="utf-8")
+    assert run(["sweep", str(folder / "plan.toml"), "--out", str(folder)]) == 0
+
+
+def test_a_forgotten_sweep_leaves_no_cube_that_could_come_back(tmp_path: Path) -> None:
+    for name in (".sweep.zarr.part", ".sweep.zarr.old"):
+        (tmp_path / name).mkdir()
+    _forget(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_between_the_two_names_keeps_the_old_cube(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep, whole = made(plan_of(BACKLASH))
+    write_cube(sweep, rows_of(sweep, whole), tmp_path / "sweep.zarr")
+    replace = os.replace
+
+    def interrupted(source: Path, target: Path) -> None:
+        replace(source, target)
+        if target.name.endswith(".old"):
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(cube.os, "replace", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            write_cube(sweep, {}, tmp_path / "sweep.zarr")
+    assert opened(tmp_path / "sweep.zarr").identical(whole)
     assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
 
 

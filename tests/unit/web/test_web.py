@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,20 @@ def test_the_store_keeps_the_newest(tmp_path: Path) -> None:
     assert store.load(32 * "0") is None
     (tmp_path / f"{32 * 'a'}.frame").write_bytes(b"broken")
     assert {each["kind"] for each in store.listed()} == {"run"}
+
+
+def test_the_store_removes_what_a_killed_server_left_and_nothing_else(tmp_path: Path) -> None:
+    key = 32 * "a"
+    others = [
+        f".{key}.frame.0123456789ab.part.txt",
+        f".{key}x.frame.01.part",
+        ".mine.part",
+        f"{key}.frame.01.part",
+    ]
+    for name in (*others, f".{key}.frame.0123456789ab.part"):
+        (tmp_path / name).touch()
+    Store(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == sorted(others)
 
 
 def scope(**headers: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.files.atomic import shown_path, write_text
+from gearplay.files.atomic import is_taken, shown_path, write_text
 from gearplay.files.parts import with_digest, without_digest
 from gearplay.results.account import Account
 from gearplay.sweeps.cases.points import order_of
@@ -17,7 +17,7 @@ from gearplay.sweeps.running.engines import Engine
 from gearplay.sweeps.running.evaluate import Outcome, Sweep
 from gearplay.sweeps.running.product import to_product, write_product
 from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
-from gearplay.sweeps.running.zarr_export import write_cube
+from gearplay.sweeps.running.zarr_export import tidy_cube, write_cube
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress
 
@@ -98,12 +98,16 @@ def watched(
 
 
 def claim(plan: SweepPlan, folder: Path) -> None:
-    """Note the plan in its folder; `InputError` where the folder has another plan."""
+    """Note the plan in its folder; `InputError` where the folder has another plan, by now: shards come there together."""
     document = json.loads(plan.model_dump_json(exclude_none=True))
     path = folder / PLAN
     if not path.exists():
-        write_text(path, json.dumps(with_digest(document), indent=1))
-    elif _read_plan(path) != document:
+        try:
+            write_text(path, json.dumps(with_digest(document), indent=1), overwrite=False)
+        except InputError as error:
+            if not is_taken(error):
+                raise
+    if _read_plan(path) != document:
         rule = "must hold the same plan"
         raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
 
@@ -157,6 +161,8 @@ def gather_cube(made: Sweep, folder: Path) -> Account:
 
 
 def _sweep_up(folder: Path) -> None:
+    """Remove what a run left that was killed while it wrote."""
     for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
-        if stale.is_file():  # a run was killed while it wrote
+        if stale.is_file():
             stale.unlink()
+    tidy_cube(folder / CUBE)

@@ -179,7 +179,8 @@ def _in_words(path: Path) -> Iterator[None]:
                 Fault("out", shown_path(path.parent), rule, "Wait for it, or choose another folder")
             ) from None
         rule = f"its {path.name} must be a sweep's readable store ({words})"
-        raise InputError(Fault("out", shown_path(path.parent), rule, "Choose another folder")) from None
+        cure = "Choose another folder, or overwrite it"
+        raise InputError(Fault("out", shown_path(path.parent), rule, cure)) from None
 
 
 def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:

@@ -5,6 +5,7 @@ import os
 import shutil
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,34 +42,40 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
     Raises `InputError` where the folder cannot be written or is full.
     """
     load_optional("zarr", "cluster")
-    beside = path.with_name(f".{path.name}.part")
     make_folder(path.parent)
+    tidy_cube(path)
+    part, old = beside(path)
     try:
-        shutil.rmtree(beside, ignore_errors=True)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module="zarr")  # text has no final specification in Zarr 3 yet
-            ended = _write(sweep, rows, beside)
-        old = path.with_name(f".{path.name}.old")
-        if not path.exists() and old.exists():  # a process was killed between the two names
-            os.replace(old, path)
-        shutil.rmtree(old, ignore_errors=True)
+            ended = _write(sweep, rows, part)
         if path.exists():
             os.replace(path, old)
-        try:
-            os.replace(beside, path)
-        except OSError:
-            if old.exists():
-                os.replace(old, path)
-            raise
-        shutil.rmtree(old, ignore_errors=True)
+        os.replace(part, path)
     except OSError as error:
         rule = f"must be writable ({error.strerror or error})"
         raise InputError(
             Fault("out", shown_path(path), rule, "Free some space or choose another place")
         ) from None
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        tidy_cube(path)
     return ended
+
+
+def beside(path: Path) -> tuple[Path, Path]:
+    """Return where the new store is made and the old one waits while it is replaced."""
+    return path.with_name(f".{path.name}.part"), path.with_name(f".{path.name}.old")
+
+
+def tidy_cube(path: Path) -> None:
+    """Remove what a killed process left beside a store; where the new one has no name yet, the old one has its own again."""
+    part, old = beside(path)
+    shutil.rmtree(part, ignore_errors=True)
+    if old.exists() and not path.exists():
+        with suppress(OSError):  # it stays where it is
+            os.replace(old, path)
+    if path.exists():
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def _write(sweep: Sweep, rows: Rows, path: Path) -> Account:
