@@ -13,6 +13,7 @@ from gearplay.web import pool as pool_module
 from gearplay.web.pool import Pool, Worker
 from gearplay.web.store import Store
 from gearplay.web.wire import Wire
+from serving import together
 
 WORKER = """
 import json, os, struct, sys, time
@@ -83,7 +84,7 @@ def test_a_page_that_does_not_read_keeps_nobody_waiting(
         for each in serving:
             each.cancel()
 
-    asyncio.run(go())
+    together(go)
 
 
 def test_a_worker_with_a_full_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,4 +97,4 @@ def test_a_worker_with_a_full_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> 
         await asyncio.wait_for(pool_module._end(Worker(process)), 30.0)
         assert process.returncode is not None
 
-    asyncio.run(go())
+    together(go)
