@@ -18,7 +18,8 @@ none. A mutant that no test notices is judged by hand in `tests/mutation/judged.
 * *equivalent*: no number that anybody sees can differ;
 * *speed only*: the same motion, reached with more or less work;
 * *rounding*: a margin of tolerances or of rounding, which no law fixes;
-* *closed*: a hole that the test named closes; it notices the mutant now.
+* *closed*: a hole that the test named closes; it notices the mutant now;
+* *open*: a hole.
 
 Of two shares the first is what to expect of a mutant that was never drawn; in the second the drawn holes are closed.
 """
