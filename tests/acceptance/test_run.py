@@ -180,6 +180,25 @@ def test_a_disk_that_fails_after_ctrl_c_is_told(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.hostile
+def test_after_ctrl_c_anothers_result_is_not_taken_for_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    out, write = tmp_path / "x.nc", netcdf.netcdf_bytes
+
+    def late(*words: Any, **more: Any) -> bytes:
+        out.write_bytes(b"another's")
+        return write(*words, **more)
+
+    monkeypatch.setattr("gearplay.cli.run.progress_bar", interrupted_bar)
+    monkeypatch.setattr(netcdf, "netcdf_bytes", late)
+    assert command([*QUICK, str(out)]) == 130
+    said = json.loads(capsys.readouterr().out)
+    assert "must not exist yet" in said["lost"]
+    assert said["out"] is None
+    assert out.read_bytes() == b"another's"
+
+
 @pytest.mark.parametrize(("whole", "partial"), [(False, False), (True, False), (False, True)])
 def test_a_part_never_replaces_what_came_up_while_it_was_saved(
     whole: bool, partial: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said

@@ -118,20 +118,21 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
 
     beside = out.with_name(f"{out.stem}.partial{out.suffix}")
     for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (beside, overwrite)]:
-        before = _mark(place)
+        before, taken = _mark(place), False
         try:
             result.save(place, overwrite=may_replace, within=PATIENCE if stop.is_set() else None)
         except KeyboardInterrupt:
             words = f"while the result was saved. Nothing was written to {place}"
         except Exception as error:
-            if place is out and not result.success and isinstance(error, InputError) and is_taken(error):
+            taken = isinstance(error, InputError) and is_taken(error)
+            if taken and place is out and not result.success:
                 continue
             if not stop.is_set():
                 raise
             words = f"and the result could not be saved: {str(error).rstrip('.')}"
         else:
             return place, None  # nothing in between where Ctrl-C could come
-        if _mark(place) not in (None, before):
+        if not taken and _mark(place) not in (None, before):  # its name comes before the last sync
             return place, None
         break
     again = "the same command starts again; a lower run.sampling is saved sooner"
