@@ -27,10 +27,9 @@ from gearplay.web.downloads import file_of
 from gearplay.web.measures import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.store import Store
-from gearplay.web.wire import Wire
+from gearplay.web.wire import LARGEST_BODY, Wire
 
 STATIC = Path(__file__).parent / "static"
-LARGEST_BODY = 2 * LARGEST_FILE
 MOST_DISCARDED = 64 * LARGEST_BODY
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s

@@ -8,11 +8,12 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from gearplay.model.toml_files import LARGEST_FILE
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.store import Store
 
-LONGEST_TEXT = 1024**2  # letters
+LARGEST_BODY = 2 * LARGEST_FILE  # of a request, or a message
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 MOST_UNSENT = 16  # results that one page has not read yet
 KEPT = ("run", "bifurcation", "map")
@@ -49,7 +50,7 @@ class Wire:
 
     async def _take(self, text: str) -> None:
         try:
-            asked = json.loads(text) if len(text) <= LONGEST_TEXT else None
+            asked = json.loads(text) if len(text) <= LARGEST_BODY else None
         except (ValueError, RecursionError):
             asked = None
         if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):

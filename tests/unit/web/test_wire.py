@@ -12,7 +12,7 @@ import pytest
 from gearplay.web import pool as pool_module
 from gearplay.web.pool import Pool, Worker
 from gearplay.web.store import Store
-from gearplay.web.wire import Wire
+from gearplay.web.wire import LARGEST_BODY, Wire
 from serving import together
 
 WORKER = """
@@ -36,6 +36,7 @@ class Page:
     def __init__(self, *, reads: bool) -> None:
         self.reads, self.asked = reads, asyncio.Queue[str]()
         self.heard: list[str] = []
+        self.errors: list[dict[str, Any]] = []
 
     async def receive_text(self) -> str:
         return await self.asked.get()
@@ -43,7 +44,10 @@ class Page:
     async def send_text(self, text: str) -> None:
         if not self.reads:
             await asyncio.Event().wait()
-        self.heard.append(json.loads(text)["type"])
+        words = json.loads(text)
+        self.heard.append(words["type"])
+        if words["type"] == "error":
+            self.errors.append(words)
 
     async def send_bytes(self, payload: bytes) -> None:
         self.heard.append("frame")
@@ -97,4 +101,23 @@ def test_a_worker_with_a_full_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> 
         await asyncio.wait_for(pool_module._end(Worker(process)), 30.0)
         assert process.returncode is not None
 
+    together(go)
+
+
+def test_a_message_has_a_bound_of_its_own(tmp_path: Path) -> None:
+    """Half of what a frame may have: one letter more is refused in words, and is no job."""
+    whole = json.dumps({"kind": "nothing", "id": 1, "of": ""})
+    fits = whole[:-2] + "x" * (LARGEST_BODY - len(whole)) + whole[-2:]
+
+    async def go() -> None:
+        page = Page(reads=True)
+        serving = asyncio.create_task(Wire(page, Pool(), Store(tmp_path)).serve())  # type: ignore[arg-type]
+        for text in (fits, fits + " "):
+            page.asked.put_nowait(text)
+        while len(page.errors) < 2:
+            await asyncio.sleep(0.01)
+        serving.cancel()
+        assert [each["id"] for each in page.errors] == [1, None]
+
+    assert len(fits) == LARGEST_BODY == 512 * 1024
     together(go)
