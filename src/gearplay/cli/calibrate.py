@@ -10,7 +10,6 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
-from gearplay.vocabulary.errors import InputError
 
 WHOLE = ("calibration.json", "recovery.json")
 """Files that a finished calibration has."""
@@ -47,7 +46,7 @@ def calibrate(
     from gearplay.calibration.store import digest_of
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import asks_to_overwrite, renewal, replace_old
+    from gearplay.files.renewal import renewal, renewed, replace_old
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
@@ -56,26 +55,21 @@ def calibrate(
     begin = partial(renewal, folder, overwrite=overwrite, of=digest_of(loaded), whole=WHOLE, forget=_forget)
 
     def work(place: Path) -> Any:
-        with interruptible() as stop, progress_bar(quiet=json) as report:
-            if recover is not None:
-                return calibration.recover(loaded, place, recover, progress=report, stop=stop)
-            records = plan_folder(plan)
-            return calibration.calibrate(loaded, place, records=records, progress=report, stop=stop).document
-
-    with locked(folder):
-        place = begin()
         try:
-            try:
-                document = work(place)
-            except InputError as error:
-                if not overwrite or not asks_to_overwrite(error):
-                    raise
-                place = begin(anew=True)
-                document = work(place)
+            with interruptible() as stop, progress_bar(quiet=json) as report:
+                if recover is not None:
+                    return calibration.recover(loaded, place, recover, progress=report, stop=stop)
+                records = plan_folder(plan)
+                return calibration.calibrate(
+                    loaded, place, records=records, progress=report, stop=stop
+                ).document
         except KeyboardInterrupt:
             raise CommandInterruptedError(
                 f"Interrupted. Finished trials are kept in {place}: the same command goes on there."
             ) from None
+
+    with locked(folder):
+        place, document = renewed(begin, work, overwrite=overwrite)
         replace_old(folder, place, _forget)
     if json:
         print_json(document)

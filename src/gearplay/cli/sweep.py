@@ -124,7 +124,7 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import asks_to_overwrite, renewal, replace_old, settle_alone
+    from gearplay.files.renewal import renewal, renewed, replace_old, settle_alone
     from gearplay.results.account import Account
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
@@ -145,14 +145,10 @@ def _run(
             tidy_cube(folder / CUBE)  # one that was being replaced counts as whole
         of = made.plan.model_dump_json(exclude_none=True)
         begin = partial(renewal, folder, overwrite=overwrite, of=of, whole=(PRODUCT, CUBE), forget=_forget)
-        place = begin()
-        try:  # a wrong folder is said before kernels are compiled
-            left = jobs_left(made, place, chosen.shard, retry=retry)
-        except InputError as error:
-            if not overwrite or not asks_to_overwrite(error):
-                raise
-            place = begin(anew=True)
-            left = jobs_left(made, place, chosen.shard, retry=retry)
+        look = partial(jobs_left, made, shard=chosen.shard, retry=retry)
+        place, left = renewed(
+            begin, look, overwrite=overwrite
+        )  # a wrong folder is said before kernels are compiled
         try:
             if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
                 compile_kernels(made.template.base, quiet=json)

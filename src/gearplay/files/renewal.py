@@ -5,10 +5,13 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from gearplay.files.atomic import make_folder, shown_path, write_text
 from gearplay.files.folder_lock import locked
 from gearplay.vocabulary.errors import InputError, ResourceError
+
+Done = TypeVar("Done")
 
 PLACE, OF, WHOLE = ".new", ".of", ".whole"
 """The place in the folder; what a renewal that has not ended is of, there or in the folder itself; the mark of a whole one."""
@@ -27,7 +30,7 @@ def renewal(
 
     ``of`` tells plans apart: what was begun for the same one and has not come to `replace_old` goes on, in either place. A result
     is whole where a file of the names ``whole`` is there; ``forget`` removes what a folder holds of a result. What was made whole
-    and not put into its place is put there first. With ``anew`` nothing goes on: see `asks_to_overwrite`.
+    and not put into its place is put there first. With ``anew`` nothing goes on: see `renewed`.
     """
     settle(folder, forget)
     if not overwrite or (_is_of(folder, of) and not anew):
@@ -52,9 +55,21 @@ def _is_of(place: Path, of: str) -> bool:
         return False
 
 
-def asks_to_overwrite(error: InputError) -> bool:
-    """Return whether overwriting is the cure of an error: what was begun was damaged since, or another plan's came there."""
-    return any("overwrite it" in fault.cure for fault in error.faults)
+def renewed(
+    begin: Callable[..., Path], work: Callable[[Path], Done], *, overwrite: bool
+) -> tuple[Path, Done]:
+    """Return where ``work`` was done, and what it returned; ``begin`` is `renewal`, with ``anew`` where what goes on is refused.
+
+    Overwriting is the cure of such an error: what was begun was damaged since, or another plan's came there.
+    """
+    place = begin()
+    try:
+        return place, work(place)
+    except InputError as error:
+        if not overwrite or not any("overwrite it" in fault.cure for fault in error.faults):
+            raise
+    place = begin(anew=True)
+    return place, work(place)
 
 
 def replace_old(folder: Path, place: Path, forget: Callable[[Path], None]) -> None:
