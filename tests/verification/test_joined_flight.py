@@ -13,7 +13,7 @@ from depth import sized
 from flights import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
-from gearplay.kernels.joined import bound_joined, fly_joined, joined_accelerations, launch
+from gearplay.kernels.joined import bound_joined, find_rates, fly_joined, joined_accelerations
 from gearplay.kernels.layout import ACTIVE, FLYING
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.flow import Flow
@@ -101,7 +101,7 @@ def test_the_closed_form_is_the_exponential_of_the_equations(seed: int) -> None:
     swing = np.zeros(2 * int(joined.chains["count"].sum()))
     first, bends = np.zeros(speeds), np.zeros(speeds)
     for c in range(joined.chains.size):
-        launch(system, c, y, swing)
+        find_rates(system, c, y, 1.0, swing)
         for i in range(system.rotors.size):
             bound_joined(system, i, 0.0, swing, first)
         for tau in (1e-6, 1e-4, 0.01, 0.3):

@@ -119,12 +119,6 @@ def find_rates(system: System, c: int, y: Floats, constant: float, swing: Floats
 
 
 @compiled_once
-def launch(system: System, c: int, y: Floats, swing: Floats) -> None:
-    """Let chain c fly from state y."""
-    find_rates(system, c, y, 1.0, swing)
-
-
-@compiled_once
 def largest_acceleration(system: System, c: int, k: int, tau: float, swing: Floats) -> float:
     """Return what the acceleration of coordinate k of chain c cannot exceed from tau [s] after its launch on.
 

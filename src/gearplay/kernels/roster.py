@@ -14,7 +14,7 @@ from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.flight import NEVER, closed_form_span, fly, is_known, must_be_integrated
-from gearplay.kernels.joined import fly_joined, launch
+from gearplay.kernels.joined import find_rates, fly_joined
 from gearplay.kernels.layout import (
     ACTING,
     ACTIVE,
@@ -204,7 +204,7 @@ def assign_roles(system: System, roster: Roster, t: float, y: Floats, branch: Br
     for c in range(system.joined.chains.size):
         i = system.joined.coordinates[system.joined.chains[c].first] // 3
         if roster.roles[i] == FLYING and roster.since[i] == t:
-            launch(system, c, y, roster.swing)
+            find_rates(system, c, y, 1.0, roster.swing)
 
 
 @compiled_inline

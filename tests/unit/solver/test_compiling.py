@@ -76,7 +76,7 @@ def test_what_is_compiled_and_how_long_it_takes_is_said(
 def test_a_case_wants_its_kinds_and_no_derivative() -> None:
     few, all_ = names("sleeve", "mesh"), names("sleeve", "mesh", "servo", "coupling")
     assert not any(name.startswith("joined.") or "joined" in name for name in few)
-    assert {"joined.fly_joined", "joined.launch", "roster.land_together"} <= names(
+    assert {"joined.fly_joined", "joined.find_rates", "roster.land_together"} <= names(
         "sleeve", "mesh", "coupling"
     )
     assert "joined.move_change" in names("mesh", "support", derivative=True) - names("mesh", "support")
