@@ -159,9 +159,14 @@ def first_found(address: str, words: str) -> str:
         page = launch(play, find_browser() or "").new_page()
         page.goto(address)
         page.click("text=Search")
-        page.locator("#mkdocs-search-query").press_sequentially(words)
+        asked = page.locator("#mkdocs-search-query")
+        asked.press_sequentially(words)
         found = page.locator("#mkdocs-search-results article h3")
-        found.first.wait_for()
+        for _ in range(60):
+            asked.press("End")  # a search whose index is not there yet does not hear what is typed
+            page.wait_for_timeout(500)
+            if found.count() > 0:
+                break
         return found.first.inner_text()
 
 

@@ -23,6 +23,7 @@ from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError
 
 _PACKED_FROM: Final = 1000
+_MAT_HEADING: Final = "MATLAB 5.0 MAT-file, a record of gearplay"
 
 
 def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -30,7 +31,7 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
 
     The file appears whole or not at all. HDF5 and netCDF keep everything and carry a SHA-256 of each channel; CSV and
     WAV need channels of one length, rate and start; UFF keeps 80 letters of a name, 20 of a unit, 13
-    digits of a sample and 6 of the sampling step.
+    digits of a sample and 6 of the sampling step. The same record gives the same bytes at any hour.
 
     Parameters
     ----------
@@ -232,6 +233,8 @@ def _write_mat(record: Record, path: Path) -> None:
         rows[0, place] = (channel.name, channel.unit, channel.sampling, channel.start, channel.values)
     with path.open("wb") as file:
         savemat(file, {RECORD: rows}, do_compression=True, oned_as="row")
+        file.seek(0)  # the heading there tells the time, and one record is one file
+        file.write(_MAT_HEADING.ljust(116).encode("ascii"))
 
 
 _WRITERS: Final[dict[str, Callable[[Record, Path], None]]] = {

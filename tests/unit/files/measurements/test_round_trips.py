@@ -1,5 +1,6 @@
 """What is written is read again: names, units, rates, starts and samples."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -45,6 +46,20 @@ def test_written_records_are_read_again(suffix: str, tmp_path: Path) -> None:
     if suffix in (".h5", ".nc"):
         assert dict(found.channel("acc").attributes) == {"sensor": "A 1"}
         assert dict(found.attributes) == {"rig": "one"}
+
+
+def test_a_record_gives_the_same_bytes_at_any_hour(tmp_path: Path) -> None:
+    suffixes = (".h5", ".nc", ".csv", ".wav", ".uff", ".mat")
+
+    def write(name: str) -> dict[str, bytes]:
+        for suffix in suffixes:
+            write_record(two_channels(), tmp_path / f"{name}{suffix}")
+        return {suffix: (tmp_path / f"{name}{suffix}").read_bytes() for suffix in suffixes}
+
+    first = write("first")
+    time.sleep(1.1)  # a heading with the hour has seconds in it
+    second = write("second")
+    assert {suffix for suffix in suffixes if first[suffix] != second[suffix]} == set()
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".nc", ".mat", ".uff"])
