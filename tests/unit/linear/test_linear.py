@@ -110,6 +110,35 @@ def test_shares_of_energy_add_up() -> None:
     )
 
 
+def test_each_spring_has_its_own_share_of_energy() -> None:
+    """Three discs in a row on a spring to the ground: half the stiffness times the square of each spring's own twist."""
+    disc = {"mass": 1.0, "inertia": 2e-3}
+    shafts = [
+        {"between": ["a", "b"], "torsional_stiffness": 3e3},
+        {"between": ["b", "c"], "torsional_stiffness": 1e3},
+    ]
+    found = gp.modes(
+        {
+            "rotors": dict.fromkeys("abc", disc),
+            "supports": {"a": {"torsional_stiffness": 500.0}},
+            "couplings": shafts,
+            "run": {"duration": 1.0},
+        }
+    ).ds
+    turns = found["shape"].sel(coordinate=["a.theta", "b.theta", "c.theta"])
+    turns = turns.values[found["frequency"].values > 0.0]
+    assert len(turns) == 3
+    a, b, c = turns.T
+    energies = {
+        "support a": 500.0 * a**2,
+        "coupling a-b": 3e3 * (a - b) ** 2,
+        "coupling b-c": 1e3 * (b - c) ** 2,
+    }
+    shares = found["strain_energy_share"].sel(element=list(energies)).values[found["frequency"].values > 0.0]
+    expected = np.array(list(energies.values())).T
+    np.testing.assert_allclose(shares, expected / expected.sum(axis=1, keepdims=True), atol=1e-9)
+
+
 def test_a_servo_is_its_gains() -> None:
     """Gain on the integral: a spring to the ground; on the speed: its damper."""
     wheel = {"mass": 1.0, "inertia": 2e-3}
