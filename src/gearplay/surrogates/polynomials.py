@@ -33,15 +33,38 @@ def terms(parameters: int, degree: int) -> NDArray[np.int64]:
     return np.array(found, dtype=np.int64)
 
 
+@lru_cache(maxsize=64)
+def products(parameters: int, degree: int) -> list[tuple[int, int, int]]:
+    """Return, for every term, the term without its last parameter, that parameter and its exponent; of the first, zeros.
+
+    >>> products(2, 1)
+    [(0, 0, 0), (0, 0, 1), (0, 1, 1)]
+    """
+    exponents = [tuple(each) for each in terms(parameters, degree).tolist()]
+    places = {each: place for place, each in enumerate(exponents)}
+    found = [(0, 0, 0)]
+    for each in exponents[1:]:
+        last = max(p for p in range(parameters) if each[p])
+        shorter = each[:last] + (0,) * (parameters - last)
+        found.append((places[shorter], last, each[last]))
+    return found
+
+
 def design(units: Floats, degree: int) -> Floats:
     """Return the polynomials at points of the unit cube, shape [point, term].
 
     >>> design(np.array([[1.0, 0.5]]), 1).tolist()
     [[1.0, 1.0, 0.0]]
     """
-    exponents = terms(units.shape[1], degree)
-    one_way = np.polynomial.legendre.legvander(2.0 * units - 1.0, degree)  # [point, parameter, degree]
-    return np.asarray(np.prod(one_way[:, np.arange(units.shape[1]), exponents], axis=2))
+    one_way = np.polynomial.legendre.legvander((2.0 * units - 1.0).T, degree)  # [parameter, point, degree]
+    columns = np.ascontiguousarray(np.moveaxis(one_way, 2, 1))  # [parameter, degree, point]
+    table = np.empty((len(factors := products(units.shape[1], degree)), len(units)))
+    for term, (shorter, parameter, exponent) in enumerate(factors):
+        if term == 0:
+            table[0] = 1.0
+        else:
+            np.multiply(table[shorter], columns[parameter, exponent], out=table[term])
+    return np.ascontiguousarray(table.T)
 
 
 @dataclass(frozen=True)
