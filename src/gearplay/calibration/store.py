@@ -7,7 +7,7 @@ from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Seen, Trial
 from gearplay.files import parts
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
 
 FILE = "trials.sqlite"
@@ -18,7 +18,7 @@ AFTER = ("evaluations", "polish", "check_members")
 class StudyStore:
     """One model's trials as an optuna study; each is added whole, in one transaction.
 
-    Raises `InputError` where the file holds trials of another plan, or is damaged.
+    Raises `TakenError` where the file holds trials of another plan, or is damaged.
     """
 
     def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
@@ -32,7 +32,7 @@ class StudyStore:
             )
             known = self.study.user_attrs.get("plan")
         except Exception as error:  # SQLAlchemy and optuna each have their own for a file that is no database
-            raise InputError(
+            raise TakenError(
                 Fault(
                     "out",
                     str(folder),
@@ -43,7 +43,7 @@ class StudyStore:
         if known is None:
             self.study.set_user_attr("plan", digest)
         elif known != digest:
-            raise InputError(
+            raise TakenError(
                 Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE)
             )
 
@@ -54,7 +54,7 @@ class StudyStore:
             held = parts.without_digest(stored.user_attrs, in_order=False)  # a table of SQL has none
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
-                raise InputError(Fault("out", str(self.folder), rule, _CURE))
+                raise TakenError(Fault("out", str(self.folder), rule, _CURE))
             seen = {
                 c: {t: {k: Observed(*v) for k, v in keys.items()} for t, keys in targets.items()}
                 for c, targets in held["seen"].items()

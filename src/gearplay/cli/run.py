@@ -14,7 +14,7 @@ from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, progress_bar
-from gearplay.vocabulary.errors import InputError, SimulationError
+from gearplay.vocabulary.errors import SimulationError, TakenError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 LEAST_PACKED = 0.1
@@ -114,8 +114,6 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
 
     One that is not whole never replaces what is there by then: it is saved beside it.
     """
-    from gearplay.files.atomic import is_taken
-
     beside = out.with_name(f"{out.stem}.partial{out.suffix}")
     for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (beside, overwrite)]:
         before, taken = _mark(place), False
@@ -124,7 +122,7 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
         except KeyboardInterrupt:
             words = f"while the result was saved. Nothing was written to {place}"
         except Exception as error:
-            taken = isinstance(error, InputError) and is_taken(error)
+            taken = isinstance(error, TakenError)
             if taken and place is out and not result.success:
                 continue
             if not stop.is_set():

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, TakenError
 
 KINDS = (
     (stat.S_ISDIR, "a folder", "Add a file name."),
@@ -19,10 +19,6 @@ KINDS = (
     (stat.S_ISCHR, "a device", "Choose a file name."),
     (stat.S_ISBLK, "a device", "Choose a file name."),
 )
-
-
-TAKEN = "must not exist yet"
-"""The rule that a name breaks which is taken."""
 
 
 def shown_path(path: Path) -> str:
@@ -35,19 +31,18 @@ def _refusal(path: Path, rule: str, cure: str) -> InputError:
     return InputError([Fault("out", shown_path(path), rule, cure)])
 
 
-def is_taken(error: InputError) -> bool:
-    """Return whether a file was refused because its name is taken, not for its folder or the disk."""
-    return any(fault.rule.startswith(TAKEN) for fault in error.faults)
+def _taken(path: Path, rule: str) -> TakenError:
+    return TakenError(Fault("out", shown_path(path), rule, "Choose another name, or overwrite it."))
 
 
 def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
-    """Raise `InputError` where a file cannot be written, or exists and may not be replaced; before anything is computed for it.
+    """Refuse a file that cannot be written, or exists and may not be replaced (`TakenError`); before anything is computed for it.
 
     Only a plain file of this user's own is ever replaced. ``size`` is about how large it will be [bytes], if that is known.
     """
     found = _kind_of(path)
     if found is not None and stat.S_ISREG(found.st_mode) and not overwrite:
-        raise _refusal(path, TAKEN, "Choose another name, or overwrite it.")
+        raise _taken(path, "must not exist yet")
     _check_replaceable(path, found)
     folder = next((each for each in (path.parent, *path.parent.parents) if each.exists()), path.parent)
     if not folder.is_dir():
@@ -136,7 +131,7 @@ def _name_beside(path: Path) -> str:
 
 
 def _name_once(name: str, path: Path) -> None:
-    """Give a file its name unless that is taken; `InputError` where it is."""
+    """Give a file its name unless that is taken; `TakenError` where it is."""
     try:
         try:
             os.link(name, path)
@@ -145,9 +140,7 @@ def _name_once(name: str, path: Path) -> None:
         except OSError:  # a file system without links
             _take_then_replace(name, path)
     except FileExistsError:
-        raise _refusal(
-            path, f"{TAKEN}; it has come up meanwhile", "Choose another name, or overwrite it."
-        ) from None
+        raise _taken(path, "must not exist yet; it has come up meanwhile") from None
 
 
 def _take_then_replace(name: str, path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from gearplay.files.atomic import make_folder, shown_path, write_text
 from gearplay.files.folder_lock import locked
-from gearplay.vocabulary.errors import InputError, ResourceError
+from gearplay.vocabulary.errors import ResourceError, TakenError
 
 Done = TypeVar("Done")
 
@@ -60,13 +60,13 @@ def renewed(
 ) -> tuple[Path, Done]:
     """Return where ``work`` was done, and what it returned; ``begin`` is `renewal`, with ``anew`` where what goes on is refused.
 
-    Overwriting is the cure of such an error: what was begun was damaged since, or another plan's came there.
+    It is refused with a `TakenError`: what was begun was damaged since, or another plan's came there.
     """
     place = begin()
     try:
         return place, work(place)
-    except InputError as error:
-        if not overwrite or not any("overwrite it" in fault.cure for fault in error.faults):
+    except TakenError:
+        if not overwrite:
             raise
     place = begin(anew=True)
     return place, work(place)

@@ -208,6 +208,18 @@ class InputError(GearplayError):
         return "\n".join(lines)
 
 
+class TakenError(InputError):
+    """What is there already is kept: the cure is another place, or to overwrite it.
+
+    Examples
+    --------
+    >>> error = TakenError(Fault("out", "run.nc", "must not exist yet", "Choose another name, or overwrite it"))
+    >>> isinstance(error, InputError), error.exit_code
+    (True, 2)
+
+    """
+
+
 class SimulationError(GearplayError):
     """A simulation could not be carried to its end.
 

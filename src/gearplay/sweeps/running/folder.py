@@ -3,11 +3,11 @@
 import json
 import threading
 from collections.abc import Generator, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.files.atomic import is_taken, shown_path, write_text
+from gearplay.files.atomic import shown_path, write_text
 from gearplay.files.parts import with_digest, without_digest
 from gearplay.results.account import Account
 from gearplay.sweeps.cases.points import order_of
@@ -18,7 +18,7 @@ from gearplay.sweeps.running.evaluate import Outcome, Sweep
 from gearplay.sweeps.running.product import to_product, write_product
 from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
 from gearplay.sweeps.running.zarr_export import tidy_cube, write_cube
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, TakenError
 from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
 def jobs_left(made: Sweep, folder: Path, shard: tuple[int, int] | None, *, retry: bool = False) -> list[int]:
     """Claim a folder, which the caller holds, for a sweep; return the jobs of the shard that it lacks, in order.
 
-    ``retry`` forgets those that failed. Raises `InputError` where the folder is another plan's or damaged.
+    ``retry`` forgets those that failed. Raises `TakenError` where the folder is another plan's or damaged.
     """
     claim(made.plan, folder)
     if retry:
@@ -98,18 +98,15 @@ def watched(
 
 
 def claim(plan: SweepPlan, folder: Path) -> None:
-    """Note the plan in its folder; `InputError` where the folder has another plan, by now: shards come there together."""
+    """Note the plan in its folder; `TakenError` where the folder has another plan, by now: shards come there together."""
     document = json.loads(plan.model_dump_json(exclude_none=True))
     path = folder / PLAN
     if not path.exists():
-        try:
+        with suppress(TakenError):
             write_text(path, json.dumps(with_digest(document), indent=1), overwrite=False)
-        except InputError as error:
-            if not is_taken(error):
-                raise
     if _read_plan(path) != document:
         rule = "must hold the same plan"
-        raise InputError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
+        raise TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
 
 
 def plan_in(folder: Path) -> SweepPlan:
@@ -134,11 +131,11 @@ def _read_plan(path: Path) -> dict[str, Any]:
     if not isinstance(document, dict):
         rule = f"its {path.name} must be a plan that gearplay sweep wrote"
         cure = "Choose another folder, or overwrite it"
-        raise InputError(Fault("out", shown_path(path.parent), rule, cure))
+        raise TakenError(Fault("out", shown_path(path.parent), rule, cure))
     if (found := without_digest(document)) is None:
         rule = f"its {path.name} was changed after gearplay sweep wrote it"
         cure = "Choose another folder, or overwrite it"
-        raise InputError(Fault("out", shown_path(path.parent), rule, cure))
+        raise TakenError(Fault("out", shown_path(path.parent), rule, cure))
     return found
 
 

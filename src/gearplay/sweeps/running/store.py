@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gearplay.files.atomic import shown_path
 from gearplay.sweeps.running.evaluate import Outcome
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenError
 
 PATTERN = "rows*.sqlite"
 _TABLE = (
@@ -180,7 +180,7 @@ def _in_words(path: Path) -> Iterator[None]:
             ) from None
         rule = f"its {path.name} must be a sweep's readable store ({words})"
         cure = "Choose another folder, or overwrite it"
-        raise InputError(Fault("out", shown_path(path.parent), rule, cure)) from None
+        raise TakenError(Fault("out", shown_path(path.parent), rule, cure)) from None
 
 
 def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:
