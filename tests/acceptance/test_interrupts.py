@@ -144,6 +144,49 @@ def test_ctrl_c_while_sobol_points_begin_spoils_none(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, f"interrupted {points}\n", "")
 
 
+COMPILED = """
+import signal
+import threading
+import llvmlite.binding.ffi as ffi
+import numba
+from gearplay.cli.interrupts import interruptible
+call, enter, came = ffi._lib_fn_wrapper.__call__, ffi._LLVMLock.__enter__, []
+def interrupt(name):
+    if name == "{name}" and not came:
+        came.append(True)
+        signal.raise_signal(signal.SIGINT)
+def called(function, *args):
+    result = call(function, *args)
+    interrupt(function._cfn.__name__)
+    return result
+def entered(lock):
+    enter(lock)
+    interrupt("lock")
+ffi._lib_fn_wrapper.__call__, ffi._LLVMLock.__enter__ = called, entered
+try:
+    with interruptible():
+        numba.njit("f8(f8)")(lambda x: x + 1.0)
+        signal.sigtimedwait([], 5.0)
+except KeyboardInterrupt:
+    print("interrupted", len(came))
+other = threading.Thread(target=numba.njit("f8(f8)"), args=(lambda x: x + 2.0,), daemon=True)
+other.start()
+other.join(60.0)
+print("hangs" if other.is_alive() else "goes on")
+"""
+
+
+@pytest.mark.parametrize(
+    "name", ["lock", *(f"LLVMPY_{each}" for each in ("DisposeString", "LinkModules", "CreatePassBuilder"))]
+)
+def test_ctrl_c_as_llvm_returns_comes_later(name: str, tmp_path: Path) -> None:
+    """Its memory would be freed twice, a module that was taken in used again, a lock stay taken."""
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILED.format(name=name)], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted 1\ngoes on\n", "")
+
+
 TWICE = """
 import signal
 import threading

@@ -32,6 +32,8 @@ LOST_WITHIN = {
     ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
 }
 """Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on."""
+SPOILT_BY_IT = ("llvmlite", "numba.core.compiler_lock")
+"""Packages or modules that an exception may not come into: LLVM's memory would be freed twice, or a lock held for ever."""
 
 
 _running: list[threading.Event] = []
@@ -70,7 +72,7 @@ def interruptible() -> Iterator[threading.Event]:
             stop.set()
         if time.monotonic() - heard[0] < GRACE:
             return
-        if _would_be_lost(frame):
+        if _would_harm(frame):
             again.soon()
             return
         heard[0] = time.monotonic()
@@ -134,10 +136,13 @@ class _Again:
             signal.raise_signal(signal.SIGINT)
 
 
-def _would_be_lost(frame: FrameType | None) -> bool:
-    """Return whether an exception raised at a frame would meet compiled code that can pass none on."""
+def _would_harm(frame: FrameType | None) -> bool:
+    """Return whether an exception raised at a frame would meet code that can pass none on, or leave things half done."""
     while frame is not None:
-        if (frame.f_globals.get("__name__"), frame.f_code.co_qualname) in LOST_WITHIN:
+        module = str(frame.f_globals.get("__name__"))
+        if (module, frame.f_code.co_qualname) in LOST_WITHIN:
+            return True
+        if any(module == each or module.startswith(f"{each}.") for each in SPOILT_BY_IT):
             return True
         frame = frame.f_back
     return False
