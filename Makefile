@@ -53,8 +53,8 @@ test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 torture: $(VENV)/dev.stamp ## hostile trials in full, some hours: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
-	GEARPLAY_DEEP=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF)
-	$(BIN)/python tests/reliability_page.py $(VENV)/torture.xml
+	@GEARPLAY_DEEP=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \
+	  passed=$$?; $(BIN)/python tests/reliability_page.py $(VENV)/torture.xml && exit $$passed # failures stand on the page too
 
 mutation: $(VENV)/mutation.stamp ## break the physics in 150 random places and see whether a test notices; an hour or more; writes docs/mutation.md
 	$(BIN)/python tests/mutation/run.py

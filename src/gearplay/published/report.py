@@ -22,6 +22,7 @@ from gearplay.published.assumptions import assumptions
 from gearplay.published.calibrated import calibration
 from gearplay.published.claims.figures import claim_figures
 from gearplay.published.claims.shares import MEASURE_WORDS
+from gearplay.published.claims.summary import tolerance_words
 from gearplay.published.comparison import (
     article_error,
     line_differences,
@@ -178,6 +179,7 @@ def render(study: Study, beside: Mapping[str, str]) -> str:
         factors={m: model_amplitudes(results, m).factor for m in MODELS},
         images={name: data_uri(png) for name, png in study.figures.items()},
         claims=study.claims,
+        tolerance_words=tolerance_words(study.claims),
         measures=MEASURE_WORDS,
         statistics=study.statistics,
         assumptions=assumptions(case, pack(case), calibrated=study.calibrated),

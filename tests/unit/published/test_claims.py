@@ -1,5 +1,6 @@
 """The claims: patterns, shares with their intervals, and the perfect model's floor, by brute force."""
 
+import dataclasses
 import itertools
 from pathlib import Path
 
@@ -19,11 +20,18 @@ from gearplay.published.claims.shares import (
     dropped,
     is_favoured,
     pattern_shares,
+    repeated,
     share_of,
     shown_by_the_test,
     wedging,
 )
-from gearplay.published.claims.summary import favoured_words, rare_words, shipped_claims, summarise
+from gearplay.published.claims.summary import (
+    favoured_words,
+    rare_words,
+    shipped_claims,
+    summarise,
+    tolerance_words,
+)
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 128), (3, 10), (77, 128), (128, 128)])
@@ -90,6 +98,27 @@ def test_a_model_is_favoured_only_above_all_its_controls() -> None:
     assert "seen at points" in rare_words(document)
 
 
+def test_shares_at_a_finer_tolerance_are_those_of_the_same_points() -> None:
+    """The first 20 of 40 points all rise: 19 of 20 agree with that, 10 of 20 do not."""
+    results = [made("coupled", k, RISING if k < 20 else PEAKED) for k in range(40)]
+    for rising, agree in ((20, True), (19, True), (10, False)):
+        finer = [made("coupled", k, RISING if k < rising else PEAKED) for k in range(20)]
+        rows = repeated(results, finer)
+        assert {row["model"] for row in rows} == {"coupled"}
+        growth = next(row for row in rows if row["pattern"] == "growth")
+        assert (growth["first"]["count"], growth["finer"]["count"], growth["finer"]["of"]) == (20, rising, 20)
+        assert growth["agree"] == agree
+        words = tolerance_words({"repeated": rows, "settings": {"finer_tolerance": 1e-9}})
+        assert words.startswith("The first 20 points again at a tolerance of 1e-09: ")
+        assert ("do not agree" in words and "grows with the speed, coupled: 100 %" in words) != agree
+
+
+def test_half_of_the_points_are_tried_again() -> None:
+    settings = ClaimSettings(points=128)
+    assert (settings.finer().points, settings.finer().tolerance) == (64, 1e-9)
+    assert dataclasses.replace(settings.finer(), points=128, tolerance=1e-7) == settings
+
+
 def test_points_that_fail_are_named_and_counted_nowhere() -> None:
     bad = PointResult(
         "coupled", 7, np.empty((0, 0)), np.empty((0, 0, 0)), (), "60 rpm: 5 of 8 members failed: stuck"
@@ -141,7 +170,7 @@ def test_the_same_seed_gives_the_same_document_and_kept_points_are_not_run_again
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.json")}
     again = run_points(settings, store=store)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.json")} == kept
-    assert summarise(first, [], settings) == summarise(again, [], settings)
+    assert summarise(first, [], [], settings) == summarise(again, [], [], settings)
     afresh = run_points(settings)
     for a, b in zip(first, afresh, strict=True):
         assert a.to_part() == b.to_part()
@@ -157,3 +186,8 @@ def test_the_document_that_came_with_the_package() -> None:
         lost = sum(each["model"] == model for each in document["dropped"])
         assert share_of(document["shares"], "peak_120", model)["of"] + lost == document["settings"]["points"]
     assert all(floor["runs"] >= 32 for floor in document["floors"])
+    assert len(document["repeated"]) == len(PATTERNS) * len(MODELS)
+    for row in document["repeated"]:
+        assert row["finer"]["of"] >= 60
+        low, high = Share(row["first"]["count"], row["first"]["of"]).interval
+        assert low <= row["finer"]["share"] <= high, row

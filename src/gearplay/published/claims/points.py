@@ -1,5 +1,6 @@
 """Points of the unknown parameters, simulated with each formulation and model under all six conditions."""
 
+import dataclasses
 import threading
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -33,7 +34,10 @@ MODELS = ("coupled", "uncoupled", "coupled_as_published", "uncoupled_as_publishe
 
 @dataclass(frozen=True)
 class ClaimSettings:
-    """How the claims are tried: Sobol points, members of each, records [s, Hz], error tolerance, and the seed of it all."""
+    """How the claims are tried: Sobol points, members of each, records [s, Hz], error tolerance, and the seed of it all.
+
+    The first half of the points is tried again with ``finer_tolerance``.
+    """
 
     points: int = 128
     members: int = 8
@@ -42,6 +46,11 @@ class ClaimSettings:
     sampling: float = 1000.0
     tolerance: float = 1e-7
     seed: int = 1
+    finer_tolerance: float = 1e-9
+
+    def finer(self) -> "ClaimSettings":
+        """Return the settings of the repetition."""
+        return dataclasses.replace(self, points=self.points // 2, tolerance=self.finer_tolerance)
 
 
 @dataclass(frozen=True)
@@ -179,7 +188,7 @@ def run_points(
     plan = claims_plan()
     problems = problems_of(plan)
     ranges = [p.model_dump(mode="json") for p in plan.parameters]
-    own = {k: v for k, v in asdict(settings).items() if k != "points"}
+    own = {k: v for k, v in asdict(settings).items() if k not in ("points", "finer_tolerance")}
     total, found = settings.points * len(problems), []
     for point in range(settings.points):
         for name, problem in problems.items():
@@ -193,5 +202,6 @@ def run_points(
                     store.put(key, part)
             found.append(point_from(part))
             if progress is not None:
-                progress(f"claims: point {point + 1} of {settings.points}", float(len(found)), float(total))
+                words = f"claims, tolerance {settings.tolerance:g}: point {point + 1} of {settings.points}"
+                progress(words, float(len(found)), float(total))
     return found

@@ -16,6 +16,7 @@ from gearplay.published.claims.shares import (
     dropped,
     is_favoured,
     pattern_shares,
+    repeated,
     share_of,
     shown_by_the_test,
     wedging,
@@ -32,9 +33,12 @@ RARE = 0.05
 
 
 def summarise(
-    results: Sequence[PointResult], floor: Sequence[dict[str, Any]], settings: ClaimSettings
+    results: Sequence[PointResult],
+    finer: Sequence[PointResult],
+    floor: Sequence[dict[str, Any]],
+    settings: ClaimSettings,
 ) -> dict[str, Any]:
-    """Return the document: settings, shares, ratios, wedging, floors, and the points that were dropped."""
+    """Return the document: settings, shares, at a finer tolerance too, ratios, wedging, floors, and dropped points."""
     return {
         "version": VERSION,
         "settings": asdict(settings),
@@ -45,6 +49,7 @@ def summarise(
         ],
         "test_shows": shown_by_the_test(),
         "shares": pattern_shares(results),
+        "repeated": repeated(results, finer),
         "ratios": coupling_ratios(results),
         "wedging": wedging(results),
         "floors": list(floor),
@@ -64,9 +69,11 @@ def run_claims(
 
     Finished points come from ``store``. Raises `KeyboardInterrupt` soon after ``stop`` is set.
     """
-    results = run_points(settings, progress=progress, store=store, stop=stop)
+    results, finer = (
+        run_points(each, progress=progress, store=store, stop=stop) for each in (settings, settings.finer())
+    )
     limit = round(article_error("coupled", "amplitude_as_printed"), 1)
-    return summarise(results, floors(study, limit, progress=progress, stop=stop), settings)
+    return summarise(results, finer, floors(study, limit, progress=progress, stop=stop), settings)
 
 
 @lru_cache(maxsize=1)
@@ -101,6 +108,22 @@ def rare_words(document: Mapping[str, Any]) -> str:
         return f"{words}: fewer than {100.0 * RARE:.0f} % with 95 % confidence."
     seen = f"; seen at points {', '.join(map(str, row['points']))}" if row["points"] else ""
     return f"{words}, so that {100.0 * RARE:.0f} % cannot be excluded{seen}."
+
+
+def tolerance_words(document: Mapping[str, Any]) -> str:
+    """Return in one sentence whether a finer tolerance gives the same shares, naming those that it does not."""
+    rows, settings = document["repeated"], document["settings"]
+    apart = [row for row in rows if not row["agree"]]
+    points = max(row["finer"]["of"] for row in rows)
+    words = f"The first {points} points again at a tolerance of {settings['finer_tolerance']:g}"
+    if not apart:
+        return f"{words}: each of the {len(rows)} shares lies within the 95 % interval that it had before."
+    named = "; ".join(
+        f"{row['words']}, {row['model'].replace('_as_published', ' as printed')}:"
+        f" {_words(row['first'])} and {_words(row['finer'])}"
+        for row in apart
+    )
+    return f"{words}: {len(apart)} of {len(rows)} shares do not agree ({named})."
 
 
 def _words(row: dict[str, Any]) -> str:
