@@ -48,7 +48,7 @@ def study(
         ),
     ] = False,
     points: Annotated[
-        int, typer.Option("--points", min=8, max=100_000, help="Sobol points of --claims.")
+        int, typer.Option("--points", min=2, max=100_000, help="Sobol points of --claims.")
     ] = 128,
     fit_drag: Annotated[
         bool, typer.Option("--fit-drag", help="Fit the assumed drag to the six measured f_r first (slow).")
