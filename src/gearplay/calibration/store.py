@@ -1,5 +1,6 @@
 """Trials of a calibration on disk: one optuna study per model in an SQLite file, finished trials only."""
 
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Seen, Trial
 from gearplay.files import parts
+from gearplay.files.databases import told_of
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
 
@@ -18,7 +20,7 @@ AFTER = ("evaluations", "polish", "check_members")
 class StudyStore:
     """One model's trials as an optuna study; each is added whole, in one transaction.
 
-    Raises `TakenError` where the file holds trials of another plan, or is damaged.
+    Raises `TakenError` where the file holds trials of another plan, or is damaged, and the errors of `told_of`.
     """
 
     def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
@@ -26,22 +28,14 @@ class StudyStore:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path, self.folder = folder / FILE, folder
         self.names = [p.name for p in plan.parameters]
-        try:
+        with _told_of(path, foreign=True):  # optuna has errors of its own for what is no database
             self.study = optuna.create_study(
                 storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True
             )
             known = self.study.user_attrs.get("plan")
-        except Exception as error:  # SQLAlchemy and optuna each have their own for a file that is no database
-            raise TakenError(
-                Fault(
-                    "out",
-                    str(folder),
-                    f"its {FILE} must hold the trials of this calibration ({type(error).__name__})",
-                    _CURE,
-                )
-            ) from None
         if known is None:
-            self.study.set_user_attr("plan", digest)
+            with _told_of(path):
+                self.study.set_user_attr("plan", digest)
         elif known != digest:
             raise TakenError(
                 Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE)
@@ -50,7 +44,9 @@ class StudyStore:
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""
         trials = []
-        for stored in self.study.get_trials(deepcopy=False):
+        with _told_of(self.folder / FILE):
+            found = self.study.get_trials(deepcopy=False)
+        for stored in found:
             held = parts.without_digest(stored.user_attrs, in_order=False)  # a table of SQL has none
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
@@ -73,18 +69,22 @@ class StudyStore:
             "reason": trial.reason,
             "phase": trial.phase,
         }
-        self.study.add_trial(
-            optuna.trial.create_trial(
-                state=optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL,
-                value=0.0 if trial.good else None,
-                params=dict(zip(self.names, trial.unit, strict=True)),
-                distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
-                user_attrs=parts.with_digest(held, in_order=False),
-            )
+        finished = optuna.trial.create_trial(
+            state=optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL,
+            value=0.0 if trial.good else None,
+            params=dict(zip(self.names, trial.unit, strict=True)),
+            distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
+            user_attrs=parts.with_digest(held, in_order=False),
         )
+        with _told_of(self.folder / FILE):
+            self.study.add_trial(finished)
 
 
 _CURE = "Choose another folder, or overwrite it to begin anew."
+
+
+def _told_of(path: Path, *, foreign: bool = False) -> AbstractContextManager[None]:
+    return told_of(path, "hold the trials of this calibration", _CURE, foreign=foreign)
 
 
 def _plain(seen: Seen) -> dict[str, Any]:

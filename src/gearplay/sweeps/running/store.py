@@ -3,12 +3,11 @@
 import hashlib
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing
 from pathlib import Path
 
-from gearplay.files.atomic import shown_path
+from gearplay.files.databases import told_of
 from gearplay.sweeps.running.evaluate import Outcome
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenError
 
 PATTERN = "rows*.sqlite"
 _TABLE = (
@@ -162,25 +161,8 @@ def _has_rows(connection: sqlite3.Connection) -> bool:
     return found.fetchone() is not None
 
 
-@contextmanager
-def _in_words(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except sqlite3.Error as error:
-        words = str(error)
-        if "full" in words or "disk I/O" in words:
-            raise ResourceError(
-                f"out = {path}: the disk is full or cannot be written ({words}). "
-                "What is stored stays valid: free some space, then gearplay resume goes on."
-            ) from None
-        if "locked" in words:
-            rule = f"its {path.name} must not be in use by another process"
-            raise InputError(
-                Fault("out", shown_path(path.parent), rule, "Wait for it, or choose another folder")
-            ) from None
-        rule = f"its {path.name} must be a sweep's readable store ({words})"
-        cure = "Choose another folder, or overwrite it"
-        raise TakenError(Fault("out", shown_path(path.parent), rule, cure)) from None
+def _in_words(path: Path) -> AbstractContextManager[None]:
+    return told_of(path, "be a sweep's readable store", "Choose another folder, or overwrite it")
 
 
 def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:

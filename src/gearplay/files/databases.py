@@ -1,0 +1,43 @@
+"""What goes wrong with an SQLite file, in words: the disk, another process that holds it, or what is in it."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gearplay.files.atomic import shown_path
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenError
+
+
+@contextmanager
+def told_of(path: Path, what: str, cure: str, *, foreign: bool = False) -> Iterator[None]:
+    """Tell of an error of SQLite within the block, also one that a library wraps in its own.
+
+    ``what`` the file must be, ``cure`` where it is not. With ``foreign`` any other error means that it is not.
+
+    Raises `ResourceError` where the disk is full or fails, `InputError` where another process holds the file, else `TakenError`.
+    """
+    try:
+        yield
+    except Exception as error:
+        cause = _cause(error)
+        if cause is None and not foreign:
+            raise
+        words = type(error).__name__ if cause is None else str(cause)
+        if "full" in words or "disk I/O" in words:
+            raise ResourceError(
+                f"out = {path}: the disk is full or cannot be written ({words}). "
+                "What is stored stays valid: free some space, then the same command goes on."
+            ) from None
+        place = shown_path(path.parent)
+        if "locked" in words:
+            rule = f"its {path.name} must not be in use by another process"
+            raise InputError(Fault("out", place, rule, "Wait for it, or choose another folder")) from None
+        raise TakenError(Fault("out", place, f"its {path.name} must {what} ({words})", cure)) from None
+
+
+def _cause(error: BaseException | None) -> sqlite3.Error | None:
+    """Return the error of SQLite from which another one came."""
+    while error is not None and not isinstance(error, sqlite3.Error):
+        error = error.__cause__ or error.__context__
+    return error
