@@ -44,7 +44,7 @@ def study(
         bool,
         typer.Option(
             "--claims",
-            help="Try the article's claims afresh over ranges of its unknown parameters (a quarter of an hour).",
+            help="Try the article's claims afresh over ranges of its unknown parameters (half an hour on two cores).",
         ),
     ] = False,
     points: Annotated[

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from gearplay.published.audit import mean_error
 from gearplay.published.calibrated import left_out_error
 from gearplay.published.han2021 import ConditionResult
 from gearplay.published.settings import MODELS, SWITCHED
+from gearplay.published.significance import holm
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400
@@ -161,18 +162,8 @@ def line_differences(results: Sequence[ConditionResult], level: float = 0.05) ->
                     )
             error = math.nan if math.isnan(p) else math.hypot(error_a, error_b)
             found.append(LineDifference(condition, line, level_a - level_b, error, p, False))
-    return _holm(found, level)
-
-
-def _holm(found: list[LineDifference], level: float) -> list[LineDifference]:
-    order = sorted((i for i, d in enumerate(found) if not math.isnan(d.p)), key=lambda i: found[i].p)
-    marked = list(found)
-    for rank, i in enumerate(order):
-        if found[i].p > level / (len(order) - rank):
-            break
-        d = found[i]
-        marked[i] = LineDifference(d.condition, d.line, d.decades, d.standard_error, d.p, True)
-    return marked
+    marked = holm([each.p for each in found], level)
+    return [replace(each, significant=mark) for each, mark in zip(found, marked, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from gearplay.published.article import LINE_WORDS, conditions
 from gearplay.published.assumptions import assumptions
 from gearplay.published.calibrated import calibration
 from gearplay.published.claims.figures import claim_figures
+from gearplay.published.claims.repetition import tolerance_words
 from gearplay.published.claims.shares import MEASURE_WORDS
-from gearplay.published.claims.summary import tolerance_words
 from gearplay.published.comparison import (
     article_error,
     line_differences,

@@ -12,6 +12,7 @@ from gearplay.files.parts import FolderStore
 from gearplay.published.article import LINES, conditions
 from gearplay.published.claims.floor import best_of, condition_errors, floor_of, pair_errors, runs_needed
 from gearplay.published.claims.points import MODELS, ClaimSettings, PointResult, point_from, run_points
+from gearplay.published.claims.repetition import repeated, tolerance_words
 from gearplay.published.claims.shares import (
     OVERALL,
     PATTERNS,
@@ -20,7 +21,6 @@ from gearplay.published.claims.shares import (
     dropped,
     is_favoured,
     pattern_shares,
-    repeated,
     share_of,
     shown_by_the_test,
     wedging,
@@ -30,7 +30,6 @@ from gearplay.published.claims.summary import (
     rare_words,
     shipped_claims,
     summarise,
-    tolerance_words,
 )
 
 
@@ -99,18 +98,22 @@ def test_a_model_is_favoured_only_above_all_its_controls() -> None:
 
 
 def test_shares_at_a_finer_tolerance_are_those_of_the_same_points() -> None:
-    """The first 20 of 40 points all rise: 19 of 20 agree with that, 10 of 20 do not."""
+    """The first 20 of 40 points all rise: 19 of 20 agree with that, 5 of 20 do not: 15 lost, none gained."""
     results = [made("coupled", k, RISING if k < 20 else PEAKED) for k in range(40)]
-    for rising, agree in ((20, True), (19, True), (10, False)):
+    for rising, agree in ((20, True), (19, True), (5, False)):
         finer = [made("coupled", k, RISING if k < rising else PEAKED) for k in range(20)]
         rows = repeated(results, finer)
         assert {row["model"] for row in rows} == {"coupled"}
         growth = next(row for row in rows if row["pattern"] == "growth")
-        assert (growth["first"]["count"], growth["finer"]["count"], growth["finer"]["of"]) == (20, rising, 20)
+        assert (growth["first"], growth["finer"], growth["of"]) == (20, rising, 20)
+        assert (growth["lost"], growth["gained"]) == (20 - rising, 0)
+        assert growth["p"] == pytest.approx(min(1.0, 2.0 * 0.5 ** (20 - rising)))
+        assert growth["single_runs"] == pytest.approx([0.75, 0.75 * rising / 20])
         assert growth["agree"] == agree
         words = tolerance_words({"repeated": rows, "settings": {"finer_tolerance": 1e-9}})
         assert words.startswith("The first 20 points again at a tolerance of 1e-09: ")
-        assert ("do not agree" in words and "grows with the speed, coupled: 100 %" in words) != agree
+        assert ("grows with the speed, coupled: 20 and 5 of 20" in words) != agree
+        assert ("none of the 4 shares differs significantly" in words) == agree
 
 
 def test_half_of_the_points_are_tried_again() -> None:
@@ -188,6 +191,9 @@ def test_the_document_that_came_with_the_package() -> None:
     assert all(floor["runs"] >= 32 for floor in document["floors"])
     assert len(document["repeated"]) == len(PATTERNS) * len(MODELS)
     for row in document["repeated"]:
-        assert row["finer"]["of"] >= 60
-        low, high = Share(row["first"]["count"], row["first"]["of"]).interval
-        assert low <= row["finer"]["share"] <= high, row
+        assert row["of"] >= 60
+        (low, high), (bottom, top) = (Share(row[each], row["of"]).interval for each in ("first", "finer"))
+        assert max(low, bottom) <= min(high, top), row
+        assert row["p"] == pytest.approx(binomtest(row["lost"], row["lost"] + row["gained"]).pvalue)
+        assert row["p"] * len(document["repeated"]) > 0.05, row
+        assert abs(row["single_runs"][0] - row["single_runs"][1]) < 0.06, row

@@ -164,29 +164,6 @@ def is_favoured(rows: Sequence[dict[str, Any]], pattern: str, model: str, contro
     return all(share_of(rows, pattern, model)["low"] > share_of(rows, pattern, c)["high"] for c in controls)
 
 
-def repeated(results: Sequence[PointResult], finer: Sequence[PointResult]) -> list[dict[str, Any]]:
-    """Return a row for each pattern and model: the share of the vibration in the points of ``finer``, and its share there.
-
-    ``agree``: the finer one lies within the 95 % interval of the other.
-    """
-    points = {r.point for r in finer}
-    first, second = pattern_shares([r for r in results if r.point in points]), pattern_shares(finer)
-    rows = []
-    for one in first:
-        if one["measure"] == OVERALL and any(r["model"] == one["model"] for r in second):
-            other = share_of(second, one["pattern"], one["model"])
-            kept = ("count", "of", "share", "low", "high")
-            rows.append(
-                {
-                    **{k: one[k] for k in ("pattern", "words", "model")},
-                    "agree": one["low"] <= other["share"] <= one["high"],
-                    "first": {k: one[k] for k in kept},
-                    "finer": {k: other[k] for k in kept},
-                }
-            )
-    return rows
-
-
 def wedging(results: Sequence[PointResult]) -> list[dict[str, Any]]:
     """Return, by model and condition, the share of points in which the backlash turns negative, and for how much of the time."""
     rows = []

@@ -11,12 +11,12 @@ from typing import Any
 from gearplay.published.article import conditions
 from gearplay.published.claims.floor import floors
 from gearplay.published.claims.points import ClaimSettings, PointResult, claims_plan, run_points
+from gearplay.published.claims.repetition import repeated
 from gearplay.published.claims.shares import (
     coupling_ratios,
     dropped,
     is_favoured,
     pattern_shares,
-    repeated,
     share_of,
     shown_by_the_test,
     wedging,
@@ -108,22 +108,6 @@ def rare_words(document: Mapping[str, Any]) -> str:
         return f"{words}: fewer than {100.0 * RARE:.0f} % with 95 % confidence."
     seen = f"; seen at points {', '.join(map(str, row['points']))}" if row["points"] else ""
     return f"{words}, so that {100.0 * RARE:.0f} % cannot be excluded{seen}."
-
-
-def tolerance_words(document: Mapping[str, Any]) -> str:
-    """Return in one sentence whether a finer tolerance gives the same shares, naming those that it does not."""
-    rows, settings = document["repeated"], document["settings"]
-    apart = [row for row in rows if not row["agree"]]
-    points = max(row["finer"]["of"] for row in rows)
-    words = f"The first {points} points again at a tolerance of {settings['finer_tolerance']:g}"
-    if not apart:
-        return f"{words}: each of the {len(rows)} shares lies within the 95 % interval that it had before."
-    named = "; ".join(
-        f"{row['words']}, {row['model'].replace('_as_published', ' as printed')}:"
-        f" {_words(row['first'])} and {_words(row['finer'])}"
-        for row in apart
-    )
-    return f"{words}: {len(apart)} of {len(rows)} shares do not agree ({named})."
 
 
 def _words(row: dict[str, Any]) -> str:
