@@ -116,6 +116,13 @@ def test_shares_at_a_finer_tolerance_are_those_of_the_same_points() -> None:
         assert ("none of the 4 shares differs significantly" in words) == agree
 
 
+def test_where_no_point_is_left_nothing_is_compared() -> None:
+    assert repeated([made("coupled", 0, RISING)], []) == []
+    assert "No point could be compared" in tolerance_words(
+        {"repeated": [], "settings": {"finer_tolerance": 1e-9}}
+    )
+
+
 def test_half_of_the_points_are_tried_again() -> None:
     settings = ClaimSettings(points=128)
     assert (settings.finer().points, settings.finer().tolerance) == (64, 1e-9)

@@ -59,6 +59,8 @@ def repeated(results: Sequence[PointResult], finer: Sequence[PointResult]) -> li
 def tolerance_words(document: Mapping[str, Any]) -> str:
     """Return in one or two sentences whether a finer tolerance gives the same shares, naming those that it does not."""
     rows, settings = document["repeated"], document["settings"]
+    if not rows:
+        return "No point could be compared with itself at a finer tolerance."
     points = max(row["of"] for row in rows)
     words = f"The first {points} points again at a tolerance of {settings['finer_tolerance']:g}"
     apart = [
