@@ -187,6 +187,39 @@ def test_ctrl_c_as_llvm_returns_comes_later(name: str, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted 1\ngoes on\n", "")
 
 
+NOTEBOOK = """
+import signal
+import llvmlite.binding.ffi as ffi
+import gearplay as gp
+import gearplay.solver.compiling
+call, came = ffi._lib_fn_wrapper.__call__, []
+def called(function, *args):
+    result = call(function, *args)
+    if function._cfn.__name__ == "LLVMPY_{name}" and not came:
+        came.append(True)
+        signal.raise_signal(signal.SIGINT)
+    return result
+ffi._lib_fn_wrapper.__call__ = called
+try:
+    gp.simulate("han2021", duration=0.01)
+except KeyboardInterrupt:
+    print("interrupted", signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+"""
+
+
+@pytest.mark.parametrize("name", ["DisposeString", "LinkModules"])
+def test_python_survives_a_ctrl_c_while_kernels_are_compiled(name: str, tmp_path: Path) -> None:
+    """In a notebook Python's own handler raises anywhere, and an abort takes the whole session along."""
+    done = subprocess.run(
+        [sys.executable, "-c", NOTEBOOK.format(name=name)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+    )
+    assert (done.returncode, done.stdout) == (0, "interrupted True\n"), done.stderr
+    assert "Traceback" not in done.stderr
+
+
 TWICE = """
 import signal
 import threading

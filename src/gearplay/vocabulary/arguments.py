@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.interrupts import raised_without_harm
 from gearplay.vocabulary.renamed import with_new_names
 
 MOST: Final = 10**15
@@ -263,7 +264,8 @@ def rule_of(function: str, parameter: str) -> Any:
 def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) -> Callable[..., Any]:
     """Return a public function that checks its arguments first; ``seconds`` reads a time, by its parameter's name, from text.
 
-    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or not what their names ask for.
+    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or not what their names ask for. Ctrl-C
+    comes while it works where it does no harm.
     """
     signature = inspect.signature(function)
     parameters = signature.parameters
@@ -290,7 +292,8 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
                 faults.append(Fault(name, value, wanted, "See help(gearplay." + function.__name__ + ")"))
         if faults:
             raise InputError(faults)
-        return function(*bound.args, **bound.kwargs)
+        with raised_without_harm():
+            return function(*bound.args, **bound.kwargs)
 
     return door
 

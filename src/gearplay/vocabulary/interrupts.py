@@ -1,0 +1,88 @@
+"""Where Ctrl-C must not be raised, and an interrupt that comes again where it had to wait."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+SOON = 0.05
+"""When an interrupt that cannot be raised yet is tried again [s]."""
+LOST_WITHIN = {
+    ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
+    ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
+}
+"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on."""
+SPOILT_BY_IT = ("llvmlite", "numba.core.compiler_lock")
+"""Packages or modules that an exception may not come into: LLVM's memory would be freed twice, or a lock held for ever."""
+
+
+def would_harm(frame: FrameType | None) -> bool:
+    """Return whether an exception raised at a frame would meet code that can pass none on, or leave things half done."""
+    while frame is not None:
+        module = str(frame.f_globals.get("__name__"))
+        if (module, frame.f_code.co_qualname) in LOST_WITHIN:
+            return True
+        if any(module == each or module.startswith(f"{each}.") for each in SPOILT_BY_IT):
+            return True
+        frame = frame.f_back
+    return False
+
+
+class Again:
+    """An interrupt that could not be raised yet, and comes again soon: one at a time, and none after the work."""
+
+    def __init__(self) -> None:
+        self.timer: threading.Timer | None = None
+        self.due = False
+
+    def soon(self) -> None:
+        """Let it come again, if it is not coming already."""
+        if not self.due:
+            self.due = True  # first: another signal may come on the way
+            self.timer = threading.Timer(SOON, self._send)
+            self.timer.daemon = True
+            self.timer.start()
+
+    def never(self) -> None:
+        """Let it come no more: the handler that knows what to do with it is about to go."""
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer.join()
+
+    def _send(self) -> None:
+        """Send Ctrl-C to the main thread, which may be waiting."""
+        self.due = False
+        if hasattr(signal, "pthread_kill"):
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        else:
+            signal.raise_signal(signal.SIGINT)
+
+
+@contextmanager
+def raised_without_harm() -> Iterator[None]:
+    """Let a Ctrl-C within the block wait for a moment where it does no harm, if Python itself would raise it anywhere.
+
+    A handler of somebody else's stays: the command line has its own, which does the same and more.
+    """
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
+        yield
+        return
+    again = Again()
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        if not would_harm(frame):
+            raise KeyboardInterrupt
+        again.soon()
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        again.never()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if again.due:
+        raise KeyboardInterrupt
