@@ -32,8 +32,8 @@ some hours; `make torture OF=tests/page` tries some files only and leaves the ot
   and the same command goes on. An old whole result is there until the new one is.
 * Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same command goes on
   there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps what was computed until then.
-* Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: LLVM does not survive it everywhere, and an
-  abort would take a whole notebook along.
+* Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: LLVM does not survive it
+  everywhere, and an abort would take a whole notebook along.
 * `run.max_wall_time` holds while signals are sampled too; a result that would take longer to compress is written as it is.
 * A request to the page that does not become whole in 10 s (its body: 30 s more) is dropped; none leaves a traceback.
 * A process that is killed loses the piece it was working on and nothing else; what is computed again is the same to the

@@ -150,6 +150,7 @@ import threading
 import llvmlite.binding.ffi as ffi
 import numba
 from gearplay.cli.interrupts import interruptible
+numba.njit("f8(f8)")(lambda x: x)  # what numba loads and registers once, it has
 call, enter, came = ffi._lib_fn_wrapper.__call__, ffi._LLVMLock.__enter__, []
 def interrupt(name):
     if name == "{name}" and not came:
@@ -185,6 +186,33 @@ def test_ctrl_c_as_llvm_returns_comes_later(name: str, tmp_path: Path) -> None:
         [sys.executable, "-c", COMPILED.format(name=name)], cwd=tmp_path, capture_output=True, text=True
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted 1\ngoes on\n", "")
+
+
+TYPING = """
+import signal
+import numba
+from numba.extending import overload
+from gearplay.cli.interrupts import interruptible
+went_on = []
+def asked(x):
+    pass
+@overload(asked)
+def typed(x):
+    signal.raise_signal(signal.SIGINT)
+    went_on.append(True)
+    return lambda x: x
+try:
+    with interruptible():
+        numba.njit("f8(f8)")(lambda x: asked(x))
+except KeyboardInterrupt:
+    print("interrupted", went_on)
+"""
+
+
+def test_ctrl_c_between_two_calls_of_llvm_comes_at_once(tmp_path: Path) -> None:
+    """A kernel takes seconds to compile: only LLVM itself is waited for."""
+    done = subprocess.run([sys.executable, "-c", TYPING], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted []\n", "")
 
 
 NOTEBOOK = """

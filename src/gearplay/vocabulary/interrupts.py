@@ -11,22 +11,30 @@ SOON = 0.05
 LOST_WITHIN = {
     ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
     ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
+    *(
+        ("numba.core.compiler_lock", f"_CompilerLock.{each}")
+        for each in ("acquire", "release", "__enter__", "__exit__")
+    ),
 }
-"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on."""
-SPOILT_BY_IT = ("llvmlite", "numba.core.compiler_lock")
-"""Packages or modules that an exception may not come into: LLVM's memory would be freed twice, or a lock held for ever."""
+"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on, or a lock
+stays taken."""
+SPOILT_BY_IT = "llvmlite"
+"""A package that an exception may not come into: LLVM's memory would be freed twice, or its lock held for ever."""
 
 
 def would_harm(frame: FrameType | None) -> bool:
-    """Return whether an exception raised at a frame would meet code that can pass none on, or leave things half done."""
+    """Return whether an exception raised at a frame would meet code that can pass none on, or leave things half done.
+
+    So would a module of numba that is imported half: imported again, it finds its types registered and fails.
+    """
+    found: set[str] = set()
     while frame is not None:
         module = str(frame.f_globals.get("__name__"))
         if (module, frame.f_code.co_qualname) in LOST_WITHIN:
             return True
-        if any(module == each or module.startswith(f"{each}.") for each in SPOILT_BY_IT):
-            return True
+        found.add(module.partition(".")[0])
         frame = frame.f_back
-    return False
+    return SPOILT_BY_IT in found or {"importlib", "numba"} <= found
 
 
 class Again:
