@@ -181,7 +181,7 @@ print("hangs" if other.is_alive() else "goes on")
     "name", ["lock", *(f"LLVMPY_{each}" for each in ("DisposeString", "LinkModules", "CreatePassBuilder"))]
 )
 def test_ctrl_c_as_llvm_returns_comes_later(name: str, tmp_path: Path) -> None:
-    """Its memory would be freed twice, a module that was taken in used again, a lock stay taken."""
+    """Ctrl-C as a call of LLVM returns: memory would be freed twice, a module used after it was taken in, a lock stay taken."""
     done = subprocess.run(
         [sys.executable, "-c", COMPILED.format(name=name)], cwd=tmp_path, capture_output=True, text=True
     )
@@ -210,7 +210,7 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_between_two_calls_of_llvm_comes_at_once(tmp_path: Path) -> None:
-    """A kernel takes seconds to compile: only LLVM itself is waited for."""
+    """Ctrl-C while a kernel is compiled, which takes seconds: only the present call of LLVM is waited for."""
     done = subprocess.run([sys.executable, "-c", TYPING], cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted []\n", "")
 
@@ -237,7 +237,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize("name", ["DisposeString", "LinkModules"])
 def test_python_survives_a_ctrl_c_while_kernels_are_compiled(name: str, tmp_path: Path) -> None:
-    """In a notebook Python's own handler raises anywhere, and an abort takes the whole session along."""
+    """Ctrl-C in a notebook while kernels are compiled: Python raises it anywhere, and an abort takes the session along."""
     done = subprocess.run(
         [sys.executable, "-c", NOTEBOOK.format(name=name)],
         capture_output=True,
