@@ -58,12 +58,10 @@ def design(units: Floats, degree: int) -> Floats:
     """
     one_way = np.polynomial.legendre.legvander((2.0 * units - 1.0).T, degree)  # [parameter, point, degree]
     columns = np.ascontiguousarray(np.moveaxis(one_way, 2, 1))  # [parameter, degree, point]
-    table = np.empty((len(factors := products(units.shape[1], degree)), len(units)))
-    for term, (shorter, parameter, exponent) in enumerate(factors):
-        if term == 0:
-            table[0] = 1.0
-        else:
-            np.multiply(table[shorter], columns[parameter, exponent], out=table[term])
+    factors = products(units.shape[1], degree)
+    table = np.ones((len(factors), len(units)))  # the first term is 1
+    for term, (shorter, parameter, exponent) in enumerate(factors[1:], start=1):
+        np.multiply(table[shorter], columns[parameter, exponent], out=table[term])
     return np.ascontiguousarray(table.T)
 
 

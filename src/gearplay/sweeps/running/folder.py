@@ -105,8 +105,7 @@ def claim(plan: SweepPlan, folder: Path) -> None:
         with suppress(TakenError):
             write_text(path, json.dumps(with_digest(document), indent=1), overwrite=False)
     if _read_plan(path) != document:
-        rule = "must hold the same plan"
-        raise TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
+        raise _not_ours(folder, "must hold the same plan")
 
 
 def plan_in(folder: Path) -> SweepPlan:
@@ -129,14 +128,14 @@ def _read_plan(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         document = None
     if not isinstance(document, dict):
-        rule = f"its {path.name} must be a plan that gearplay sweep wrote"
-        cure = "Choose another folder, or overwrite it"
-        raise TakenError(Fault("out", shown_path(path.parent), rule, cure))
+        raise _not_ours(path.parent, f"its {path.name} must be a plan that gearplay sweep wrote")
     if (found := without_digest(document)) is None:
-        rule = f"its {path.name} was changed after gearplay sweep wrote it"
-        cure = "Choose another folder, or overwrite it"
-        raise TakenError(Fault("out", shown_path(path.parent), rule, cure))
+        raise _not_ours(path.parent, f"its {path.name} was changed after gearplay sweep wrote it")
     return found
+
+
+def _not_ours(folder: Path, rule: str) -> TakenError:
+    return TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
 
 
 def gather(made: Sweep, folder: Path) -> "xr.Dataset":
