@@ -15,7 +15,12 @@ from gearplay.solver.simulate import run_members
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 MEMBERS, SPAN = 48, 1.0
-ALL = {"han2021": lambda: gp.load_case("han2021")} | PROBLEMS
+ALL = {
+    "han2021": lambda: gp.load_case("han2021"),
+    "pressed by drag": lambda: gp.replace(
+        gp.load_case("han2021-calibrated"), {"rotors.pinion.drive.speed": "60 rpm"}
+    ),
+} | PROBLEMS
 
 
 def statistics(case, tolerance, members):

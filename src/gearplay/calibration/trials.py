@@ -24,6 +24,8 @@ from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
+DECIMALS = 6  # of a trial's place in the unit cube
+DIGITS = 5  # of what is seen; an ensemble tells two or three
 
 
 @dataclass(frozen=True)
@@ -155,12 +157,30 @@ class Problem:
         members: int | None = None,
         stop: threading.Event | None = None,
     ) -> Trial:
-        """Return the finished trial at a point; a simulation that fails is a trial with its reason."""
-        place = tuple(float(u) for u in unit)
+        """Return the finished trial at a point; a simulation that fails is a trial with its reason.
+
+        Its place is rounded to `DECIMALS` before it is simulated, and what is seen to `DIGITS` afterwards, so that trials can
+        be kept in little room and a search goes on from them to the same numbers.
+        """
+        place = tuple(round(float(u), DECIMALS) for u in unit)
         try:
-            return Trial(number, place, self.see(place, members=members, stop=stop), phase=phase)
+            return Trial(number, place, rounded(self.see(place, members=members, stop=stop)), phase=phase)
         except GearplayError as error:
             return Trial(number, place, {}, str(error).splitlines()[0], phase)
+
+
+def rounded(seen: Seen) -> Seen:
+    """Return what was seen with `DIGITS` significant digits, its errors with three."""
+    return {
+        condition: {
+            target: {
+                key: Observed(float(f"{o.value:.{DIGITS}g}"), float(f"{o.error:.3g}"))
+                for key, o in keys.items()
+            }
+            for target, keys in targets.items()
+        }
+        for condition, targets in seen.items()
+    }
 
 
 class TrialError(SimulationError):

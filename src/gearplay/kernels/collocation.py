@@ -29,7 +29,7 @@ from gearplay.kernels.implicit import (
 )
 from gearplay.kernels.layout import System, vx_of, x_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import CALLS, Run, T
+from gearplay.kernels.run import CALLS, FINENESS, Run, T
 from gearplay.kernels.runge_kutta import NODES, STAGES
 
 _FOUR = np.array([0.0, *C])
@@ -138,6 +138,7 @@ def solve(system: System, run: Run, t: float, h: float) -> bool:
                     change = abs(kept.rest[stage, s])
                     kept.k[stage, s] += kept.rest[stage, s]
                     size = max(size, h * change / run.scale[s], h * h * change / run.scale[q])
+        size /= run.clock[FINENESS]
         if not size < 1e12:
             return False
         if turn > 0:
@@ -230,7 +231,7 @@ def implicit_error(system: System, run: Run, h: float) -> float:
                 worst = size
                 if not size < np.inf:
                     return np.inf
-    return worst
+    return worst / run.clock[FINENESS]
 
 
 @compiled_inline

@@ -6,7 +6,7 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
 from gearplay.kernels.roster import fly_listed, fly_on
-from gearplay.kernels.run import CALLS, TOLERANCE, Run, T
+from gearplay.kernels.run import CALLS, FINENESS, TOLERANCE, Run, T
 from gearplay.kernels.runge_kutta import STAGES, interpolate_state, step
 from gearplay.kernels.switches import switch_value, switch_values
 
@@ -76,7 +76,7 @@ def allowance(system: System, run: Run, s: int) -> float:
     """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error."""
     switch = system.switches[s]
     return (
-        0.1 * (run.clock[TOLERANCE] * system.contacts[switch.contact].natural)
+        0.1 * (run.clock[FINENESS] * run.clock[TOLERANCE] * system.contacts[switch.contact].natural)
         if switch.role == TOUCH
         else 0.0
     )

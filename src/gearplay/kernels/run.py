@@ -19,7 +19,7 @@ DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Run.clock [s, 1] and Run.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE = range(9)
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE, FINENESS = range(10)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
@@ -116,10 +116,10 @@ def make_run(
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
     n = y_0.size
-    clock = np.zeros(9)
+    clock = np.zeros(10)
     clock[H_RESTART] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
-    clock[TOLERANCE] = tolerance
+    clock[TOLERANCE], clock[FINENESS] = tolerance, 1.0
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
     counts[FORCES] = forces

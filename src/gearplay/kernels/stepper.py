@@ -13,6 +13,7 @@ from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt, first_switch, retake
+from gearplay.kernels.fineness import refine
 from gearplay.kernels.fixed_steps import take_fixed_step
 from gearplay.kernels.implicit import H_EXPLICIT, QUIET
 from gearplay.kernels.layout import ACTIVE, System, spin_of
@@ -24,6 +25,7 @@ from gearplay.kernels.run import (
     BEGUN,
     CANNOT_MESH,
     DONE,
+    FINENESS,
     FIXED,
     LOGGED,
     NOT_FINITE,
@@ -90,6 +92,7 @@ def take_flight(system: System, run: Run) -> int:
 def take_step(system: System, run: Run) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
     clock, counts, roster = run.clock, run.counts, run.roster
+    refine(system, run)
     t, stop = clock[T], next_stop(run)
     h = min(clock[H], longest_step(system, run))
     touching = roster.due.size
@@ -125,7 +128,7 @@ def take_step(system: System, run: Run) -> int:
             counts[REJECTED] += 1
             h *= 0.25
             continue
-        error = error_norm(roster, h, run.stages, run.scale)
+        error = error_norm(roster, h, run.stages, run.scale) / clock[FINENESS]
         if error <= 1.0:
             break
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE

@@ -11,7 +11,7 @@ from gearplay.kernels.elements import table
 from gearplay.kernels.joined import move_change
 from gearplay.kernels.layout import FLYING, System, vx_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, PAUSED, Run, T
+from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, FINENESS, PAUSED, Run, T
 from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS, error_norm, stage_state
 from gearplay.kernels.saltation import carry_over, carry_samples
 from gearplay.kernels.slopes import fly_change, linearise, rate_of_change
@@ -32,7 +32,8 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
         part = min(part, h - passed)
         if try_part(system, tangent, t + passed, part) != 0:
             return 1
-        error = max(change_error(run, tangent, part), error_norm(roster, part, tangent.stages, run.scale))
+        own = error_norm(roster, part, tangent.stages, run.scale) / run.clock[FINENESS]
+        error = max(change_error(run, tangent, part), own)
         if error > 1.0 and part > 1e-9 * h:
             part *= max(0.1, 0.9 * error ** (-1.0 / ORDER))
             continue
