@@ -1,0 +1,84 @@
+"""The trials that come with the bundled calibration: they are its own, and a search goes on from them as if it had run here."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from gearplay.calibration.objective import Comparison, data_of, printed_measurements
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.search import Search
+from gearplay.calibration.store import StudyStore, digest_of
+from gearplay.calibration.trials import Problem, Trial
+from gearplay.published.calibrated import calibration, fit_of
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("keep_trials", ROOT / "docs" / "keep_trials.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def kept(script: ModuleType) -> dict[str, list[Trial]]:
+    digest, trials = script.kept()
+    assert digest == digest_of(load_plan("han2021"))
+    return trials  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("model", calibration()["fits"])
+def test_the_errors_of_the_search_are_those_of_the_kept_trials(
+    model: str, kept: dict[str, list[Trial]]
+) -> None:
+    """The provenance's number of trials and the errors that the search saw at its best one follow from what is kept."""
+    plan, fit = load_plan("han2021"), fit_of(model)
+    comparison = Comparison(data_of(plan, printed_measurements(plan)), "unnormalised")
+    good = [trial for trial in kept[model][: fit["trials"]] if trial.good]
+    assert len(kept[model]) >= fit["trials"] == len(good) + fit["failed"]
+    logs, errors = comparison.logs_of(good)
+    best = int(np.argmin(comparison.objective(logs, errors)))
+    amplitude, frequency = comparison.mean_errors(logs, errors)
+    assert [amplitude[best], frequency[best]] == pytest.approx(fit["in_sample"], rel=1e-9)
+
+
+def test_the_points_follow_from_seed_and_trials_before(kept: dict[str, list[Trial]]) -> None:
+    """Sobol points of the start, and what TPE and the emulator say next, are those that were simulated."""
+    plan = load_plan("han2021")
+    problem = Problem(plan, plan.models[0])
+    comparison = Comparison(data_of(plan, printed_measurements(plan)), "unnormalised")
+    trials = kept[problem.model.name]
+    for number in (
+        0,
+        5,
+        plan.effort.startup - 1,
+        plan.effort.startup,
+        plan.effort.startup + 1,
+        plan.effort.startup + 5,
+    ):
+        asked = Search(problem, [comparison], trials[:number]).ask()
+        assert np.round(asked, 6) == pytest.approx(trials[number].unit, abs=2e-6)
+
+
+def test_laid_trials_are_the_kept_ones(
+    script: ModuleType, kept: dict[str, list[Trial]], tmp_path: Path
+) -> None:
+    """Kept, laid into a folder and kept again: nothing is lost, a failed trial neither; a folder with trials is not touched."""
+    plan, folder = load_plan("han2021"), tmp_path / "one"
+    folder.mkdir()
+    store = StudyStore(folder, plan, "coupled", digest_of(plan))
+    made = [kept["coupled"][0], Trial(1, (0.5,) * 12, {}, "too few members", "search")]
+    for trial in made:
+        store.add(trial)
+    script.keep(folder, plan, tmp_path / "kept.json.xz")
+    script.lay(tmp_path / "two", plan, tmp_path / "kept.json.xz")
+    assert StudyStore(tmp_path / "two", plan, "coupled", digest_of(plan)).read() == made
+    with pytest.raises(SystemExit, match="holds trials of coupled already"):
+        script.lay(tmp_path / "two", plan, tmp_path / "kept.json.xz")
