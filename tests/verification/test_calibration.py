@@ -15,7 +15,7 @@ from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.calibration.recovery import recover, summary, synthetic
 from gearplay.calibration.trials import Problem, Trial
-from gearplay.calibration.verdict import OPEN, Standing, duels, leave_one_out
+from gearplay.calibration.verdict import OPEN, Standing, duels, emulator_errors, leave_one_out
 from gearplay.surrogates.polynomials import Emulator
 
 Floats = NDArray[np.float64]
@@ -149,6 +149,37 @@ def standing(model: str, evidence: float, densities: list[float], bic: float = 0
 def test_a_duel_needs_odds_and_predictions(evidence: float, ahead: list[float], winner: str) -> None:
     duel = duels([standing("coupled", evidence, ahead), standing("uncoupled", 0.0, [0.0] * 4)])[0]
     assert duel.winner == winner
+
+
+def test_what_other_trials_would_say_is_part_of_a_duels_error() -> None:
+    """Odds and predictions that two emulators leave open decide nothing."""
+    sure = [standing("coupled", 10.0, [2.0, 3.0, 2.5, 2.0]), standing("uncoupled", 0.0, [0.0] * 4)]
+    assert duels(sure)[0].winner == "coupled"
+    unsure = dataclasses.replace(sure[0], predictive_error=6.0)
+    assert duels([unsure, sure[1]])[0].winner == OPEN
+    assert duels([unsure, sure[1]])[0].predictive_error == pytest.approx(np.hypot(6.0, 0.96), abs=0.02)
+    assert duels([dataclasses.replace(sure[0], log_evidence_error=4.0), sure[1]])[0].winner == OPEN
+
+
+def test_the_emulators_share_of_the_error_is_how_other_trials_scatter(measured: Measured) -> None:
+    """Evidence from eight sets of trials of one model: their scatter is what the jackknife says of each."""
+    plan = small_plan()
+    problem = KnownProblem(plan, plan.models[0])
+    truth = problem.run(0, (0.4, 0.6), members=1000)
+    comparison = Comparison(data_of(plan, truth.seen), "absolute")
+    evidence, said = [], []
+    for seed in range(8):
+        points = 0.96 * np.random.default_rng(seed).random((48, 2))
+        trials = [problem.run(n, u) for n, u in enumerate(points)]
+        surrogate = Surrogate.of(comparison, trials)
+        evidence.append(sample_posterior(surrogate, 2, discrepancy=False).log_evidence)
+        said.append(emulator_errors(comparison, trials, 2, discrepancy=False))
+    ratio = float(np.sqrt(np.mean(np.square(said)[:, 0])) / np.std(evidence, ddof=1))
+    measured(
+        "emulator's share of the error of ln evidence, over the scatter of eight sets", ratio, "0.5 to 2"
+    )
+    assert 0.5 < ratio < 2.0
+    assert emulator_errors(comparison, trials[:7], 2, discrepancy=False) == (np.inf, np.inf)
 
 
 def design_trials(problem: Problem, count: int) -> list[Trial]:

@@ -1,6 +1,7 @@
 """`run_calibration`: search, check on fresh members, posterior, hold-out and verdict, for every model and reading."""
 
 import json
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -16,8 +17,10 @@ from gearplay.calibration.posterior import Interval, Posterior, Surrogate, sampl
 from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.calibration.verdict import (
+    GROUPS,
     LeftOut,
     Standing,
+    emulator_errors,
     information_criterion,
     leave_one_out,
 )
@@ -160,6 +163,7 @@ def _stored(
         problem.model.name,
         comparison.reading,
         [asdict(d) for d in comparison.data],
+        GROUPS,
     ]
     key = part_key(identity)
     part = parts.get(key) if parts is not None else None
@@ -193,6 +197,9 @@ def fit_model(
     posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
     left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    evidence_error, predictive_error = emulator_errors(
+        comparison, trials, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
+    )
     found_amplitude, found_frequency = comparison.mean_errors(logs, errors)
     amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
     best = int(np.argmin(values))
@@ -221,8 +228,9 @@ def fit_model(
             problem.model.name,
             information_criterion(surrogate, posterior, free),
             posterior.log_evidence,
-            posterior.log_evidence_error,
+            math.hypot(posterior.log_evidence_error, evidence_error),
             {each.condition: each.log_density for each in left_out},
+            predictive_error,
         ),
         history=tuple(float(v) for v in np.minimum.accumulate(values)),
     )

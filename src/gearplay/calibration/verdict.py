@@ -8,12 +8,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.calibration.objective import Comparison
 from gearplay.calibration.posterior import Posterior, Surrogate, sample_posterior
+from gearplay.calibration.trials import Trial
 
 Floats = NDArray[np.float64]
 STRONG = 3.0  # ln of odds 20 : 1, "strong" after Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773
 CLEAR = 2.0  # standard errors
 OPEN = "cannot be told"
+GROUPS = 4  # of trials that are left out in turn
+FEWER_POINTS = 500  # of the posteriors without a group
 
 
 @dataclass(frozen=True)
@@ -80,12 +84,36 @@ def _mean(values: Floats) -> float:
     return float(values.mean()) if values.size else math.nan
 
 
+def emulator_errors(
+    comparison: Comparison, trials: Sequence[Trial], parameters: int, *, discrepancy: bool, seed: int = 0
+) -> tuple[float, float]:
+    """Return the standard errors of log evidence and of the sum of log predictive densities that come from the trials.
+
+    Other trials would have given another emulator. `GROUPS` of trials are left out in turn (jackknife: the square is
+    (g - 1) / g sum (v - mean)^2). Infinite where too few trials remain to fit an emulator.
+    """
+    seen = []
+    for group in range(GROUPS):
+        rest = [trial for trial in trials if trial.number % GROUPS != group]
+        if sum(trial.good for trial in rest) < 2 * parameters + 2:
+            return math.inf, math.inf
+        surrogate = Surrogate.of(comparison, rest)
+        whole = sample_posterior(
+            surrogate, parameters, discrepancy=discrepancy, points=FEWER_POINTS, seed=seed
+        )
+        parts = leave_one_out(surrogate, parameters, discrepancy=discrepancy, points=FEWER_POINTS, seed=seed)
+        seen.append((whole.log_evidence, sum(part.log_density for part in parts)))
+    evidence, predictive = np.sqrt((GROUPS - 1) * np.var(seen, axis=0))
+    return float(evidence), float(predictive)
+
+
 @dataclass(frozen=True)
 class Standing:
     """How one model stands in one reading of the ordinate.
 
     ``bic`` = k ln n - 2 ln L at the best point (Schwarz, Ann. Stat. 6 (1978) 461), ``log_evidence`` ln of the mean
-    likelihood over the prior, ``log_densities`` the log predictive density of each condition left out.
+    likelihood over the prior, ``log_densities`` the log predictive density of each condition left out. Errors are standard
+    ones: that of the evidence from sampling and emulator, that of the sum of the densities from the emulator.
     """
 
     model: str
@@ -93,6 +121,7 @@ class Standing:
     log_evidence: float
     log_evidence_error: float
     log_densities: Mapping[str, float]
+    predictive_error: float = 0.0
 
     @property
     def predictive(self) -> float:
@@ -110,8 +139,8 @@ def information_criterion(surrogate: Surrogate, posterior: Posterior, parameters
 class Duel:
     """Two models against each other in one reading: how far the first is ahead, and who wins.
 
-    ``log_odds`` is the difference of log evidence, ``predictive`` that of the log predictive densities with its standard
-    error over the conditions, ``bic`` that of the criterion (negative favours the first).
+    ``log_odds`` is the difference of log evidence, ``predictive`` that of the log predictive densities; its standard error is
+    that over the conditions and of both emulators. ``bic`` is the difference of the criterion (negative favours the first).
     """
 
     first: str
@@ -137,10 +166,14 @@ class Duel:
         """The duel in one sentence."""
         outcome = f"{self.winner} explains the data better" if self.winner != OPEN else OPEN
         return (
-            f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {self.log_odds_error:.1f}"
-            f" (told from ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f} ± {self.predictive_error:.1f}"
-            f" (told from {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
+            f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {_shown(self.log_odds_error)}"
+            f" (told from ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f}"
+            f" ± {_shown(self.predictive_error)} (told from {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
         )
+
+
+def _shown(error: float) -> str:
+    return f"{error:.1f}" if math.isfinite(error) else "unknown"
 
 
 def duels(standings: Sequence[Standing]) -> list[Duel]:
@@ -156,7 +189,7 @@ def duels(standings: Sequence[Standing]) -> list[Duel]:
                 a.log_evidence - b.log_evidence,
                 math.hypot(a.log_evidence_error, b.log_evidence_error),
                 float(ahead.sum()),
-                error,
+                math.hypot(error, a.predictive_error, b.predictive_error),
                 a.bic - b.bic,
             )
         )

@@ -11,7 +11,7 @@ import numpy as np
 from gearplay.model.geometry import amplitude_bound
 from gearplay.published import audit
 from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
-from gearplay.published.calibrated import calibration
+from gearplay.published.calibrated import calibration, fit_of
 from gearplay.published.claims.floor import runs_needed
 from gearplay.published.claims.summary import favoured_words, rare_words
 from gearplay.published.comparison import (
@@ -160,9 +160,12 @@ def _coupled_is_better(results: Sequence[ConditionResult], *, calibrated: bool) 
         return Finding(
             claim, OPEN, f"{words} The parameters are assumed: a fit decides, not this comparison.", "lead"
         )
-    winner, said = calibration()["winner"], calibration()["statement"][-1]
-    answer = {None: OPEN, "coupled": REPRODUCED}.get(winner, CONTRADICTED)
-    return Finding(claim, answer, f"{words} The calibration, where both were fitted alike: {said}", "lead")
+    answer = {None: OPEN, "coupled": REPRODUCED}.get(calibration()["winner"], CONTRADICTED)
+    duel = next(said for said in calibration()["statement"] if said.startswith("coupled against uncoupled:"))
+    said = duel.partition(" ln odds")[0]  # which is nothing without its errors: docs/validation
+    fresh = " and ".join(f"{fit_of(model)['fresh'][0]:.0f} %" for model in ("coupled", "uncoupled"))
+    fitted = f"The calibration, where both were fitted alike ({fresh} on fresh members): {said}"
+    return Finding(claim, answer, f"{words} {fitted}", "lead")
 
 
 def _impossible_amplitudes(results: Sequence[ConditionResult]) -> Finding:
