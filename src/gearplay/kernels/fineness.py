@@ -28,4 +28,4 @@ def refine(system: System, run: Run) -> None:
                 size = max(abs(seen[PENETRATION]), TIME * abs(seen[RATE])) / natural
                 if size < faintest:
                     faintest = size
-        clock[FINENESS] = max(faintest / FAINT, min(FINEST / clock[TOLERANCE], 1.0))
+        clock[FINENESS] = max(faintest / FAINT, FINEST / clock[TOLERANCE])
