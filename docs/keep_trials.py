@@ -1,4 +1,4 @@
-"""Keep the trials of the bundled calibration, or lay them into a folder where it goes on from them.
+"""Keep trials of the bundled plan han2021, or lay them into a folder where it goes on from them.
 
     python docs/keep_trials.py keep FOLDER     FOLDER is what `gearplay calibrate han2021 --out FOLDER` wrote
     python docs/keep_trials.py lay FOLDER      then `gearplay calibrate han2021 --evaluations N --out FOLDER` goes on

@@ -1,9 +1,21 @@
-"""Programs in a Python of their own."""
+"""Programs in a Python of their own, and scripts of the repository in this one."""
 
+import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+
+
+def load_script(file: Path) -> Any:
+    """Return a script that belongs to no package, as a module."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def run_program(

@@ -1,7 +1,6 @@
 """What the house holds itself to: sizes, public names and what is said of them, what an import loads."""
 
 import ast
-import importlib.util
 import inspect
 import json
 import re
@@ -13,6 +12,7 @@ from typing import Any
 import pytest
 
 import gearplay as gp
+from programs import load_script
 
 SOURCE = Path(gp.__file__).parent
 LONGEST = 350
@@ -115,12 +115,7 @@ def test_a_sweep_plan_passes_eight_files_and_returns_to_none(tmp_path: Path) -> 
 @pytest.mark.parametrize("name", ["write_reference", "write_case_file", "write_commands"])
 def test_pages_made_from_the_code_are_what_it_says(name: str) -> None:
     """`python docs/NAME.py` writes them."""
-    place = SOURCE.parents[1] / "docs" / f"{name}.py"
-    loaded = importlib.util.spec_from_file_location(name, place)
-    assert loaded is not None
-    assert loaded.loader is not None
-    module = importlib.util.module_from_spec(loaded)
-    loaded.loader.exec_module(module)
+    module = load_script(SOURCE.parents[1] / "docs" / f"{name}.py")
     assert module.OUT.read_text(encoding="utf-8") == module.page(), f"run: python docs/{name}.py"
 
 

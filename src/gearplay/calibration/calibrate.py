@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearplay.calibration.fresh import HeldOut, best_point, check, held_out_from, hold_out
 from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.plan import Model, Plan
-from gearplay.calibration.posterior import Interval, Posterior, Surrogate, sample_posterior
+from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore
 from gearplay.calibration.verdict import (
@@ -183,7 +183,7 @@ def fit_model(
     """
     plan, number = problem.plan, len(problem.plan.parameters)
     good = [trial for trial in trials if trial.good]
-    if len(good) < 2 * number + 2:
+    if len(good) < fewest_trials(number):
         reason = next((t.reason for t in trials if not t.good), "no trial was run")
         raise SimulationError(
             f"{problem.model.name}: only {len(good)} of {len(trials)} trials finished: {reason}"

@@ -30,6 +30,11 @@ MOVES, MOST_STEPS = 4.0, 60  # accepted moves of each point at each power, and t
 QUANTILES = (0.05, 0.5, 0.95)
 
 
+def fewest_trials(parameters: int) -> int:
+    """Return how many good trials an emulator of so many parameters needs."""
+    return 2 * parameters + 2
+
+
 @dataclass(frozen=True)
 class Points:
     """Points of all that is unknown.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.calibration.objective import Comparison
-from gearplay.calibration.posterior import Posterior, Surrogate, sample_posterior
+from gearplay.calibration.posterior import Posterior, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.trials import Trial
 
 Floats = NDArray[np.float64]
@@ -95,7 +95,7 @@ def emulator_errors(
     seen = []
     for group in range(GROUPS):
         rest = [trial for trial in trials if trial.number % GROUPS != group]
-        if sum(trial.good for trial in rest) < 2 * parameters + 2:
+        if sum(trial.good for trial in rest) < fewest_trials(parameters):
             return math.inf, math.inf
         surrogate = Surrogate.of(comparison, rest)
         whole = sample_posterior(

@@ -1,10 +1,11 @@
 """The gallery's scripts run from end to end, small, and draw every picture of their page."""
 
-import importlib.util
 import re
 from pathlib import Path
 
 import pytest
+
+from programs import load_script
 
 GALLERY = Path(__file__).resolve().parents[3] / "docs" / "gallery"
 PICTURE = re.compile(r"\]\(([\w-]+\.png)\)")
@@ -32,12 +33,7 @@ def test_a_part_of_the_gallery_runs(
     name: str, part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(str(GALLERY))
-    spec = importlib.util.spec_from_file_location(f"gallery_{name}", GALLERY / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    script.main(["--short", "--out", str(tmp_path), "--only", part])
+    load_script(GALLERY / f"{name}.py").main(["--short", "--out", str(tmp_path), "--only", part])
     pictures = {file.name for file in tmp_path.glob("*.png")}
     assert pictures
     assert pictures <= set(PICTURE.findall((GALLERY / f"{name}.md").read_text(encoding="utf-8")))

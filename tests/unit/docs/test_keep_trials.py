@@ -1,8 +1,7 @@
-"""The trials that come with the bundled calibration: they are its own, and a search goes on from them as if it had run here."""
+"""The trials of the bundled plan that are kept: its points give them, and a search goes on from them as if it had run here."""
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,23 +10,19 @@ from gearplay.calibration.objective import Comparison, data_of, printed_measurem
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.search import Search
 from gearplay.calibration.store import StudyStore, digest_of
-from gearplay.calibration.trials import Problem, Trial
+from gearplay.calibration.trials import DECIMALS, Problem, Trial
+from programs import load_script
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("keep_trials", ROOT / "docs" / "keep_trials.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def script() -> Any:
+    return load_script(ROOT / "docs" / "keep_trials.py")
 
 
 @pytest.fixture(scope="module")
-def kept(script: ModuleType) -> dict[str, list[Trial]]:
+def kept(script: Any) -> dict[str, list[Trial]]:
     digest, trials = script.kept()
     assert digest == digest_of(load_plan("han2021"))
     return trials  # type: ignore[no-any-return]
@@ -68,12 +63,10 @@ def test_the_points_follow_from_seed_and_trials_before(kept: dict[str, list[Tria
         plan.effort.startup + 5,
     ):
         asked = Search(problem, [comparison], trials[:number]).ask()
-        assert np.round(asked, 6) == pytest.approx(trials[number].unit, abs=2e-6)
+        assert np.round(asked, DECIMALS) == pytest.approx(trials[number].unit, abs=2e-6)
 
 
-def test_laid_trials_are_the_kept_ones(
-    script: ModuleType, kept: dict[str, list[Trial]], tmp_path: Path
-) -> None:
+def test_laid_trials_are_the_kept_ones(script: Any, kept: dict[str, list[Trial]], tmp_path: Path) -> None:
     """Kept, laid into a folder and kept again: nothing is lost, a failed trial neither; a folder with trials is not touched."""
     plan, folder = load_plan("han2021"), tmp_path / "one"
     folder.mkdir()

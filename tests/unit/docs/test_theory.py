@@ -1,12 +1,13 @@
 """The formulas of the theory page: numbered in order, each reference to one that is there, all of them typeset."""
 
-import importlib.util
 import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+
+from programs import load_script
 
 ROOT = Path(__file__).resolve().parents[3]
 THEORY = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -22,12 +23,7 @@ SOURCES = [
 
 def typeset() -> Any:
     """Return the hook that the site is built with."""
-    spec = importlib.util.spec_from_file_location("typeset", ROOT / "docs" / "typeset.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_script(ROOT / "docs" / "typeset.py")
 
 
 def test_the_formulas_are_numbered_in_the_order_of_the_page() -> None:
