@@ -16,6 +16,7 @@ from gearplay.web.store import Store
 LARGEST_BODY = 2 * LARGEST_FILE  # of a request, or a message
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 MOST_UNSENT = 16  # results that one page has not read yet
+MOST_UNKEPT = 8  # results of one page on their way to the disk; the next answer waits for it
 KEPT = ("run", "bifurcation", "map")
 DONE = (*KEPT, "average")
 """Jobs that a page may ask for; what comes of the first ones is kept."""
@@ -33,6 +34,7 @@ class Wire:
         """Results on their way to a page that reads slowly."""
         self.tasks: set[asyncio.Task[None]] = set()
         self.sending = asyncio.Lock()
+        self.storing = asyncio.Semaphore(MOST_UNKEPT)
 
     async def serve(self) -> None:
         """Answer until the page is gone; what it still wanted is cancelled."""
@@ -120,8 +122,11 @@ class Wire:
             key = Store.key_of(words)
             if words["kind"] not in KEPT:
                 await self._send(number, key, frame)
-            elif words["kind"] == "run":  # the next move waits for it
-                await asyncio.gather(self._store(number, key, frame), self._send(number, key, frame))
+            elif words["kind"] == "run":  # the next move waits for it, and not for the disk
+                await self.storing.acquire()
+                storing = self._keep(self._store(number, key, frame))
+                storing.add_done_callback(lambda _: self.storing.release())
+                await self._send(number, key, frame)
             else:  # may be asked for as a file as soon as it is shown
                 await self._store(number, key, frame)
                 await self._send(number, key, frame)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gearplay.web import pool as pool_module
-from gearplay.web.pool import Pool, Worker
+from gearplay.web.pool import Job, Pool, Worker
 from gearplay.web.store import Store
 from gearplay.web.wire import LARGEST_BODY, Wire
 from serving import together
@@ -87,6 +87,43 @@ def test_a_page_that_does_not_read_keeps_nobody_waiting(
         await asyncio.wait_for(pool.close(), 30.0)
         for each in serving:
             each.cancel()
+
+    together(go)
+
+
+class SlowStore(Store):
+    """A disk that takes its time."""
+
+    def save(self, key: str, frame: bytes) -> None:
+        time.sleep(0.05)
+
+
+class ReadyPool(Pool):
+    """Every job is done as soon as it is asked for."""
+
+    def submit(self, words: dict[str, Any], tell: Any, *, limit: float) -> Job:
+        done = asyncio.get_running_loop().create_future()
+        done.set_result(b"")
+        return Job(words, limit, tell, done)
+
+
+def test_a_slow_disk_refuses_no_page_that_waits_for_its_answers(tmp_path: Path) -> None:
+    """Eight at a time, a new one with each answer: results on their way to the disk hold the next answer back, nothing more."""
+
+    async def go() -> None:
+        page = Page(reads=True)
+        serving = asyncio.create_task(Wire(page, ReadyPool(), SlowStore(tmp_path)).serve())  # type: ignore[arg-type]
+        for number in range(8):
+            page.ask(number)
+        for number in range(8, 80):
+            while page.heard.count("frame") < number - 7:
+                assert "full" not in page.heard
+                await asyncio.sleep(0)
+            page.ask(number)
+        while page.heard.count("frame") < 80:
+            assert "full" not in page.heard
+            await asyncio.sleep(0)
+        serving.cancel()
 
     together(go)
 
