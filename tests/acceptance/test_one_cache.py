@@ -12,7 +12,7 @@ import pytest
 
 import gearplay
 from depth import TORTURE
-from gearplay.kernels.compiled_once import INTERPRETED
+from gearplay.kernels.compiled import INTERPRETED
 
 pytestmark = pytest.mark.hostile
 

@@ -11,7 +11,16 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
 SOURCE = Path(__file__).resolve().parents[2] / "src" / "gearplay"
-NO_PHYSICS = ("__init__", "arrays", "by_address", "compiled", "compiled_once")
+NO_PHYSICS = (
+    "__init__",
+    "arrays",
+    "by_address",
+    "compiled",
+    "compiled_files",
+    "compiled_once",
+    "compiler",
+    "machine_code",
+)
 """Kernels that only say how kernels are compiled."""
 MODEL = [
     "assembly",

@@ -9,14 +9,16 @@ import hashlib
 import importlib
 import inspect
 import pkgutil
+from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
 
 import gearplay.kernels
-from gearplay.kernels.compiled_files import CompiledFiles
-from gearplay.kernels.compiled_once import INTERPRETED, Once
+from gearplay.kernels import compiled_files
+from gearplay.kernels.compiled import CONTAINED, INTERPRETED
+from gearplay.kernels.compiled_once import KERNELS, Once
 from gearplay.solver import compiling
 
 FOLDER = "narrow"
@@ -51,8 +53,8 @@ def _describe(function: FunctionType, seen: set[str]) -> list[str]:
     for called, value in _read(function):
         if isinstance(value, Once):
             parts.append(f"{called} {inspect.signature(value.py_func)}")
-        elif hasattr(value, "py_func"):
-            parts += _describe(value.py_func, seen)
+        elif isinstance(value, FunctionType) and value in CONTAINED:
+            parts += _describe(value, seen)
         elif isinstance(value, np.ndarray):
             parts.append(f"{called} {value.dtype} {value.shape} {value.tobytes().hex()}")
         elif isinstance(value, PLAIN):
@@ -61,17 +63,17 @@ def _describe(function: FunctionType, seen: set[str]) -> list[str]:
 
 
 def pytest_sessionstart() -> None:
-    """Keep the code of every kernel by its own stamp, once all are imported; each is compiled or loaded by its first call."""
+    """Keep the code of every kernel by its own stamp, once all are imported; each is compiled or linked by its first call."""
     if INTERPRETED:
         return
     compiling._compile = lambda wanted, progress: None
     for found in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
-        module = importlib.import_module(found.name)
-        for value in list(vars(module).values()):
-            kernel = value.dispatcher if isinstance(value, Once) else value
-            files = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-            if isinstance(files, CompiledFiles) and files.folder.name != FOLDER:
-                digest = hashlib.sha256("\n".join(_describe(kernel.py_func, set())).encode())
-                kernel._cache._cache_file = CompiledFiles(
-                    files.folder.with_name(FOLDER), f"{files.name}.{digest.hexdigest()[:16]}"
-                )
+        importlib.import_module(found.name)
+    compiled_files.compiled_from = lambda: FOLDER
+    whole = compiled_files.file_of
+
+    def file_of(name: str) -> Path | None:
+        digest = hashlib.sha256("\n".join(_describe(KERNELS[name].py_func, set())).encode())
+        return whole(f"{name}.{digest.hexdigest()[:16]}")
+
+    compiled_files.file_of = file_of

@@ -1,72 +1,108 @@
 """Compiled code on disk: a folder for each version of the package, a file for each kernel, its digest before it.
 
-numba's own files know their version by an index beside them and hold whatever bytes are in them: of two versions that compile
-at the same time, one could load the code of the other, and a changed byte would be run. What is written is pickled, as in numba's
-own files: whoever may write into the folder may also write the package, and no file that a user is sent comes from here.
+What is written is machine code: whoever may write into the folder may also write the package, and no file that a user is sent
+comes from here.
 """
 
 import hashlib
+import json
 import os
-import pickle
 import shutil
+import sys
+import tempfile
 import uuid
 from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from numba.core.serialize import dumps
+from gearplay.kernels.machine_code import Code, processor
 
 VERSIONS: Final = 4
 """Folders of versions that stay, the latest: compiled code of a package that was updated is of no use."""
 NAME: Final = "gearplay-"
 SIZE: Final = hashlib.sha256().digest_size
+WITHOUT: Final = "NUMBA_CACHE_DIR"
+"""The environment's variable that names where compiled code is kept; its others may change the code."""
 
 not_kept: list[str] = []
 """Why compiled code could not be written, in words, once in a process; for the solver to tell."""
 
 
-class CompiledFiles:
-    """Where numba puts the compiled code of one kernel: stands in for its index file, ``load`` and ``save``."""
+def kernel_digest(folder: Path) -> str:
+    """Return a digest of all kernel sources in a folder and below."""
+    files = sorted(folder.rglob("*.py"))
+    return hashlib.sha256(
+        b"".join(str(f.relative_to(folder)).encode() + b"\0" + f.read_bytes() for f in files)
+    ).hexdigest()
 
-    def __init__(self, folder: Path, name: str) -> None:
-        self.folder = folder
-        self.name = name
 
-    def flush(self) -> None:
-        """Forget what was compiled."""
-        for file in self.folder.glob(f"{self.name}.*.code"):
-            file.unlink(missing_ok=True)
+@cache
+def compiled_from() -> str:
+    """Return a digest of all that compiled code depends on: sources, compiler and its settings, Python, processor."""
+    settings = sorted(
+        each for each in os.environ.items() if each[0].startswith("NUMBA_") and each[0] != WITHOUT
+    )
+    parts = (kernel_digest(Path(__file__).parent), version("numba"), sys.version, *processor(), settings)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
-    def load(self, key: Any) -> Any:
-        """Return what was saved for a key; None where there is nothing, or what is there is damaged or of another key."""
-        try:
-            whole = self._file(key).read_bytes()
-        except OSError:
-            return None
-        digest, rest = whole[:SIZE], whole[SIZE:]
-        if hashlib.sha256(rest).digest() != digest:
-            return None
-        saved, data = pickle.loads(rest)
-        return data if saved == key else None
 
-    def save(self, key: Any, data: Any) -> None:
-        """Save what was compiled for a key; where that fails say why, once: the code runs all the same."""
-        rest: bytes = dumps((key, data))  # type: ignore[no-untyped-call]
-        file = self._file(key)
-        beside = file.with_name(f"{file.name}.{uuid.uuid4().hex[:16]}")
-        try:
-            if not self.folder.is_dir():
-                self.folder.mkdir(parents=True, exist_ok=True)
-                forget_old(self.folder)
-            beside.write_bytes(hashlib.sha256(rest).digest() + rest)
-            os.replace(beside, file)
-        except OSError as error:
-            with suppress(OSError):
-                beside.unlink(missing_ok=True)
-            note(f"{self.folder.parent}: {error.strerror or error}")
+def _places() -> list[Path]:
+    """Return where compiled code may be kept, the best first."""
+    if os.environ.get(WITHOUT):
+        return [Path(os.environ[WITHOUT])]
+    home = Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+    kept = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
+    return [Path(__file__).parent / "__pycache__", Path(kept or home) / "gearplay"]
 
-    def _file(self, key: Any) -> Path:
-        return self.folder / f"{self.name}.{hashlib.sha256(str(key).encode()).hexdigest()[:16]}.code"
+
+@cache
+def code_folder() -> Path | None:
+    """Return the folder of this version's compiled code; None, and a note, where no place can be written to."""
+    for place in _places():
+        with suppress(OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=place):
+                return place / f"{NAME}{compiled_from()}"
+    note("no folder that could be written to")
+    return None
+
+
+def file_of(name: str) -> Path | None:
+    """Return the file of a kernel's compiled code, which may not be there; None where none is kept."""
+    folder = code_folder()
+    return None if folder is None else folder / f"{name}.code"
+
+
+def load(file: Path) -> Code | None:
+    """Return what was saved; None where there is nothing, or what is there is damaged."""
+    try:
+        whole = file.read_bytes()
+    except OSError:
+        return None
+    digest, rest = whole[:SIZE], whole[SIZE:]
+    if hashlib.sha256(rest).digest() != digest:
+        return None
+    head, _, content = rest.partition(b"\n")
+    symbol, needs = json.loads(head)
+    return Code(symbol, needs, content)
+
+
+def save(file: Path, code: Code) -> None:
+    """Save what was compiled; where that fails say why, once: the code runs all the same."""
+    rest = json.dumps([code.symbol, code.needs]).encode() + b"\n" + code.content
+    beside = file.with_name(f"{file.name}.{uuid.uuid4().hex[:16]}")
+    try:
+        if not file.parent.is_dir():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            forget_old(file.parent)
+        beside.write_bytes(hashlib.sha256(rest).digest() + rest)
+        os.replace(beside, file)
+    except OSError as error:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+        note(f"{file.parent.parent}: {error.strerror or error}")
 
 
 def note(why: str) -> None:

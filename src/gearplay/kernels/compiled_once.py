@@ -3,7 +3,8 @@
 numba puts a copy of all that a kernel calls into the kernel itself, which LLVM then optimises anew: the innermost forces would
 be compiled a dozen times. A call of one of these is a call by address instead. The first call asks for the address, so that
 nothing is compiled that a case does not need; from then on it is in a word beside the caller's code. Use it where a call is rare
-or its body long.
+or its body long, and for all that Python calls: it does so by address too. What is on disk is linked without the compiler, which
+alone would take longer to load than all the rest of a short run.
 """
 
 import ctypes
@@ -14,50 +15,68 @@ import traceback
 import typing
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import update_wrapper
-from pathlib import Path
+from functools import cached_property, update_wrapper
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
-import llvmlite.binding as llvm
 import numpy as np
-from llvmlite import ir
-from numba import config
-from numba.core import cgutils, types
-from numba.core.errors import TypingError
-from numba.core.imputils import lower_builtin, lower_constant
-from numba.core.typing.templates import signature
-from numba.extending import models, register_model, typeof_impl
-from numba.np.numpy_support import from_dtype
 
+from gearplay.kernels import compiled_files, machine_code
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled import INTERPRETED
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-INTERPRETED = bool(getattr(config, "DISABLE_JIT"))  # noqa: B009  (numba makes it when it is imported)
-"""Whether kernels run as plain Python."""
 KERNELS: dict[str, "Once[..., Any]"] = {}
 """All of them, by module and name."""
 
-_ADDRESS = ir.IntType(64)
 _ASK = ctypes.CFUNCTYPE(ctypes.c_int64)
-_PLAIN: dict[Any, Any] = {int: types.int64, float: types.float64, bool: types.boolean, type(None): types.none}
+_NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
+_NOTHING = (None, None)
+"""The parent of an array and the count of its references, which compiled code does not look at."""
 
 
-def _numba_type(hint: Any) -> Any:
-    """Return numba's type of an annotation: a number, a group, an array, a tuple of numbers."""
-    if hint in _PLAIN:
-        return _PLAIN[hint]
-    if isinstance(hint, type) and issubclass(hint, Group):
-        return hint.known_type()
-    if typing.get_origin(hint) is tuple:
-        return types.Tuple([_numba_type(part) for part in typing.get_args(hint)])
+def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
+    """Return dtype and dimensions of an array's annotation; None for that of something else."""
     dimensions = 1
     if typing.get_origin(hint) is typing.Annotated:
         hint, dimensions = typing.get_args(hint)
+    if typing.get_origin(hint) is not np.ndarray:
+        return None
     (dtype,) = typing.get_args(typing.get_args(hint)[1])
-    return types.Array(from_dtype(np.dtype(dtype)), dimensions, "C")
+    return np.dtype(dtype), dimensions
+
+
+class _Parameter:
+    """How an argument is handed over: the words it takes."""
+
+    def __init__(self, name: str, hint: Any) -> None:
+        self.name, self.hint, self.array = name, hint, array_of(hint)
+        if self.array is not None:
+            dimensions = self.array[1]
+            pointer, word = ctypes.c_void_p, ctypes.c_int64
+            self.words = [pointer, pointer, word, word, pointer, *(2 * dimensions * [word])]
+        elif isinstance(hint, type) and issubclass(hint, Group):
+            self.words = [ctypes.c_void_p]
+        else:
+            self.words = [_NUMBERS[hint]]
+
+    def append(self, words: list[Any], value: Any) -> None:
+        """Append the words of a value; `TypeError` where it is not what the kernel was compiled for."""
+        if self.array is not None:
+            if (
+                not isinstance(value, np.ndarray)
+                or (value.dtype, value.ndim) != self.array
+                or not value.flags.c_contiguous
+            ):
+                raise TypeError(f"{self.name} must be a C-contiguous array of {self.array}")
+            words += (*_NOTHING, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+        elif self.words == [ctypes.c_void_p]:
+            if not isinstance(value, self.hint):
+                raise TypeError(f"{self.name} must be {self.hint.__name__}, not {type(value).__name__}")
+            words.append(value._address)
+        else:
+            words.append(value)
 
 
 @contextmanager
@@ -95,41 +114,71 @@ class Once(Generic[P, R]):
     def __init__(self, function: Callable[P, R]) -> None:
         self.py_func = function
         self.name = f"{function.__module__}.{function.__qualname__}"
-        self.dispatcher: Any = compiled(function)
         update_wrapper(self, function)
         self._asked = _ASK(self._answer)  # must live as long as compiled code may ask
-        llvm.add_symbol(self.name, ctypes.cast(self._asked, ctypes.c_void_p).value)
-        self.type = OnceType(self)
+        self.asking = ctypes.cast(self._asked, ctypes.c_void_p).value or 0
+        """The address of what compiled code asks for the kernel's own."""
+        self._finding = threading.RLock()
         KERNELS[self.name] = self
-        lower_builtin(self.name, types.VarArg(types.Any))(self._call)
-
-    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """Call it from Python."""
-        return cast(R, self.dispatcher(*args, **kwargs))
-
-    @property
-    def folder(self) -> Path | None:
-        """The folder of its compiled code; None where it is not kept."""
-        path = self.dispatcher._cache.cache_path
-        return None if path is None else Path(path)
 
     @property
     def length(self) -> int:
         """How long its source is; its time of compilation grows with it."""
         return len(self.py_func.__code__.co_code)
 
-    def signature(self) -> Any:
-        """Return numba's signature, from the annotations."""
+    @cached_property
+    def hints(self) -> tuple[dict[str, Any], Any]:
+        """Return the annotations of its parameters, by name, and of what it returns."""
         hints = typing.get_type_hints(self.py_func, include_extras=True)
-        result = _numba_type(hints.pop("return"))
-        return signature(result, *(_numba_type(hint) for hint in hints.values()))
+        result = hints.pop("return")
+        return hints, result
 
+    @cached_property
     def address(self) -> int:
-        """Return the address of the compiled code; the first time it is compiled, or loaded from its cache."""
-        wanted = self.signature()
-        self.dispatcher.compile(wanted.args)
-        entry = self.dispatcher.overloads[wanted.args]
-        return int(entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name))
+        """The address of the compiled code; the first time it is compiled, or linked from its file."""
+        with self._finding:
+            file = compiled_files.file_of(self.name)
+            code = None if file is None else compiled_files.load(file)
+            address = None if code is None else machine_code.link(code, _asking)
+            if address is None:
+                from gearplay.kernels.compiler import compile_kernel
+
+                code = compile_kernel(self)
+                address = machine_code.link(code, _asking)
+                if file is not None:
+                    compiled_files.save(file, code)
+            assert address is not None
+            return address
+
+    @cached_property
+    def _entry(self) -> tuple[list[_Parameter], Any, list[Any]]:
+        """Parameters, the function that ctypes calls, and the types of the numbers that it returns."""
+        hints, result = self.hints
+        parameters = [_Parameter(f"{name} of {self.name}", hint) for name, hint in hints.items()]
+        parts = typing.get_args(result) if typing.get_origin(result) is tuple else (result,)
+        words = [word for parameter in parameters for word in parameter.words]
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)
+        return parameters, prototype(self.address), [_NUMBERS.get(part, ctypes.c_void_p) for part in parts]
+
+    @cached_property
+    def _result(self) -> type[ctypes.Structure]:
+        fields = [(f"at_{n}", kind) for n, kind in enumerate(self._entry[2])]
+        return type("Result", (ctypes.Structure,), {"_fields_": fields})
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call it from Python, without the GIL; `IndexError` beyond an array where bounds are checked."""
+        if kwargs or len(args) != len(self.hints[0]):
+            raise TypeError(f"{self.name} takes {len(self.hints[0])} arguments by place")
+        parameters, function, _ = self._entry
+        words: list[Any] = []
+        for parameter, value in zip(parameters, args, strict=True):
+            parameter.append(words, value)
+        result, fault = self._result(), ctypes.c_void_p()
+        if function(ctypes.addressof(result), ctypes.addressof(fault), *words):
+            raise IndexError(f"{self.name}: beyond the bounds of an array")
+        values = tuple(getattr(result, name) for name, *_ in result._fields_)
+        one = typing.get_origin(self.hints[1]) is not tuple
+        return cast(R, values[0] if one else values)
 
     def _answer(self) -> int:
         """Return the address to compiled code, which can take no exception and cannot go on without: Ctrl-C comes later."""
@@ -137,7 +186,7 @@ class Once(Generic[P, R]):
         while True:
             try:
                 with _noting_interrupts() as came:
-                    address = self.address()
+                    address = self.address
                 if came or interrupted:
                     _interrupt_soon()
                 return address
@@ -147,65 +196,10 @@ class Once(Generic[P, R]):
                 traceback.print_exc()
                 os._exit(70)
 
-    def _call(self, context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        """Emit a call by address."""
-        word = cgutils.add_global_variable(builder.module, _ADDRESS, f"{self.name}.address")
-        word.linkage, word.initializer = "internal", ir.Constant(_ADDRESS, 0)
-        known = builder.load(word)
-        address = cgutils.alloca_once_value(builder, known)
-        with builder.if_then(builder.icmp_unsigned("==", known, ir.Constant(_ADDRESS, 0)), likely=False):
-            ask = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_ADDRESS, []), self.name)
-            found = builder.call(ask, [])
-            builder.store(found, word)
-            builder.store(found, address)
-        kind = context.call_conv.get_function_type(sig.return_type, sig.args)
-        callee = builder.inttoptr(builder.load(address), kind.as_pointer())
-        status, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
-        # An error is an index beyond its bounds, where these are checked.
-        with cgutils.if_unlikely(builder, status.is_error):
-            context.call_conv.return_status_propagate(builder, status)
-        return result
 
-
-class OnceType(types.Callable):
-    """How numba knows a kernel that is called by address."""
-
-    def __init__(self, once: Once[..., Any]) -> None:
-        self.once = once
-        super().__init__(f"once({once.name})")
-
-    def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
-        """Return the signature, whatever literal numbers a call gives."""
-        wanted = self.once.signature()
-        if kws or len(args) != len(wanted.args):
-            raise TypingError(f"{self.once.name} takes {len(wanted.args)} arguments by place")
-        for given, want in zip(args, wanted.args, strict=True):
-            if context.can_convert(given, want) is None:
-                raise TypingError(f"{self.once.name} takes {wanted.args}, not {args}")
-        return wanted
-
-    def get_call_signatures(self) -> Any:
-        """Return the only signature."""
-        return [self.once.signature()], False
-
-    def get_impl_key(self, sig: Any) -> str:
-        """Return what the call is emitted by."""
-        return self.once.name
-
-
-@register_model(OnceType)
-class _OnceModel(models.OpaqueModel):
-    """Nothing: the call knows its address."""
-
-
-@typeof_impl.register(Once)
-def _typeof(value: Once[..., Any], _: Any) -> OnceType:
-    return value.type
-
-
-@lower_constant(OnceType)
-def _constant(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    return context.get_dummy_value()
+def _asking(name: str) -> int | None:
+    """Return the address of what compiled code asks for a kernel; None for another name."""
+    return KERNELS[name].asking if name in KERNELS else None
 
 
 def compiled_once(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,7 +1,7 @@
 """The equations of motion to first order at one state, as a whole matrix, and the strain energies of elements."""
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative, table
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import rates_of
@@ -10,7 +10,7 @@ from gearplay.kernels.slopes import Slopes, linearise, rate_of_change
 from gearplay.kernels.switches import settle_modes
 
 
-@compiled
+@compiled_once
 def rates_at(system: System, roster: Roster, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
     """Fill ``dy`` with the derivative of a state at t = 0, contacts closed where they penetrate; 1 where a pair cannot mesh."""
     for e in range(system.elements.size):
@@ -20,7 +20,7 @@ def rates_at(system: System, roster: Roster, y: Floats, branch: Branch, loads: L
     return rates_of(system, roster, 0.0, y, branch, dy, loads)
 
 
-@compiled
+@compiled_once
 def matrix_at(
     system: System, roster: Roster, y: Floats, branch: Branch, slopes: Slopes, loads: Loads, z: Floats, matrix: Rows
 ) -> int:  # fmt: skip
@@ -39,7 +39,7 @@ def matrix_at(
     return 0
 
 
-@compiled
+@compiled_once
 def strain_energies(
     system: System, branch: Branch, slopes: Slopes, shapes: Rows, dz: Floats, energies: Rows
 ) -> None:

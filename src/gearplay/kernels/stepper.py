@@ -9,7 +9,7 @@ are not integrated; their next touch is found by conservative advancement (`adva
 import math
 
 from gearplay.kernels.base_motion import RATE, shakes
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import attempt, first_switch, retake
@@ -187,7 +187,7 @@ def log_is_full(run: Run) -> bool:
     return bool(run.counts[LOGGED] + 2 * run.g_0.size + 2 > run.log.shape[0])
 
 
-@compiled
+@compiled_once
 def advance(system: System, run: Run, steps: int) -> int:
     """Advance until T_END, for at most ``steps`` steps, or until the log is full; return a status."""
     clock = run.clock

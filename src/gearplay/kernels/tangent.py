@@ -5,7 +5,7 @@ own stages, or of the closed form in flight. At an event the change is carried o
 motion").
 """
 
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.joined import move_change
@@ -112,7 +112,7 @@ def take_part(system: System, tangent: Tangent, h: float) -> None:
         tangent.totals[0] += h * WEIGHTS[STAGES - 1, j] * tangent.traces[j]
 
 
-@compiled
+@compiled_once
 def divergence(system: System, tangent: Tangent) -> float:
     """Return the divergence [1/s] of the active states' derivative: the trace of its slopes, at a linearised state."""
     total, z, dz = 0.0, tangent.stage, tangent.jump[0]
@@ -141,7 +141,7 @@ def advance_stage(tangent: Tangent, c: int, stage: int, h: float) -> None:
             at[i] += h * WEIGHTS[stage, j] * tangent.rates[c, j, i]
 
 
-@compiled
+@compiled_once
 def advance_tangent(system: System, run: Run, tangent: Tangent, steps: int) -> int:
     """Do what `stepper.advance` does, step by step, and move the tangent on with it; return a status."""
     begun = run.counts[BEGUN]

@@ -6,7 +6,8 @@ import numpy as np
 
 from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster, state_of
@@ -63,7 +64,7 @@ def copy_list(source: Ints, target: Ints) -> None:
         target[c] = source[c]
 
 
-@compiled
+@compiled_once
 def read_state(system: System, run: Run, y: Floats) -> None:
     """Fill ``y`` with the state now, of those that fly too."""
     for s in range(y.size):
@@ -72,7 +73,7 @@ def read_state(system: System, run: Run, y: Floats) -> None:
         state_of(system, run.roster, i, run.clock[T], run.y, y)
 
 
-@compiled
+@compiled_once
 def remember(system: System, run: Run, tangent: Tangent) -> None:
     """Note what a step starts from."""
     now, before, branch = run.roster, tangent.before, tangent.branch

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gearplay.kernels.compiled import FOLDER
-from gearplay.kernels.compiled_files import not_kept
-from gearplay.kernels.compiled_once import INTERPRETED, KERNELS
+from gearplay.kernels.compiled import INTERPRETED
+from gearplay.kernels.compiled_files import code_folder, not_kept
+from gearplay.kernels.compiled_once import KERNELS
 from gearplay.kernels.elements.table import DERIVATIVE, KINDS
 from gearplay.kernels.tangent_state import make_tangent
 from gearplay.model.case import Case
@@ -32,14 +32,14 @@ MOST_HELPERS = 3
 FEW = 6
 """So few kernels are not worth a word: the first call of each compiles it."""
 OFTEN = 20.0  # s between words where there is no bar
-_OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance")
+_OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance", "linear")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_power_column", "mesh_powers", "friction_loss")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
 _OF_JOINED = ("land_together", "fill_joined_column", "joined_torque")
 """Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""
 _LINEAR = {
     "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "judge_modes", "rates_of",
-    "rate_of_change",
+    "rate_of_change", "rates_at", "matrix_at", "strain_energies",
 }  # fmt: skip
 """Questions that the matrices of the linear view need."""
 _ELEMENTS = "gearplay.kernels.elements."
@@ -121,27 +121,22 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     return [name for _, name in sorted(wanted)]
 
 
-def _done() -> Path | None:
-    """Return the folder that holds a file for each compiled kernel, within that of compiled code; None without one."""
-    folder = next(iter(KERNELS.values())).folder
-    return None if folder is None else folder / FOLDER / "done"
-
-
 def _lacking(names: Sequence[str]) -> list[str]:
     """Return those kernels that have not been compiled, by this process or into a folder that is kept."""
-    there = _done()
-    return [name for name in names if name not in _here and (there is None or not (there / name).exists())]
+    there = code_folder()
+    kept = set() if there is None else {file.name for file in there.glob("*.code")}
+    return [name for name in names if name not in _here and f"{name}.code" not in kept]
 
 
 def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
     """Compile those kernels that have not been compiled; a few are left to the first call of each."""
-    there = _done()
+    there = code_folder()
     lacking = _lacking(wanted)
     if len(lacking) < FEW:
         return
     total, cores = _length(lacking), worker_count()
     processes = 1 + _helper_count(lacking)
-    notes = None if there is None else there.parent.parent
+    notes = None if there is None else there.parent
     seconds = seconds_for(total, processes, cores, notes)
     once = "once after an installation" if processes > 1 or notes is not None else "at every start"
     label = f"Compiling {_words_for(lacking)}, {once}, about {duration_words(seconds)}"
@@ -240,23 +235,19 @@ def _know_types() -> None:
 
 def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
     """Compile those that nobody else has claimed in a folder; yield each."""
-    there = _done()
     for name in wanted:
         try:
             (claims / name).touch(exist_ok=False)
         except FileExistsError:
             continue
-        KERNELS[name].address()
+        _ = KERNELS[name].address
         _here.add(name)
-        if there is not None and not not_kept:
-            with suppress(OSError):
-                (there / name).touch()
         yield name
 
 
 def _helper_count(wanted: Sequence[str]) -> int:
     """Return how many processes may help: none where what they compile would be lost."""
-    possible = sys.executable and _done() is not None and not not_kept
+    possible = sys.executable and code_folder() is not None and not not_kept
     return min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if possible else 0
 
 

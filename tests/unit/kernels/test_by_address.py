@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiler import jitted
 
 RECORD = np.dtype([("mass", "f8"), ("count", "i8")], align=True)
 
@@ -45,7 +45,7 @@ def outer() -> Outer:
     )
 
 
-@compiled
+@jitted
 def walk(group: Outer, offset: float) -> float:
     """Read every field, write where it is read again."""
     total, inner = offset, group.inner
@@ -81,3 +81,11 @@ def test_a_copy_has_arrays_of_its_own(twin: Any) -> None:
 def test_what_cannot_be_taken_by_address_is_refused(wrong: Any) -> None:
     with pytest.raises(TypeError, match="C-contiguous"):
         Inner(wrong, np.zeros(1))
+
+
+@pytest.mark.parametrize("other", [np.zeros(3, dtype=np.int64), np.zeros((1, 3)), (np.zeros(3),)])
+def test_a_field_of_another_form_than_in_the_first_group_is_refused(other: Any) -> None:
+    """Compiled code would take integers for numbers, or a row for a column."""
+    first = outer().inner
+    with pytest.raises(TypeError, match="a field of Inner is not what it was"):
+        Inner(other, first.empty)

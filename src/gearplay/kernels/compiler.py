@@ -1,0 +1,264 @@
+"""The compiler, which is numba's: what it is told of groups of arrays and of kernels that are called by address.
+
+Nothing imports this module before something has to be compiled. numba's decorators are for functions that Python calls; here
+compiled code calls, so that its wrappers for Python are left out.
+"""
+
+import hashlib
+import typing
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import njit
+from numba.core import cgutils, types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.datamodel import models
+from numba.core.errors import TypingError
+from numba.core.imputils import lower_builtin, lower_constant
+from numba.core.typing.templates import AttributeTemplate, signature
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np.arrayobj import make_array, populate_array
+from numba.np.numpy_support import from_dtype
+
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import CONTAINED
+from gearplay.kernels.compiled_once import Once, array_of
+from gearplay.kernels.machine_code import Code
+
+# IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
+# give inf, which the stepper's finite check then reports. Without numba's runtime (``_nrt``) no kernel can allocate and
+# no array is reference-counted: twice as fast here, fit for a device, and threads have nothing to fight over.
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_WITHIN = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_TUPLE: Any = types.BaseTuple
+_ADDRESS = ir.IntType(64)
+_PLAIN: dict[Any, Any] = {int: types.int64, float: types.float64, bool: types.boolean, type(None): types.none}
+
+
+def jitted(function: Callable[..., Any], **more: Any) -> Any:
+    """Return numba's dispatcher of a function, compiled as kernels are."""
+    return njit(**_OPTIONS, **more)(function)
+
+
+@global_compiler_lock
+def compile_kernel(once: Once[..., Any]) -> Code:
+    """Compile a kernel for the signature that its annotations give."""
+    wanted = signature_of(once)
+    dispatcher = jitted(once.py_func, **_WITHIN)
+    dispatcher.compile(wanted)
+    entry = dispatcher.overloads[wanted.args]
+    declared = [
+        function.name for function in entry.library._final_module.functions if function.is_declaration
+    ]
+    needs = [name for name in declared if not name.startswith("llvm.")]
+    return Code(entry.fndesc.llvm_func_name, needs, entry.library._get_compiled_object())
+
+
+@cache
+def contained(function: Callable[..., Any]) -> Any:
+    """Return numba's dispatcher of a kernel that its callers contain."""
+    return jitted(function, forceinline=CONTAINED[function], **_WITHIN)
+
+
+@typeof_impl.register(FunctionType)
+def _typeof_function(value: Any, _: Any) -> Any:
+    return types.Dispatcher(contained(value)) if value in CONTAINED else None
+
+
+# Groups
+
+
+class GroupType(types.Type):
+    """How numba knows a group: the type of each field, and its first word in the table."""
+
+    def __init__(self, name: str, fields: dict[str, Any]) -> None:
+        self.fields = fields
+        self.slots: dict[str, int] = {}
+        end = 0
+        for field, kind in fields.items():
+            self.slots[field] = end
+            end += _words(kind)
+        digest = hashlib.sha256(repr(fields).encode()).hexdigest()[:8]
+        super().__init__(name=f"{name}.{digest}")
+
+
+@cache
+def group_type(kind: Any) -> GroupType:
+    """Return numba's type of the groups of a class; one must have been made."""
+    return GroupType(kind.__name__, {name: _type_of(each) for name, each in kind._shapes.items()})
+
+
+def _type_of(shape: Any) -> Any:
+    """Return numba's type of a field."""
+    if isinstance(shape, type):
+        return group_type(shape)
+    if shape[0] == "tuple":
+        return types.Tuple([_type_of(part) for part in shape[1:]])
+    return types.Array(from_dtype(shape[0]), shape[1], "C")
+
+
+def _words(kind: Any) -> int:
+    """Return how many words a field takes in the table: an array its address and shape, a group its address."""
+    if isinstance(kind, _TUPLE):
+        return sum(_words(part) for part in kind)
+    return 1 + kind.ndim if isinstance(kind, types.Array) else 1
+
+
+@register_model(GroupType)
+class _GroupModel(models.OpaqueModel):
+    """A group in compiled code: the address of its table."""
+
+
+@infer_getattr
+class _GroupAttributes(AttributeTemplate):
+    key = GroupType
+
+    def generic_resolve(self, group: GroupType, field: str) -> Any:  # type: ignore[override]
+        return group.fields.get(field)
+
+
+@unbox(GroupType)
+def _unbox(kind: GroupType, value: Any, c: Any) -> NativeValue:
+    """Take a group from Python, for functions of numba's own."""
+    number = c.pyapi.object_getattr_string(value, "_address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return NativeValue(address)
+
+
+def _load(builder: Any, table: Any, slot: int, kind: Any) -> Any:
+    """Emit the load of a word that never changes: read once it need not be read again, whatever is written in between."""
+    place = builder.gep(table, [ir.Constant(ir.IntType(64), 8 * slot)], source_etype=ir.IntType(8))
+    word = builder.load(place, typ=kind)
+    word.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return word
+
+
+def _field(context: Any, builder: Any, table: Any, slot: int, kind: Any) -> Any:
+    """Emit the value of a field of type ``kind`` whose words begin at ``slot``."""
+    if isinstance(kind, _TUPLE):
+        parts = []
+        for part in kind:
+            parts.append(_field(context, builder, table, slot, part))
+            slot += _words(part)
+        return context.make_tuple(builder, kind, parts)
+    if isinstance(kind, GroupType):
+        return _load(builder, table, slot, cgutils.voidptr_t)
+    word = context.get_value_type(types.intp)
+    data = _load(builder, table, slot, context.get_value_type(types.CPointer(kind.dtype)))
+    shape = [_load(builder, table, slot + 1 + axis, word) for axis in range(kind.ndim)]
+    itemsize = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+    strides = [itemsize]
+    for extent in shape[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], extent))
+    array = make_array(kind)(context, builder)
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+    return array._getvalue()
+
+
+@lower_getattr_generic(GroupType)
+def _lower(context: Any, builder: Any, group: GroupType, table: Any, field: str) -> Any:
+    """Emit a read of a field."""
+    return _field(context, builder, table, group.slots[field], group.fields[field])
+
+
+# Kernels that are called by address
+
+
+def _hinted(hint: Any) -> Any:
+    """Return numba's type of an annotation: a number, a group, an array, a tuple of numbers."""
+    if hint in _PLAIN:
+        return _PLAIN[hint]
+    if isinstance(hint, type) and issubclass(hint, Group):
+        return group_type(hint)
+    if typing.get_origin(hint) is tuple:
+        return types.Tuple([_hinted(part) for part in typing.get_args(hint)])
+    array = array_of(hint)
+    assert array is not None, hint
+    return types.Array(from_dtype(array[0]), array[1], "C")
+
+
+@cache
+def signature_of(once: Once[..., Any]) -> Any:
+    """Return numba's signature of a kernel, from its annotations."""
+    hints, result = once.hints
+    return signature(_hinted(result), *map(_hinted, hints.values()))
+
+
+class OnceType(types.Callable):
+    """How numba knows a kernel that is called by address."""
+
+    def __init__(self, once: Once[..., Any]) -> None:
+        self.once = once
+        super().__init__(f"once({once.name})")
+
+    def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
+        """Return the signature, whatever literal numbers a call gives."""
+        wanted = signature_of(self.once)
+        if kws or len(args) != len(wanted.args):
+            raise TypingError(f"{self.once.name} takes {len(wanted.args)} arguments by place")
+        for given, want in zip(args, wanted.args, strict=True):
+            if context.can_convert(given, want) is None:
+                raise TypingError(f"{self.once.name} takes {wanted.args}, not {args}")
+        return wanted
+
+    def get_call_signatures(self) -> Any:
+        """Return the only signature."""
+        return [signature_of(self.once)], False
+
+    def get_impl_key(self, sig: Any) -> str:
+        """Return what the call is emitted by."""
+        return self.once.name
+
+
+@register_model(OnceType)
+class _OnceModel(models.OpaqueModel):
+    """Nothing: the call knows its address."""
+
+
+@cache
+def _once_type(once: Once[..., Any]) -> OnceType:
+    llvm.add_symbol(once.name, once.asking)  # numba links what it compiles, too
+
+    @lower_builtin(once.name, types.VarArg(types.Any))
+    def call(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        """Emit a call by address."""
+        word = cgutils.add_global_variable(builder.module, _ADDRESS, f"{once.name}.address")
+        word.linkage, word.initializer = "internal", ir.Constant(_ADDRESS, 0)
+        known = builder.load(word)
+        address = cgutils.alloca_once_value(builder, known)
+        with builder.if_then(builder.icmp_unsigned("==", known, ir.Constant(_ADDRESS, 0)), likely=False):
+            ask = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_ADDRESS, []), once.name)
+            found = builder.call(ask, [])
+            builder.store(found, word)
+            builder.store(found, address)
+        kind = context.call_conv.get_function_type(sig.return_type, sig.args)
+        callee = builder.inttoptr(builder.load(address), kind.as_pointer())
+        status, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
+        # An error is an index beyond its bounds, where these are checked.
+        with cgutils.if_unlikely(builder, status.is_error):
+            context.call_conv.return_status_propagate(builder, status)
+        return result
+
+    return OnceType(once)
+
+
+@typeof_impl.register(Once)
+def _typeof(value: Once[..., Any], _: Any) -> OnceType:
+    return _once_type(value)
+
+
+@lower_constant(OnceType)
+def _constant(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    return context.get_dummy_value()
