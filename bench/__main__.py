@@ -24,7 +24,7 @@ from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
-from gearplay.kernels.compiled import compiled
+from gearplay.kernels.compiler import jitted
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import LOADED
 from gearplay.kernels.right_hand_side import right_hand_side
@@ -221,7 +221,7 @@ def starting():
     return lines
 
 
-@compiled
+@jitted
 def _evaluate(system, roster, branch, loads, y, dy, times):
     for n in range(times):
         right_hand_side(system, roster, 1e-9 * n, y, branch, dy, loads)

@@ -5,7 +5,8 @@ import time
 import numpy as np
 
 from bench.problem import STATES, derivative
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiler import jitted
 from gearplay.kernels.runge_kutta import ERROR, ORDER, STAGES, WEIGHTS
 
 NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -21,7 +22,7 @@ def stage_state(y, h, stages, stage, result):
         result[i] = y[i] + h * total
 
 
-@compiled
+@jitted
 def integrate(system, roster, branch, loads, y, span, first, scale, stages, y_new):
     """Advance y to ``span`` by Dormand-Prince 5(4) with the usual step control; return the evaluations."""
     t, h, calls, fresh = 0.0, first, 1, True
@@ -74,7 +75,7 @@ def solve(problem, member, method, tolerance):
     return y, time.perf_counter() - began, calls
 
 
-@compiled
+@jitted
 def integrate_fixed(system, roster, branch, loads, y, span, steps, stages, y_new):
     """Advance y to ``span`` by ``steps`` equal steps of the fifth-order formula."""
     h = span / steps

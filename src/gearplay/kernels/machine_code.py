@@ -40,13 +40,13 @@ def link(code: Code, known: Callable[[str], int | None]) -> int | None:
     ``known`` returns the address of what asks for another kernel, None for a name that is not one's.
     """
     with _linking:
+        # One engine for each: names within the code of two kernels may be the same. The first makes C's functions known.
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine().create_target_machine())
         for name in code.needs:
             if (address := known(name)) is not None:
                 llvm.add_symbol(name, address)
             elif llvm.address_of_symbol(name) is None:
                 return None
-        # One engine for each: names within the code of two kernels may be the same.
-        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine().create_target_machine())
         engine.add_object_file(llvm.ObjectFileRef.from_data(code.content))
         engine.finalize_object()
         _linked.append(engine)

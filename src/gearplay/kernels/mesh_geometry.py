@@ -3,8 +3,9 @@
 import math
 from typing import Any
 
-from gearplay.kernels.arrays import Floats
+from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.involute import involute_difference
 from gearplay.kernels.layout import System, omega_of, spin_of, theta_of, turn_of, vx_of, vy_of, x_of, y_of
 from gearplay.kernels.tooth_stiffness import harmonics
@@ -252,3 +253,9 @@ def mesh_geometry(system: System, n: int, t: float, y: Floats, memory: Floats, o
     out[P_B_RATE] = -g_rate - error_rate - backlash_rate
     out[N_B_X], out[N_B_Y] = -out[N_D_X], -out[N_D_Y]
     return 0
+
+
+@compiled_once
+def gaps_at(system: System, n: int, t: float, y: Floats, memory: Rows, out: Floats) -> int:
+    """Do what `mesh_gaps` does, for Python."""
+    return mesh_gaps(system, n, t, y, memory, out)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import OUT_SIZE, theta_of, vx_of, vy_of, x_of, y_of
-from gearplay.kernels.mesh_geometry import B_T, P_D, mesh_geometry
+from gearplay.kernels.mesh_geometry import B_T, P_D, gaps_at
 from gearplay.kernels.switches import make_memory
 from gearplay.model import geometry, rolling
 from gearplay.model.pack import Packed
@@ -103,7 +103,7 @@ def _given_state(case: "Case", packed: Packed) -> Floats:
 def _mesh_at(packed: Packed, j: int, y: Floats, memory: Floats) -> tuple[float, float]:
     """Return (p_d, b_t) [m] of mesh j at state y and t = 0, ``memory`` that of a run not begun; NaN where it cannot mesh."""
     out = np.zeros(OUT_SIZE)
-    if mesh_geometry(packed.system, j, 0.0, y, memory, out) != 0:
+    if gaps_at(packed.system, j, 0.0, y, memory, out) != 0:
         return math.nan, math.nan
     return float(out[P_D]), float(out[B_T])
 

@@ -98,13 +98,13 @@ import gearplay.kernels
 import numpy as np
 import gearplay as gp
 from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh_geometry import B_T, mesh_geometry
+from gearplay.kernels.mesh_geometry import B_T, gaps_at
 from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import pack
 packed = pack(gp.load_case("han2021"))
 y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)
 y[3] = 50e-6
-mesh_geometry(packed.system, 0, 0.0, y, make_branch(packed.system).memory, out)
+gaps_at(packed.system, 0, 0.0, y, make_branch(packed.system).memory, out)
 sys.stdout.write(repr(float(out[B_T])))
 """
 
@@ -120,6 +120,6 @@ def test_an_edit_of_one_kernel_file_is_seen_by_kernels_of_another(tmp_path: Path
     text = edited.read_text(encoding="utf-8")
     assert "return total * u\n" in text
     edited.write_text(text.replace("return total * u\n", "return total * u * 2.0\n"), encoding="utf-8")
-    # mesh_geometry.py, whose kernel calls the edited one, has not changed
+    # mesh_geometry.py, whose kernel contains the edited one, has not changed
     after = output_of(BACKLASH, **environment)
     assert abs(after - 100e-6) > 1.5 * abs(before - 100e-6) > 0.0

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from gearplay.kernels.compiled import INTERPRETED
 from programs import run_program
 
 pytestmark = pytest.mark.hostile
@@ -158,3 +159,19 @@ def test_ctrl_c_while_a_kernel_is_compiled_comes_when_it_is_done(tmp_path: Path)
     assert done.stderr == ""
     assert done.stdout.split() in (["2.0", "interrupted"], ["interrupted"])
     assert done.returncode == 0
+
+
+LINKED = """
+import sys
+import gearplay as gp
+case = gp.replace(gp.load_case("han2021"), {"run.duration": 0.01, "run.transient": 0.0})
+run = gp.simulate(case)
+print(run.ds["ax"].sizes["time"], "numba" in sys.modules)
+"""
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
+def test_what_was_compiled_before_runs_without_the_compiler() -> None:
+    """Loading numba would take longer than all the rest of a short run."""
+    run_program(LINKED)  # compiles what is not there yet
+    assert run_program(LINKED).stdout.split() == ["1001", "False"]
