@@ -73,4 +73,5 @@ class Group:
         """How numba knows it, where a function of numba's own is called with it."""
         from gearplay.kernels.compiler import group_type
 
-        return group_type(type(self))
+        kind: Any = type(self)
+        return group_type(kind)

@@ -9,7 +9,7 @@ import typing
 from collections.abc import Callable
 from functools import cache
 from types import FunctionType
-from typing import Any
+from typing import Any, cast
 
 import llvmlite.binding as llvm
 from llvmlite import ir
@@ -181,7 +181,7 @@ def _hinted(hint: Any) -> Any:
     if hint in _PLAIN:
         return _PLAIN[hint]
     if isinstance(hint, type) and issubclass(hint, Group):
-        return group_type(hint)
+        return group_type(cast(Any, hint))
     if typing.get_origin(hint) is tuple:
         return types.Tuple([_hinted(part) for part in typing.get_args(hint)])
     array = array_of(hint)
