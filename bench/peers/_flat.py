@@ -8,6 +8,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from bench.problem import STATES, derivative
+from gearplay.kernels.compiler import group_type
 
 SMALLEST_RELATIVE = 100.0 * np.finfo(float).eps  # SciPy raises anything below to this
 EVALUATION_LIMIT = 20_000_000  # a solver that needs more has failed
@@ -18,7 +19,7 @@ OUTSIDE = 1e9
 
 def held(group):
     """Return a compiled function that gives the group, which is an address."""
-    kind, address = group._numba_type_, group._address
+    kind, address = group_type(type(group)), group._address
 
     @intrinsic
     def at(typing_context, number):

@@ -67,11 +67,3 @@ class Group:
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle by the fields: addresses are of this process."""
         return type(self), tuple(getattr(self, name) for name in type(self)._shapes)
-
-    @property
-    def _numba_type_(self) -> Any:
-        """How numba knows it, where a function of numba's own is called with it."""
-        from gearplay.kernels.compiler import group_type
-
-        kind: Any = type(self)
-        return group_type(kind)

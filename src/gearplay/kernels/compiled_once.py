@@ -23,6 +23,7 @@ import numpy as np
 from gearplay.kernels import compiled_files, machine_code
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import INTERPRETED
+from gearplay.kernels.signed import Signed, array_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,17 +35,6 @@ _ASK = ctypes.CFUNCTYPE(ctypes.c_int64)
 _NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
 _NOTHING = (None, None)
 """The parent of an array and the count of its references, which compiled code does not look at."""
-
-
-def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
-    """Return dtype and dimensions of an array's annotation; None for that of something else."""
-    dimensions = 1
-    if typing.get_origin(hint) is typing.Annotated:
-        hint, dimensions = typing.get_args(hint)
-    if typing.get_origin(hint) is not np.ndarray:
-        return None
-    (dtype,) = typing.get_args(typing.get_args(hint)[1])
-    return np.dtype(dtype), dimensions
 
 
 class _Parameter:
@@ -108,16 +98,13 @@ def _interrupt() -> None:
         signal.raise_signal(signal.SIGINT)
 
 
-class Once(Generic[P, R]):
+class Once(Signed, Generic[P, R]):
     """A kernel that is called by address; made by `compiled_once`."""
 
     def __init__(self, function: Callable[P, R]) -> None:
-        self.py_func = function
-        self.name = f"{function.__module__}.{function.__qualname__}"
-        update_wrapper(self, function)
         self._asked = _ASK(self._answer)  # must live as long as compiled code may ask
-        self.asking = ctypes.cast(self._asked, ctypes.c_void_p).value or 0
-        """The address of what compiled code asks for the kernel's own."""
+        super().__init__(function, ctypes.cast(self._asked, ctypes.c_void_p).value or 0)
+        update_wrapper(self, function)
         self._finding = threading.RLock()
         KERNELS[self.name] = self
 
@@ -125,13 +112,6 @@ class Once(Generic[P, R]):
     def length(self) -> int:
         """How long its source is; its time of compilation grows with it."""
         return len(self.py_func.__code__.co_code)
-
-    @cached_property
-    def hints(self) -> tuple[dict[str, Any], Any]:
-        """Return the annotations of its parameters, by name, and of what it returns."""
-        hints = typing.get_type_hints(self.py_func, include_extras=True)
-        result = hints.pop("return")
-        return hints, result
 
     @cached_property
     def address(self) -> int:

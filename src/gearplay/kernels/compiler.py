@@ -33,8 +33,8 @@ from numba.np.numpy_support import from_dtype
 
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import CONTAINED
-from gearplay.kernels.compiled_once import Once, array_of
 from gearplay.kernels.machine_code import Code
+from gearplay.kernels.signed import Signed, array_of
 
 # IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
 # give inf, which the stepper's finite check then reports. Without numba's runtime (``_nrt``) no kernel can allocate and
@@ -52,7 +52,7 @@ def jitted(function: Callable[..., Any], **more: Any) -> Any:
 
 
 @global_compiler_lock
-def compile_kernel(once: Once[..., Any]) -> Code:
+def compile_kernel(once: Signed) -> Code:
     """Compile a kernel for the signature that its annotations give."""
     wanted = signature_of(once)
     dispatcher = jitted(once.py_func, **_WITHIN)
@@ -97,6 +97,12 @@ class GroupType(types.Type):
 def group_type(kind: Any) -> GroupType:
     """Return numba's type of the groups of a class; one must have been made."""
     return GroupType(kind.__name__, {name: _type_of(each) for name, each in kind._shapes.items()})
+
+
+@typeof_impl.register(Group)
+def _typeof_group(value: Any, _: Any) -> GroupType:
+    kind: Any = type(value)
+    return group_type(kind)
 
 
 def _type_of(shape: Any) -> Any:
@@ -190,7 +196,7 @@ def _hinted(hint: Any) -> Any:
 
 
 @cache
-def signature_of(once: Once[..., Any]) -> Any:
+def signature_of(once: Signed) -> Any:
     """Return numba's signature of a kernel, from its annotations."""
     hints, result = once.hints
     return signature(_hinted(result), *map(_hinted, hints.values()))
@@ -199,7 +205,7 @@ def signature_of(once: Once[..., Any]) -> Any:
 class OnceType(types.Callable):
     """How numba knows a kernel that is called by address."""
 
-    def __init__(self, once: Once[..., Any]) -> None:
+    def __init__(self, once: Signed) -> None:
         self.once = once
         super().__init__(f"once({once.name})")
 
@@ -228,7 +234,7 @@ class _OnceModel(models.OpaqueModel):
 
 
 @cache
-def _once_type(once: Once[..., Any]) -> OnceType:
+def _once_type(once: Signed) -> OnceType:
     llvm.add_symbol(once.name, once.asking)  # numba links what it compiles, too
 
     @lower_builtin(once.name, types.VarArg(types.Any))
@@ -254,8 +260,8 @@ def _once_type(once: Once[..., Any]) -> OnceType:
     return OnceType(once)
 
 
-@typeof_impl.register(Once)
-def _typeof(value: Once[..., Any], _: Any) -> OnceType:
+@typeof_impl.register(Signed)
+def _typeof(value: Signed, _: Any) -> OnceType:
     return _once_type(value)
 
 

@@ -1,0 +1,35 @@
+"""Kernels whose annotations are their signature, as the compiler and their callers know them."""
+
+import typing
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+
+def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
+    """Return dtype and dimensions of an array's annotation; None for that of something else."""
+    dimensions = 1
+    if typing.get_origin(hint) is typing.Annotated:
+        hint, dimensions = typing.get_args(hint)
+    if typing.get_origin(hint) is not np.ndarray:
+        return None
+    (dtype,) = typing.get_args(typing.get_args(hint)[1])
+    return np.dtype(dtype), dimensions
+
+
+class Signed:
+    """A function with a signature, and the address of what compiled code asks for the function's own."""
+
+    def __init__(self, function: Callable[..., Any], asking: int) -> None:
+        self.py_func = function
+        self.name = f"{function.__module__}.{function.__qualname__}"
+        self.asking = asking
+
+    @cached_property
+    def hints(self) -> tuple[dict[str, Any], Any]:
+        """The annotations of its parameters, by name, and of what it returns."""
+        hints = typing.get_type_hints(self.py_func, include_extras=True)
+        result = hints.pop("return")
+        return hints, result
