@@ -12,18 +12,15 @@ import os
 import signal
 import threading
 import traceback
-import typing
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, update_wrapper
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
-import numpy as np
-
 from gearplay.kernels import compiled_files, machine_code
-from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import INTERPRETED
-from gearplay.kernels.signed import Signed, array_of
+from gearplay.kernels.from_python import FromPython
+from gearplay.kernels.signed import Signed
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,41 +29,6 @@ KERNELS: dict[str, "Once[..., Any]"] = {}
 """All of them, by module and name."""
 
 _ASK = ctypes.CFUNCTYPE(ctypes.c_int64)
-_NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
-_NOTHING = (None, None)
-"""The parent of an array and the count of its references, which compiled code does not look at."""
-
-
-class _Parameter:
-    """How an argument is handed over: the words it takes."""
-
-    def __init__(self, name: str, hint: Any) -> None:
-        self.name, self.hint, self.array = name, hint, array_of(hint)
-        if self.array is not None:
-            dimensions = self.array[1]
-            pointer, word = ctypes.c_void_p, ctypes.c_int64
-            self.words = [pointer, pointer, word, word, pointer, *(2 * dimensions * [word])]
-        elif isinstance(hint, type) and issubclass(hint, Group):
-            self.words = [ctypes.c_void_p]
-        else:
-            self.words = [_NUMBERS[hint]]
-
-    def append(self, words: list[Any], value: Any) -> None:
-        """Append the words of a value; `TypeError` where it is not what the kernel was compiled for."""
-        if self.array is not None:
-            if (
-                not isinstance(value, np.ndarray)
-                or (value.dtype, value.ndim) != self.array
-                or not value.flags.c_contiguous
-            ):
-                raise TypeError(f"{self.name} must be a C-contiguous array of {self.array}")
-            words += (*_NOTHING, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
-        elif self.words == [ctypes.c_void_p]:
-            if not isinstance(value, self.hint):
-                raise TypeError(f"{self.name} must be {self.hint.__name__}, not {type(value).__name__}")
-            words.append(value._address)
-        else:
-            words.append(value)
 
 
 @contextmanager
@@ -131,34 +93,14 @@ class Once(Signed, Generic[P, R]):
             return address
 
     @cached_property
-    def _entry(self) -> tuple[list[_Parameter], Any, list[Any]]:
-        """Parameters, the function that ctypes calls, and the types of the numbers that it returns."""
-        hints, result = self.hints
-        parameters = [_Parameter(f"{name} of {self.name}", hint) for name, hint in hints.items()]
-        parts = typing.get_args(result) if typing.get_origin(result) is tuple else (result,)
-        words = [word for parameter in parameters for word in parameter.words]
-        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)
-        return parameters, prototype(self.address), [_NUMBERS.get(part, ctypes.c_void_p) for part in parts]
-
-    @cached_property
-    def _result(self) -> type[ctypes.Structure]:
-        fields = [(f"at_{n}", kind) for n, kind in enumerate(self._entry[2])]
-        return type("Result", (ctypes.Structure,), {"_fields_": fields})
+    def _from_python(self) -> FromPython:
+        return FromPython(self, self.address)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """Call it from Python, without the GIL; `IndexError` beyond an array where bounds are checked."""
-        if kwargs or len(args) != len(self.hints[0]):
-            raise TypeError(f"{self.name} takes {len(self.hints[0])} arguments by place")
-        parameters, function, _ = self._entry
-        words: list[Any] = []
-        for parameter, value in zip(parameters, args, strict=True):
-            parameter.append(words, value)
-        result, fault = self._result(), ctypes.c_void_p()
-        if function(ctypes.addressof(result), ctypes.addressof(fault), *words):
-            raise IndexError(f"{self.name}: beyond the bounds of an array")
-        values = tuple(getattr(result, name) for name, *_ in result._fields_)
-        one = typing.get_origin(self.hints[1]) is not tuple
-        return cast(R, values[0] if one else values)
+        """Call it from Python, arguments by place (`FromPython`)."""
+        if kwargs:
+            raise TypeError(f"{self.name} takes arguments by place")
+        return cast(R, self._from_python(args))
 
     def _answer(self) -> int:
         """Return the address to compiled code, which can take no exception and cannot go on without: Ctrl-C comes later."""

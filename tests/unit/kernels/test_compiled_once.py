@@ -120,6 +120,72 @@ def test_a_wrong_argument_is_refused_when_the_caller_is_compiled(found: dict[str
     assert found["wrong"] == "takes"
 
 
+CALLED = """
+import json, sys
+import numpy as np
+from dataclasses import dataclass
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled_once import compiled_once
+
+@dataclass(frozen=True, eq=False)
+class Numbers(Group):
+    values: Floats
+
+@compiled_once
+def everything(numbers: Numbers, y: Floats, table: Rows, n: int, x: float, yes: bool) -> tuple[int, float, bool]:
+    y[1] += numbers.values[1] + table[1, 2] * table.shape[0] * table.shape[1]
+    return -n, x / 3.0 if yes else x, not yes
+
+@compiled_once
+def nothing(places: Ints) -> None:
+    places[0] = 2**40
+
+@compiled_once
+def even(n: int) -> bool:
+    return n % 2 == 0
+
+numbers, y, table, places = Numbers(np.array([1.0, 0.5])), np.zeros(2), np.arange(6.0).reshape(2, 3), np.zeros(1, dtype=int)
+found = {
+    "everything": [everything(numbers, y, table, 2**40, 1.5, True), everything(numbers, y, table, 7, 2, False)],
+    "nothing": nothing(places), "even": [even(2), even(np.int64(3))],
+}
+found["y"], found["places"] = y.tolist(), places.tolist()
+refused = []
+for args in (
+    (y, y, table, 1, 1.0, True), (numbers, table, table, 1, 1.0, True), (numbers, y, table.T, 1, 1.0, True),
+    (numbers, places, table, 1, 1.0, True), (numbers, y, table, 1.5, 1.0, True), (numbers, y, table, 1, "x", True),
+    (numbers, y, table, 1, 1.0), (numbers, [1.0], table, 1, 1.0, True),
+):
+    try:
+        everything(*args)
+    except (TypeError, sys.modules["ctypes"].ArgumentError) as error:
+        refused.append(str(error))
+found["refused"] = refused
+json.dump(found, sys.stdout)
+"""
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
+def test_python_hands_over_and_gets_back_numbers_arrays_and_groups(tmp_path: Path) -> None:
+    found = json.loads(run_program(CALLED, file=tmp_path / "program.py", **cache_in(tmp_path)).stdout)
+    assert found["everything"] == [[-(2**40), 0.5, False], [-7, 2.0, True]]
+    assert found["y"] == [0.0, 2 * (0.5 + 5.0 * 6.0)]
+    assert (found["nothing"], found["places"]) == (None, [2**40])
+    assert found["even"] == [True, False]
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
+def test_python_hands_over_nothing_that_compiled_code_would_misread(tmp_path: Path) -> None:
+    refused = json.loads(run_program(CALLED, file=tmp_path / "program.py", **cache_in(tmp_path)).stdout)[
+        "refused"
+    ]
+    assert len(refused) == 8
+    assert "numbers of __main__.everything must be Numbers, not ndarray" in refused
+    assert sum("must be a C-contiguous array" in words for words in refused) == 4
+    assert "__main__.everything takes 6 arguments" in refused
+
+
 INTERRUPTED = """
 import os, signal, sys
 from gearplay.kernels.arrays import Floats

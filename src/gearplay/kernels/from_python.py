@@ -1,0 +1,82 @@
+"""Calls of compiled code from Python, by address and as numba lays out arguments: no wrapper of its own is compiled or loaded."""
+
+import ctypes
+import typing
+from typing import Any
+
+import numpy as np
+
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.signed import Signed, array_of
+
+_NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
+_NOTHING = (None, None)
+"""The parent of an array and the count of its references, which compiled code does not look at."""
+
+
+class _Parameter:
+    """How an argument is handed over: the words that it takes."""
+
+    def __init__(self, name: str, hint: Any) -> None:
+        self.name, self.hint, self.array = name, hint, array_of(hint)
+        self.is_group = isinstance(hint, type) and issubclass(hint, Group)
+        if self.array is not None:
+            pointer, word = ctypes.c_void_p, ctypes.c_int64
+            self.words = [pointer, pointer, word, word, pointer, *(2 * self.array[1] * [word])]
+        else:
+            self.words = [ctypes.c_void_p if self.is_group else _NUMBERS[hint]]
+
+    def append(self, words: list[Any], value: Any) -> None:
+        """Append the words of a value."""
+        if self.is_group:
+            if not isinstance(value, self.hint):
+                raise TypeError(f"{self.name} must be {self.hint.__name__}, not {type(value).__name__}")
+            words.append(value._address)
+        elif self.array is None:
+            words.append(value)
+        else:
+            fits = isinstance(value, np.ndarray) and (value.dtype, value.ndim) == self.array
+            if not fits or not value.flags.c_contiguous:
+                raise TypeError(
+                    f"{self.name} must be a C-contiguous array, dtype and dimensions {self.array}"
+                )
+            words += (*_NOTHING, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+
+
+class FromPython:
+    """A compiled kernel as Python calls it, without the GIL.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not what the kernel was compiled for.
+    IndexError
+        If an index is beyond its array, where compiled code checks that.
+
+    """
+
+    def __init__(self, signed: Signed, address: int) -> None:
+        hints, result = signed.hints
+        self.name = signed.name
+        self.parameters = [_Parameter(f"{name} of {signed.name}", hint) for name, hint in hints.items()]
+        words = [word for parameter in self.parameters for word in parameter.words]
+        self.function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)(address)
+        self.one = typing.get_origin(result) is not tuple
+        parts = (result,) if self.one else typing.get_args(result)
+        self.places = [f"at_{n}" for n in range(len(parts))]
+        kinds = [_NUMBERS.get(part, ctypes.c_void_p) for part in parts]  # None is an empty address
+        fields = {"_fields_": list(zip(self.places, kinds, strict=True))}
+        self.result = type("Result", (ctypes.Structure,), fields)
+
+    def __call__(self, args: tuple[Any, ...]) -> Any:
+        """Call it with arguments by place; return its number, or a tuple of them."""
+        if len(args) != len(self.parameters):
+            raise TypeError(f"{self.name} takes {len(self.parameters)} arguments")
+        words: list[Any] = []
+        for parameter, value in zip(self.parameters, args, strict=True):
+            parameter.append(words, value)
+        result, fault = self.result(), ctypes.c_void_p()
+        if self.function(ctypes.addressof(result), ctypes.addressof(fault), *words) != 0:
+            raise IndexError(f"{self.name}: beyond the bounds of an array")
+        values = tuple(getattr(result, place) for place in self.places)
+        return values[0] if self.one else values
