@@ -21,7 +21,7 @@ from gearplay.kernels.machine_code import Code, processor
 
 VERSIONS: Final = 4
 """Folders of versions that stay, the latest: compiled code of a package that was updated is of no use."""
-NAME: Final = "gearplay-"
+NAME: Final = "code-"
 SIZE: Final = hashlib.sha256().digest_size
 WITHOUT: Final = "NUMBA_CACHE_DIR"
 """The environment's variable that names where compiled code is kept; its others may change the code."""
@@ -49,9 +49,9 @@ def compiled_from() -> str:
 
 
 def _places() -> list[Path]:
-    """Return where compiled code may be kept, the best first."""
+    """Return where compiled code may be kept, the best first: folders that hold nothing of anybody else's by such a name."""
     if os.environ.get(WITHOUT):
-        return [Path(os.environ[WITHOUT])]
+        return [Path(os.environ[WITHOUT]) / "gearplay"]
     home = Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
     kept = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
     return [Path(__file__).parent / "__pycache__", Path(kept or home) / "gearplay"]

@@ -43,7 +43,7 @@ print(times(1.0), len(made), *compiled_files.not_kept)
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    return tmp_path / "gearplay-1" / "room.kernel.code"
+    return tmp_path / "code-1" / "room.kernel.code"
 
 
 @pytest.fixture(autouse=True)
@@ -103,16 +103,16 @@ def test_a_disk_that_takes_nothing_is_noted_once(
 
 def test_old_versions_go_and_a_few_stay(tmp_path: Path) -> None:
     for n in range(9):
-        (tmp_path / f"gearplay-{n}").mkdir()
-        os.utime(tmp_path / f"gearplay-{n}", (n, n))
+        (tmp_path / f"code-{n}").mkdir()
+        os.utime(tmp_path / f"code-{n}", (n, n))
     (tmp_path / "another").mkdir()
-    forget_old(tmp_path / "gearplay-2")
+    forget_old(tmp_path / "code-2")
     assert sorted(each.name for each in tmp_path.iterdir()) == [
         "another",
-        "gearplay-2",
-        "gearplay-6",
-        "gearplay-7",
-        "gearplay-8",
+        "code-2",
+        "code-6",
+        "code-7",
+        "code-8",
     ]
 
 
