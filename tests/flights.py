@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numba import njit
 
 from building import Document, case_of, run_of
+from gearplay.kernels import compiler, stepper
 from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
-from gearplay.kernels.compiler import jitted
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import PENETRATION, Loads
 from gearplay.kernels.right_hand_side import make_loads
@@ -15,9 +15,10 @@ from gearplay.kernels.roster import state_of
 from gearplay.model.pack import pack
 
 LOOKS = 1500  # at each flight
+assert compiler  # which tells numba what groups and kernels are
 
 
-@jitted
+@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Loads) -> float:  # type: ignore[no-untyped-def]
     """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
     deepest = -1.0
