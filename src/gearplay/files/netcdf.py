@@ -57,15 +57,22 @@ def write_dataset(
 def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
     """Return the netCDF-4 file of a dataset, numbers compressed or not, a digest at the end; the same bytes for the same content.
 
-    It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end.
+    It is made in memory: HDF5 that meets a full disk prints tracebacks and may bring the process down at its end. xarray's
+    ``to_netcdf`` would write the same bytes, and load all of dask's cluster first, where that is installed.
     """
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
     how = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
         for name, variable in dataset.data_vars.items()
         if packed and variable.dtype.kind in "fi" and variable.size > 1000
     }
     told = dataset.assign_attrs({SEAL: f"sha256 of all bytes before the last {LENGTH}"})
-    return sealed(bytes(told.to_netcdf(engine="h5netcdf", encoding=how)))
+    buffer = BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        told.dump_to_store(H5NetCDFStore(file), encoding=how)
+    return sealed(buffer.getvalue())
 
 
 def read_dataset(path: Path) -> "xr.Dataset":
