@@ -68,7 +68,8 @@ def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
         for name, variable in dataset.data_vars.items()
         if packed and variable.dtype.kind in "fi" and variable.size > 1000
     }
-    told = dataset.assign_attrs({SEAL: f"sha256 of all bytes before the last {LENGTH}"})
+    held = dataset.compute() if dataset.chunks else dataset
+    told = held.assign_attrs({SEAL: f"sha256 of all bytes before the last {LENGTH}"})
     buffer = BytesIO()
     with h5netcdf.File(buffer, "w") as file:
         told.dump_to_store(H5NetCDFStore(file), encoding=how)

@@ -6,12 +6,21 @@ From Python such a kernel is called as it is written. What is compiled on its ow
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+def _is_disabled() -> bool:
+    """Return whether the environment says so, read as numba reads it."""
+    with suppress(ValueError):
+        return int(os.environ.get("NUMBA_DISABLE_JIT", "0")) != 0
+    return False
+
+
+INTERPRETED = _is_disabled()
 """Whether all kernels run as plain Python."""
 CONTAINED: dict[Callable[..., Any], bool] = {}
 """Kernels that are compiled within their callers; True of those that LLVM must inline."""

@@ -23,8 +23,13 @@ VERSIONS: Final = 4
 """Folders of versions that stay, the latest: compiled code of a package that was updated is of no use."""
 NAME: Final = "code-"
 SIZE: Final = hashlib.sha256().digest_size
-WITHOUT: Final = "NUMBA_CACHE_DIR"
-"""The environment's variable that names where compiled code is kept; its others may change the code."""
+WHERE: Final = "NUMBA_CACHE_DIR"
+"""The environment's variable that names where compiled code is kept."""
+SETTINGS: Final = (
+    "BOUNDSCHECK", "CPU_FEATURES", "CPU_NAME", "DEBUGINFO", "DISABLE_INTEL_SVML", "ENABLE_AVX", "ENABLE_PROFILING",
+    "FORCE_ERROR_MODEL", "LLVM_REFPRUNE_FLAGS", "LLVM_REFPRUNE_PASS", "LOOP_VECTORIZE", "OPT", "SLP_VECTORIZE",
+)  # fmt: skip
+"""Of numba, which change the code: in the environment, or in a file of its own."""
 
 not_kept: list[str] = []
 """Why compiled code could not be written, in words, once in a process; for the solver to tell."""
@@ -41,20 +46,21 @@ def kernel_digest(folder: Path) -> str:
 @cache
 def compiled_from() -> str:
     """Return a digest of all that compiled code depends on: sources, compiler and its settings, Python, processor."""
-    settings = sorted(
-        each for each in os.environ.items() if each[0].startswith("NUMBA_") and each[0] != WITHOUT
-    )
+    settings = [os.environ.get(f"NUMBA_{name}") for name in SETTINGS]
+    with suppress(OSError):
+        settings.append(Path(".numba_config.yaml").read_text(encoding="utf-8", errors="replace"))
     parts = (kernel_digest(Path(__file__).parent), version("numba"), sys.version, *processor(), settings)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
 def _places() -> list[Path]:
     """Return where compiled code may be kept, the best first: folders that hold nothing of anybody else's by such a name."""
-    if os.environ.get(WITHOUT):
-        return [Path(os.environ[WITHOUT]) / "gearplay"]
-    home = Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
-    kept = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
-    return [Path(__file__).parent / "__pycache__", Path(kept or home) / "gearplay"]
+    if os.environ.get(WHERE):
+        return [Path(os.environ[WHERE]) / "gearplay"]
+    kept = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
+    home = kept or os.path.expanduser("~/Library/Caches" if sys.platform == "darwin" else "~/.cache")
+    at_home = [] if home.startswith("~") else [Path(home) / "gearplay"]  # without a home there is none
+    return [Path(__file__).parent / "__pycache__", *at_home]
 
 
 @cache
@@ -63,10 +69,20 @@ def code_folder() -> Path | None:
     for place in _places():
         with suppress(OSError):
             place.mkdir(parents=True, exist_ok=True)
+            folder = place / f"{NAME}{compiled_from()}"
             with tempfile.TemporaryFile(dir=place):
-                return place / f"{NAME}{compiled_from()}"
+                if folder.is_dir():
+                    os.utime(folder)  # what is in use stays when old ones go
+                return folder
     note("no folder that could be written to")
     return None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder of compiled code, where it is not there, and remove old ones beside it."""
+    if not folder.is_dir():
+        folder.mkdir(parents=True, exist_ok=True)
+        forget_old(folder)
 
 
 def file_of(name: str) -> Path | None:
@@ -75,8 +91,8 @@ def file_of(name: str) -> Path | None:
     return None if folder is None else folder / f"{name}.code"
 
 
-def load(file: Path) -> Code | None:
-    """Return what was saved; None where there is nothing, or what is there is damaged."""
+def load(file: Path, form: str) -> Code | None:
+    """Return what was saved; None where there is nothing, or what is there is damaged, or of another form."""
     try:
         whole = file.read_bytes()
     except OSError:
@@ -85,18 +101,16 @@ def load(file: Path) -> Code | None:
     if hashlib.sha256(rest).digest() != digest:
         return None
     head, _, content = rest.partition(b"\n")
-    symbol, needs = json.loads(head)
-    return Code(symbol, needs, content)
+    symbol, needs, made_for = json.loads(head)
+    return Code(symbol, needs, content) if made_for == form else None
 
 
-def save(file: Path, code: Code) -> None:
-    """Save what was compiled; where that fails say why, once: the code runs all the same."""
-    rest = json.dumps([code.symbol, code.needs]).encode() + b"\n" + code.content
+def save(file: Path, code: Code, form: str) -> None:
+    """Save what was compiled for a form (`Signed.form`); where that fails say why, once: the code runs all the same."""
+    rest = json.dumps([code.symbol, code.needs, form]).encode() + b"\n" + code.content
     beside = file.with_name(f"{file.name}.{uuid.uuid4().hex[:16]}")
     try:
-        if not file.parent.is_dir():
-            file.parent.mkdir(parents=True, exist_ok=True)
-            forget_old(file.parent)
+        make_folder(file.parent)
         beside.write_bytes(hashlib.sha256(rest).digest() + rest)
         os.replace(beside, file)
     except OSError as error:

@@ -79,8 +79,10 @@ class Once(Signed, Generic[P, R]):
     def address(self) -> int:
         """The address of the compiled code; the first time it is compiled, or linked from its file."""
         with self._finding:
+            if (known := vars(self).get("address")) is not None:  # while this thread waited
+                return int(known)
             file = compiled_files.file_of(self.name)
-            code = None if file is None else compiled_files.load(file)
+            code = None if file is None else compiled_files.load(file, self.form)
             address = None if code is None else machine_code.link(code, _asking)
             if address is None:
                 from gearplay.kernels.compiler import compile_kernel
@@ -88,7 +90,7 @@ class Once(Signed, Generic[P, R]):
                 code = compile_kernel(self)
                 address = machine_code.link(code, _asking)
                 if file is not None:
-                    compiled_files.save(file, code)
+                    compiled_files.save(file, code, self.form)
             assert address is not None
             return address
 

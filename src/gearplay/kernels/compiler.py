@@ -56,6 +56,10 @@ def compile_kernel(once: Signed) -> Code:
     """Compile a kernel for the signature that its annotations give."""
     wanted = signature_of(once)
     dispatcher = jitted(once.py_func, **_WITHIN)
+    if dispatcher is once.py_func:
+        raise RuntimeError(
+            "numba is told not to compile, but by its own file or in Python: set NUMBA_DISABLE_JIT=1 instead"
+        )
     dispatcher.compile(wanted)
     entry = dispatcher.overloads[wanted.args]
     declared = [

@@ -1,6 +1,7 @@
 """Calls of compiled code from Python, by address and as numba lays out arguments: no wrapper of its own is compiled or loaded."""
 
 import ctypes
+import operator
 import typing
 from typing import Any
 
@@ -32,13 +33,18 @@ class _Parameter:
             if not isinstance(value, self.hint):
                 raise TypeError(f"{self.name} must be {self.hint.__name__}, not {type(value).__name__}")
             words.append(value._address)
+        elif self.hint is int:
+            number = operator.index(value)
+            if not -(2**63) <= number < 2**63:
+                raise TypeError(f"{self.name} must be an integer of 64 bits, not {number}")
+            words.append(number)
         elif self.array is None:
-            words.append(value)
+            words.append(self.hint(value))
         else:
             fits = isinstance(value, np.ndarray) and (value.dtype, value.ndim) == self.array
-            if not fits or not value.flags.c_contiguous:
+            if not fits or not value.flags.carray:
                 raise TypeError(
-                    f"{self.name} must be a C-contiguous array, dtype and dimensions {self.array}"
+                    f"{self.name} must be a C-contiguous array that can be written to, {self.array}"
                 )
             words += (*_NOTHING, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
 
@@ -48,7 +54,7 @@ class FromPython:
 
     Raises
     ------
-    TypeError
+    TypeError, ValueError
         If an argument is not what the kernel was compiled for.
     IndexError
         If an index is beyond its array, where compiled code checks that.

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
+import llvmlite
 import llvmlite.binding as llvm
 
 
@@ -29,9 +30,10 @@ def _machine() -> llvm.Target:
     return llvm.Target.from_default_triple()
 
 
-def processor() -> tuple[str, str, str]:
-    """Return what machine code depends on: system, processor, and what the processor can do."""
-    return llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+def processor() -> tuple[str, ...]:
+    """Return what machine code depends on: the system, the processor and what it can do, LLVM's version."""
+    features = llvm.get_host_cpu_features().flatten()
+    return llvm.get_process_triple(), llvm.get_host_cpu_name(), features, llvmlite.__version__
 
 
 def link(code: Code, known: Callable[[str], int | None]) -> int | None:

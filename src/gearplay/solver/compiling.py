@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from gearplay.kernels.compiled import INTERPRETED
-from gearplay.kernels.compiled_files import code_folder, not_kept
+from gearplay.kernels.compiled_files import code_folder, make_folder, not_kept
 from gearplay.kernels.compiled_once import KERNELS
 from gearplay.kernels.elements.table import DERIVATIVE, KINDS
 from gearplay.kernels.tangent_state import make_tangent
@@ -214,7 +214,7 @@ def _alone(there: Path | None, report: Callable[[], None]) -> Iterator[None]:
         yield
         return
     with suppress(OSError):  # a folder that cannot be written to: each process for itself
-        there.mkdir(parents=True, exist_ok=True)
+        make_folder(there)
         while (handle := try_lock(there / ".lock")) is None:
             report()
             time.sleep(0.1)

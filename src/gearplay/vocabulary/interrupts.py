@@ -11,6 +11,8 @@ SOON = 0.05
 LOST_WITHIN = {
     ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
     ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
+    ("numba.core.base", "BaseContext.refresh"),  # half of what it knows would be known twice, or never
+    ("numba.core.typing.context", "BaseContext.refresh"),
     *(
         ("numba.core.compiler_lock", f"_CompilerLock.{each}")
         for each in ("acquire", "release", "__enter__", "__exit__")

@@ -372,3 +372,10 @@ def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(netcdf, "_READER", Reader(limited))
     with pytest.raises(InputError, match=r"bomb\.nc"):
         read_dataset(tmp_path / "bomb.nc")
+
+
+def test_a_dataset_in_chunks_is_written_whole(tmp_path: Path) -> None:
+    """Its numbers are computed when they are asked for, which writing does not do of itself."""
+    whole = a_result()
+    write_dataset(whole.chunk(), tmp_path / "run.nc")
+    assert read_dataset(tmp_path / "run.nc").identical(whole)

@@ -16,6 +16,7 @@ from gearplay.kernels import compiled_files
 from gearplay.kernels.compiled import INTERPRETED
 from gearplay.kernels.compiled_files import forget_old, load, save
 from gearplay.kernels.machine_code import Code, link
+from gearplay.solver import compiling
 
 pytestmark = pytest.mark.hostile
 
@@ -51,15 +52,16 @@ def nothing_noted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled_files, "not_kept", [])
 
 
-def test_what_was_saved_is_loaded(file: Path) -> None:
-    assert load(file) is None
-    save(file, CODE)
-    assert load(file) == CODE
+def test_what_was_saved_is_loaded_for_its_form_alone(file: Path) -> None:
+    assert load(file, "one") is None
+    save(file, CODE, "one")
+    assert load(file, "one") == CODE
+    assert load(file, "another") is None
 
 
 def test_damaged_code_is_never_run(file: Path, tried: Callable[..., Any]) -> None:
     """Flips, cuts, swaps and growth of a compiled kernel's file: it is compiled anew."""
-    save(file, Code("kernel", [], os.urandom(4000)))
+    save(file, Code("kernel", [], os.urandom(4000)), "one")
     whole, random = file.read_bytes(), np.random.default_rng(1)
     trials = sized(200, 40, torture=5000)
     for n in range(trials):
@@ -71,12 +73,12 @@ def test_damaged_code_is_never_run(file: Path, tried: Callable[..., Any]) -> Non
             whole[at:] + whole[:at] if at else whole[1:],
         )[n % 4]
         file.write_bytes(damaged)
-        assert load(file) is None
+        assert load(file, "one") is None
     tried(trials)
     file.unlink()
     file.mkdir()
-    assert load(file) is None
-    save(file, CODE)  # in its place
+    assert load(file, "one") is None
+    save(file, CODE, "one")  # in its place
     assert len(compiled_files.not_kept) == 1
     assert [each.name for each in file.parent.iterdir()] == [file.name]
 
@@ -95,8 +97,8 @@ def test_a_disk_that_takes_nothing_is_noted_once(
 
     with monkeypatch.context() as broken:
         broken.setattr(Path, "write_bytes", fail)
-        save(file, CODE)
-        save(file, CODE)
+        save(file, CODE, "one")
+        save(file, CODE, "one")
     assert compiled_files.not_kept == [f"{file.parent.parent}: {os.strerror(number)}"]
     assert list(file.parent.iterdir()) == []
 
@@ -114,6 +116,43 @@ def test_old_versions_go_and_a_few_stay(tmp_path: Path) -> None:
         "code-7",
         "code-8",
     ]
+
+
+def test_a_folder_that_is_made_has_old_ones_removed(tmp_path: Path) -> None:
+    """By whoever makes it: the lock of those that compile lies in it before any code."""
+    for n in range(8):
+        (tmp_path / f"code-{n}").mkdir()
+    with compiling._alone(tmp_path / "code-new", lambda: None):
+        save(tmp_path / "code-new" / "kernel.code", CODE, "one")
+    assert len(list(tmp_path.iterdir())) == compiled_files.VERSIONS
+
+
+def test_the_folder_depends_on_what_changes_the_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def digest() -> str:
+        compiled_files.compiled_from.cache_clear()
+        return compiled_files.compiled_from()
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
+    try:
+        usual = digest()
+        monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+        assert digest() == usual
+        monkeypatch.setenv("NUMBA_OPT", "1")
+        changed = digest()
+        assert changed != usual
+        monkeypatch.delenv("NUMBA_OPT")
+        (tmp_path / ".numba_config.yaml").write_text("opt: 1")
+        assert digest() not in (usual, changed)
+    finally:
+        compiled_files.compiled_from.cache_clear()
+
+
+def test_without_a_home_there_is_no_place_at_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(compiled_files.os.path, "expanduser", lambda path: path)
+    assert [place.name for place in compiled_files._places()] == ["__pycache__"]
 
 
 def value_of(file: Path, *words: str, **environment: str) -> list[str]:

@@ -151,15 +151,17 @@ found = {
     "nothing": nothing(places), "even": [even(2), even(np.int64(3))],
 }
 found["y"], found["places"] = y.tolist(), places.tolist()
-refused = []
+refused, still = [], np.zeros(2)
+still.flags.writeable = False
 for args in (
     (y, y, table, 1, 1.0, True), (numbers, table, table, 1, 1.0, True), (numbers, y, table.T, 1, 1.0, True),
     (numbers, places, table, 1, 1.0, True), (numbers, y, table, 1.5, 1.0, True), (numbers, y, table, 1, "x", True),
-    (numbers, y, table, 1, 1.0), (numbers, [1.0], table, 1, 1.0, True),
+    (numbers, y, table, 1, 1.0), (numbers, [1.0], table, 1, 1.0, True), (numbers, y, table, 2**70, 1.0, True),
+    (numbers, still, table, 1, 1.0, True),
 ):
     try:
         everything(*args)
-    except (TypeError, sys.modules["ctypes"].ArgumentError) as error:
+    except (TypeError, ValueError) as error:
         refused.append(str(error))
 found["refused"] = refused
 json.dump(found, sys.stdout)
@@ -180,10 +182,48 @@ def test_python_hands_over_nothing_that_compiled_code_would_misread(tmp_path: Pa
     refused = json.loads(run_program(CALLED, file=tmp_path / "program.py", **cache_in(tmp_path)).stdout)[
         "refused"
     ]
-    assert len(refused) == 8
+    assert len(refused) == 10
     assert "numbers of __main__.everything must be Numbers, not ndarray" in refused
-    assert sum("must be a C-contiguous array" in words for words in refused) == 4
+    assert sum("must be a C-contiguous array that can be written to" in words for words in refused) == 5
     assert "__main__.everything takes 6 arguments" in refused
+
+
+REFRESHED = """
+import signal
+from numba.core import base
+from numba.core.typing import context
+from gearplay.kernels.compiled_once import KERNELS, compiled_once
+from gearplay.vocabulary.interrupts import raised_without_harm
+
+@compiled_once
+def square(x: float) -> float:
+    return abs(x) * x
+
+came = []
+for module in (base, context):
+    def install(self, registry, wrapped=module.BaseContext.install_registry):
+        if len(came) < 3:
+            came.append(True)
+            signal.raise_signal(signal.SIGINT)
+        wrapped(self, registry)
+    module.BaseContext.install_registry = install
+try:
+    with raised_without_harm():
+        print(square(-3.0))
+        signal.sigtimedwait([], 5.0)
+except KeyboardInterrupt:
+    print("interrupted", len(came))
+print(square(-3.0))
+"""
+
+
+@pytest.mark.skipif(
+    INTERPRETED or sys.platform == "win32", reason="nothing is compiled here, or no signals there"
+)
+def test_ctrl_c_as_the_compiler_learns_its_types_comes_later(tmp_path: Path) -> None:
+    """It would know half of them, and fail at every kernel from then on."""
+    done = run_program(REFRESHED, file=tmp_path / "program.py", **cache_in(tmp_path))
+    assert done.stdout.split()[-3:] == ["interrupted", "3", "-9.0"]
 
 
 INTERRUPTED = """
@@ -225,6 +265,35 @@ def test_ctrl_c_while_a_kernel_is_compiled_comes_when_it_is_done(tmp_path: Path)
     assert done.stderr == ""
     assert done.stdout.split() in (["2.0", "interrupted"], ["interrupted"])
     assert done.returncode == 0
+
+
+EDITED = """
+import sys
+import numpy as np
+from dataclasses import dataclass
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled_once import compiled_once
+
+@dataclass(frozen=True, eq=False)
+class Numbers(Group):
+    values: Floats
+
+@compiled_once
+def more(numbers: Numbers) -> float:
+    return numbers.values[1] + {by}
+
+print(more(Numbers(np.array([1.0, 0.25], dtype="{dtype}"))))
+"""
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
+def test_code_of_another_form_is_compiled_anew(tmp_path: Path) -> None:
+    """Kept code was made for fields of one dtype and for a function as it then was, wherever that is written."""
+    for by, dtype in (("1.0", "f8"), ("2.0", "f8"), ("2.0", "f4"), ("2.0", "f8"), ("2.0", "f8")):
+        program = EDITED.format(by=by, dtype=dtype)
+        done = run_program(program, file=tmp_path / "program.py", **cache_in(tmp_path))
+        assert float(done.stdout) == 0.25 + float(by), (by, dtype)
 
 
 LINKED = """
