@@ -1,17 +1,20 @@
 """A sweep on a cluster that is real: one without workers, one whose scheduler dies, one that speaks TLS."""
 
 import json
+import logging
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from acceptance.test_sweep import FEW, PLAN, content, finish, rows, write_plan
+from gearplay.sweeps.running.cluster import _in_our_words
 
 pytestmark = [pytest.mark.hostile, pytest.mark.deep]
 PART = """
@@ -97,6 +100,21 @@ def test_ctrl_c_while_no_worker_comes(start: Start, few: Path, tmp_path: Path) -
     assert process.returncode == 130
     assert "Finished cases are kept" in words
     assert "Traceback" not in words
+
+
+@pytest.mark.parametrize("name", ["batched", "client"])
+def test_the_library_logs_no_connection_that_is_lost(name: str) -> None:
+    """A message that was on its way would be told with a traceback, now and then."""
+    logger, heard = logging.getLogger(f"distributed.{name}"), StringIO()
+    logger.addHandler(handler := logging.StreamHandler(heard))
+    try:
+        with _in_our_words():
+            logger.error("closed")
+        assert heard.getvalue() == ""
+        logger.error("said again")
+        assert heard.getvalue() == "said again\n"
+    finally:
+        logger.removeHandler(handler)
 
 
 def test_a_scheduler_that_dies_is_one_sentence(start: Start, tmp_path: Path) -> None:

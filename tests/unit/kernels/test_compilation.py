@@ -18,7 +18,7 @@ from gearplay.kernels.compiled import CONTAINED
 from gearplay.kernels.compiled_once import KERNELS
 from gearplay.solver.compiling import _know_types, _wanted
 _know_types()
-for name in _wanted(frozenset(["sleeve", "mesh"]), fixed=False, derivative=True):
+for name in _wanted(frozenset(["sleeve", "mesh"]), fixed=False, derivative=False):
     compiler.compile_kernel(KERNELS[name])
 counts = {}
 for function in CONTAINED:

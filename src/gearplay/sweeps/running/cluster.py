@@ -67,13 +67,15 @@ def run_dask(
 @contextmanager
 def _in_our_words() -> Iterator[None]:
     """Let the library log no tracebacks of a scheduler that has gone: a sentence is said of it."""
-    logger = logging.getLogger("distributed.client")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    loggers = [logging.getLogger(f"distributed.{name}") for name in ("batched", "client")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        logger.setLevel(before)
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
 def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | None) -> bool:
