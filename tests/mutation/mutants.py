@@ -19,7 +19,9 @@ NO_PHYSICS = (
     "compiled_files",
     "compiled_once",
     "compiler",
+    "from_python",
     "machine_code",
+    "signed",
 )
 """Kernels that only say how kernels are compiled."""
 MODEL = [

@@ -68,6 +68,7 @@ class Once(Signed, Generic[P, R]):
         super().__init__(function, ctypes.cast(self._asked, ctypes.c_void_p).value or 0)
         update_wrapper(self, function)
         self._finding = threading.RLock()
+        self._address: int | None = None
         KERNELS[self.name] = self
 
     @property
@@ -75,28 +76,35 @@ class Once(Signed, Generic[P, R]):
         """How long its source is; its time of compilation grows with it."""
         return len(self.py_func.__code__.co_code)
 
-    @cached_property
-    def address(self) -> int:
-        """The address of the compiled code; the first time it is compiled, or linked from its file."""
-        with self._finding:
-            if (known := vars(self).get("address")) is not None:  # while this thread waited
-                return int(known)
-            file = compiled_files.file_of(self.name)
-            code = None if file is None else compiled_files.load(file, self.form)
-            address = None if code is None else machine_code.link(code, _asking)
-            if address is None:
-                from gearplay.kernels.compiler import compile_kernel
+    @property
+    def found(self) -> bool:
+        """Whether its compiled code is in this process."""
+        return self._address is not None
 
-                code = compile_kernel(self)
-                address = machine_code.link(code, _asking)
-                if file is not None:
-                    compiled_files.save(file, code, self.form)
-            assert address is not None
-            return address
+    def address(self) -> int:
+        """Return the address of the compiled code; the first time it is compiled, or linked from its file."""
+        with self._finding:  # a thread that waited here finds it
+            if self._address is None:
+                self._address = self._linked()
+            return self._address
+
+    def _linked(self) -> int:
+        file = compiled_files.file_of(self.name)
+        code = None if file is None else compiled_files.load(file, self.form)
+        address = None if code is None else machine_code.link(code, _asking)
+        if address is None:
+            from gearplay.kernels.compiler import compile_kernel
+
+            code = compile_kernel(self)
+            address = machine_code.link(code, _asking)
+            if file is not None:
+                compiled_files.save(file, code, self.form)
+        assert address is not None
+        return address
 
     @cached_property
     def _from_python(self) -> FromPython:
-        return FromPython(self, self.address)
+        return FromPython(self, self.address())
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Call it from Python, arguments by place (`FromPython`)."""
@@ -110,7 +118,7 @@ class Once(Signed, Generic[P, R]):
         while True:
             try:
                 with _noting_interrupts() as came:
-                    address = self.address
+                    address = self.address()
                 if came or interrupted:
                     _interrupt_soon()
                 return address

@@ -43,7 +43,6 @@ _LINEAR = {
 }  # fmt: skip
 """Questions that the matrices of the linear view need."""
 _ELEMENTS = "gearplay.kernels.elements."
-_here: set[str] = set()  # kernels that this process has compiled or loaded
 _not_kept_told = False
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 
@@ -125,7 +124,7 @@ def _lacking(names: Sequence[str]) -> list[str]:
     """Return those kernels that have not been compiled, by this process or into a folder that is kept."""
     there = code_folder()
     kept = set() if there is None else {file.name for file in there.glob("*.code")}
-    return [name for name in names if name not in _here and f"{name}.code" not in kept]
+    return [name for name in names if not KERNELS[name].found and f"{name}.code" not in kept]
 
 
 def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
@@ -240,8 +239,7 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
             (claims / name).touch(exist_ok=False)
         except FileExistsError:
             continue
-        _ = KERNELS[name].address
-        _here.add(name)
+        KERNELS[name].address()
         yield name
 
 

@@ -30,7 +30,7 @@ try:
     prepare(case, progress=tell)
 except KeyboardInterrupt:
     pass
-here = sum("address" in vars(kernel) for kernel in KERNELS.values())
+here = sum(kernel.found for kernel in KERNELS.values())
 run = gp.simulate(case, duration=0.002, transient=0.0)
 json.dump({"told": told, "here": here, "success": run.success}, sys.stdout)
 """
