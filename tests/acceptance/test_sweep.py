@@ -164,9 +164,15 @@ def log_size(folder: Path) -> int:
         return 0
 
 
-def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
-    every = psutil.Process(process.pid).children(recursive=True)
-    return [each for each in every if any("spawn_main" in word for word in each.cmdline())]
+def workers_of(process: "subprocess.Popen[str] | psutil.Process") -> list[psutil.Process]:
+    """Return the worker processes below a process; one that has ended is none, though its parent may not have asked yet."""
+
+    def works(each: psutil.Process) -> bool:
+        with suppress(psutil.NoSuchProcess):
+            return any("spawn_main" in word for word in each.cmdline())
+        return False
+
+    return [each for each in psutil.Process(process.pid).children(recursive=True) if works(each)]
 
 
 def write_plan(document: dict[str, Any], path: Path) -> Path:
@@ -442,19 +448,13 @@ def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.Mo
     """They start with the first, and end with the block; short cases come in batches, each once."""
     monkeypatch.setattr(processes, "LASTING", 100.0)
     made, me = Sweep(load_sweep(FEW)), psutil.Process()
-    before = set(me.children(recursive=True))
+    before = set(workers_of(me))
     with engines.Engine("processes", workers=1).lasting() as engine:
         kept, found = [], []
         for jobs in ([0, 1, 2], list(range(3)) * 40):
             batches = list(engine.outcomes(made, jobs))
             found.append([outcome.number for batch in batches for outcome in batch])
-            kept.append(
-                {
-                    each
-                    for each in set(me.children(recursive=True)) - before
-                    if "spawn_main" in " ".join(each.cmdline())
-                }
-            )
+            kept.append(set(workers_of(me)) - before)
     assert sorted(found[0]) == [0, 1, 2]
     assert sorted(found[1]) == sorted([0, 1, 2] * 40)
     assert len(batches) < 20
@@ -479,19 +479,11 @@ def test_a_batch_whose_cases_turn_out_long_is_handed_over_as_far_as_it_is(
 def test_a_sweep_left_half_way_leaves_no_work_to_the_next() -> None:
     """Its workers end, one killed before; what they had waits in nobody's way."""
     long, short, me = Sweep(load_sweep(NEVER)), Sweep(load_sweep(FEW)), psutil.Process()
-    before, stop = set(me.children(recursive=True)), threading.Event()
-
-    def begun() -> set[psutil.Process]:
-        return {
-            each
-            for each in set(me.children(recursive=True)) - before
-            if "spawn_main" in " ".join(each.cmdline())
-        }
-
+    before, stop = set(workers_of(me)), threading.Event()
     with engines.Engine("processes", workers=2).lasting() as engine:
         threading.Timer(1.0, stop.set).start()
         assert list(engine.outcomes(long, range(3), stop)) == []
-        for worker in begun():
+        for worker in set(workers_of(me)) - before:
             worker.kill()
         found = [each.number for batch in engine.outcomes(short, [0, 1, 2]) for each in batch]
     assert sorted(found) == [0, 1, 2]
