@@ -25,6 +25,9 @@ UNATTENDED = 5.0
 PAUSE = 0.1
 """How often a wait for outcomes looks whether it is to stop [s]."""
 
+TALKATIVE = ("distributed", "tornado", "asyncio")
+"""Whose loggers tell of a connection that is lost."""
+
 
 def run_dask(
     sweep: Sweep,
@@ -66,15 +69,19 @@ def run_dask(
 
 @contextmanager
 def _in_our_words() -> Iterator[None]:
-    """Let the library log no tracebacks of a scheduler that has gone: a sentence is said of it."""
-    loggers = [logging.getLogger(f"distributed.{name}") for name in ("batched", "client")]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
+    """Let the library and what it runs on log nothing: of a scheduler that has gone a sentence is said.
+
+    Whatever was under way when it went logs a traceback of its own, each from another place; what a sweep needs to know
+    comes as an outcome, or as the client's status. Loggers are silenced one by one, as the library gives some a level.
+    """
+    known = [logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.split(".")[0] in TALKATIVE]
+    before = [logger.level for logger in known]
+    for logger in known:
         logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
+        for logger, level in zip(known, before, strict=True):
             logger.setLevel(level)
 
 
