@@ -18,16 +18,22 @@ def pixels(page: Any, path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"), dtype=float)
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_it_plays_and_is_looked_at_closely(name: str, chromium: Any, tmp_path: Path) -> None:
-    gp.simulate(name, duration=0.3, sampling=2e4).save(tmp_path / "run.nc")
-    assert run(["animate", str(tmp_path / "run.nc"), "--out", str(tmp_path / "motion.html")]) == 0
+def opened(name: str, chromium: Any, folder: Path) -> tuple[Any, list[str]]:
+    """Return the page of a case's motion, and the list that its complaints go to."""
+    gp.simulate(name, duration=0.3, sampling=2e4).save(folder / "run.nc")
+    assert run(["animate", str(folder / "run.nc"), "--out", str(folder / "motion.html")]) == 0
     page = chromium.new_page(viewport={"width": 1100, "height": 850})
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
-    page.goto((tmp_path / "motion.html").as_uri())
+    page.goto((folder / "motion.html").as_uri())
     page.wait_for_function("document.getElementById('clock').textContent.endsWith(' s')")
+    return page, complaints
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_plays_and_is_looked_at_closely(name: str, chromium: Any, tmp_path: Path) -> None:
+    page, complaints = opened(name, chromium, tmp_path)
     first = page.locator("#clock").text_content()
     page.wait_for_function("(was) => document.getElementById('clock').textContent !== was", arg=first)
     page.locator("#play").click()
@@ -45,5 +51,20 @@ def test_it_plays_and_is_looked_at_closely(name: str, chromium: Any, tmp_path: P
     assert np.count_nonzero(np.abs(larger - other).max(axis=2) > 60.0) > 100
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate("document.documentElement.scrollWidth") <= 391
+    page.close()
+    assert complaints == []
+
+
+def test_close_ups_go_with_a_carrier_that_turns(chromium: Any, tmp_path: Path) -> None:
+    page, complaints = opened("planetary-reducer", chromium, tmp_path)
+    page.locator("#play").click()
+    page.locator("#scrub").fill("0.6")
+    held = pixels(page, tmp_path / "held.png")
+    page.locator("#carrier").select_option("turning")
+    changed = np.abs(pixels(page, tmp_path / "turning.png") - held).max(axis=2) > 60.0
+    height, width = changed.shape
+    whole = width - int(min(0.38 * width, 0.55 * height)) - 2  # beside it the close-ups
+    assert np.count_nonzero(changed[:, :whole]) > 1000
+    assert np.count_nonzero(changed[:, whole + 4 :]) == 0
     page.close()
     assert complaints == []

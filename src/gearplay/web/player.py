@@ -10,7 +10,7 @@ import numpy as np
 
 from gearplay.pictures.pages import render_page
 
-MODULES = ("colors.js", "labels.js", "mechanism.js", "player.js")
+MODULES = ("colors.js", "gears.js", "strokes.js", "labels.js", "painting.js", "mechanism.js", "player.js")
 """In the order in which they need each other."""
 DIGITS = 6
 

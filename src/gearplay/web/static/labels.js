@@ -1,13 +1,6 @@
 // Names of gears and the way they turn, over the drawing of the whole mechanism.
 
-export const shaftOf = (gear) => 0.6 * (gear.module ?? 0.004) + 0.004;
-export const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 0.02);
-
-/** Return the box around gears: [left, right, low, high]. */
-export function boxOf(gears) {
-  const ends = (low, axis) => gears.map((gear) => gear[axis] + (low ? -1 : 1) * rimOf(gear));
-  return [Math.min(...ends(true, "x")), Math.max(...ends(false, "x")), Math.min(...ends(true, "y")), Math.max(...ends(false, "y"))];
-}
+import { rimOf, shaftOf } from "./gears.js";
 
 const wrapped = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 
