@@ -13,6 +13,7 @@ from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.elimination import eliminate, substitute
 from gearplay.kernels.layout import System, vx_of
 from gearplay.kernels.roster import Roster
 
@@ -139,40 +140,12 @@ def factorise(kept: Implicit, h: float) -> int:
             q, v = h * h * kept.positions[i, j], h * kept.velocities[i, j]
             kept.real[i, j] = one - REAL * v - REAL * REAL * q
             kept.complex[i, j] = one - COMPLEX * v - COMPLEX * COMPLEX * q
-    failed = 0
-    for column in range(count):
-        best, best_complex = column, column
-        for row in range(column + 1, count):
-            if abs(kept.real[row, column]) > abs(kept.real[best, column]):
-                best = row
-            if size_of(kept.complex[row, column]) > size_of(kept.complex[best_complex, column]):
-                best_complex = row
-        kept.real_swaps[column], kept.complex_swaps[column] = best, best_complex
-        for j in range(count):
-            swapped = kept.real[column, j]
-            kept.real[column, j], kept.real[best, j] = kept.real[best, j], swapped
-            turned = kept.complex[column, j]
-            kept.complex[column, j], kept.complex[best_complex, j] = kept.complex[best_complex, j], turned
-        if kept.real[column, column] == 0.0 or size_of(kept.complex[column, column]) == 0.0:
-            failed = 1
-            break
-        for row in range(column + 1, count):
-            factor = kept.real[row, column] / kept.real[column, column]
-            kept.real[row, column] = factor
-            turn = kept.complex[row, column] / kept.complex[column, column]
-            kept.complex[row, column] = turn
-            for j in range(column + 1, count):
-                kept.real[row, j] -= factor * kept.real[column, j]
-                kept.complex[row, j] -= turn * kept.complex[column, j]
+    failed = eliminate(kept.real, kept.real_swaps, count)
+    if failed == 0:
+        failed = eliminate(kept.complex, kept.complex_swaps, count)
     kept.numbers[FACTORED] = 1 - failed
     kept.sizes[H_FACTORED] = h
     return failed
-
-
-@compiled_inline
-def size_of(z: complex) -> float:
-    """Return a measure of a complex number's size."""
-    return abs(z.real) + abs(z.imag)
 
 
 @compiled_once
@@ -184,25 +157,8 @@ def correct(kept: Implicit) -> None:
         s = places[c + 1]
         x[c] = LEFT_REAL[0] * rest[0, s] + LEFT_REAL[1] * rest[1, s] + LEFT_REAL[2] * rest[2, s]
         z[c] = LEFT_COMPLEX[0] * rest[0, s] + LEFT_COMPLEX[1] * rest[1, s] + LEFT_COMPLEX[2] * rest[2, s]
-    for row in range(count):
-        swap, turn = kept.real_swaps[row], kept.complex_swaps[row]
-        held = x[row]
-        x[row], x[swap] = x[swap], held
-        held_complex = z[row]
-        z[row], z[turn] = z[turn], held_complex
-    for row in range(count):
-        total, whole = x[row], z[row]
-        for j in range(row):
-            total -= kept.real[row, j] * x[j]
-            whole -= kept.complex[row, j] * z[j]
-        x[row], z[row] = total, whole
-    for back in range(count):
-        row = count - 1 - back
-        total, whole = x[row], z[row]
-        for j in range(row + 1, count):
-            total -= kept.real[row, j] * x[j]
-            whole -= kept.complex[row, j] * z[j]
-        x[row], z[row] = total / kept.real[row, row], whole / kept.complex[row, row]
+    substitute(kept.real, kept.real_swaps, x, count)
+    substitute(kept.complex, kept.complex_swaps, z, count)
     for c in range(count):
         s = places[c + 1]
         for stage in range(3):
