@@ -83,6 +83,7 @@ KEPT = (
     "high",
     "identified",
 )
+DUEL = ("first", "second", "log_odds", "log_odds_error", "predictive", "predictive_error", "bic", "winner")
 
 
 def shown(best: dict[str, float]) -> dict[str, float]:
@@ -129,8 +130,9 @@ def main(folder: Path) -> None:
         "seed": seed,
         "readings": list(plan.readings),
         "check_members": plan.effort.check_members,
-        "statement": document["statement"]["words"],
+        "statement": document["statement"]["words"][0],
         "winner": winner if winner in fits else None,
+        "duels": [{k: d[k] for k in DUEL} for d in document["duels"] if d["reading"] == "unnormalised"],
         "versions": document["versions"],
         "fits": {name: fit_part(fit) for name, fit in fits.items()},
     }

@@ -31,6 +31,14 @@ def fit_of(model: str) -> dict[str, Any]:
     return found
 
 
+def duel_of(first: str, second: str) -> dict[str, Any]:
+    """Return how far the first of two models is ahead of the second, with standard errors; keys as in `Duel`."""
+    found: dict[str, Any] = next(
+        duel for duel in calibration()["duels"] if (duel["first"], duel["second"]) == (first, second)
+    )
+    return found
+
+
 def seeds_seen() -> frozenset[int]:
     """Return the seeds whose initial states the calibration has simulated: of its search, of its choice, of its check."""
     seed = int(calibration()["seed"])

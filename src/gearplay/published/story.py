@@ -42,7 +42,7 @@ def _simulated(settings: Settings) -> str:
         else "with assumed parameters, which the article does not give"
     )
     return (
-        f"The article's internal gear pair, its driven shaft rattling in a sleeve: {len(conditions())} test conditions, coupled"
+        f"The article's internal gear pair, its driven shaft loose in a sleeve: {len(conditions())} test conditions, coupled"
         f" and uncoupled backlash, {settings.members} runs of {settings.duration:g} s each, {parameters}."
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.geometry import pitch_radius
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, to_png
-from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
+from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED, plot_orbit
 from gearplay.published.article import LINE_WORDS, LINES, conditions, printed, printed_rows
 from gearplay.published.audit import (
     MESH_LINES,
@@ -100,19 +100,15 @@ def mechanism_figure(case: Case, results: Sequence[ConditionResult]) -> bytes:
     condition = conditions()[1]
     orbit = by_condition(results, "coupled")[condition].orbit
     c = condition.radial_clearance_um
-    right.plot(c * np.cos(turn), c * np.sin(turn), color=CLEARANCE, linewidth=1.2)
-    right.plot(1e6 * np.array(orbit["x"]), 1e6 * np.array(orbit["y"]), color=COUPLED, linewidth=0.7)
+    plot_orbit(right, np.array(orbit["x"]), np.array(orbit["y"]), 1e-6 * c)
     right.annotate(
         f"clearance circle, {c:g} µm",
-        (0.0, -1.03 * c),
+        (0.0, -0.9 * c),
         fontsize=SMALL,
         ha="center",
-        va="top",
+        va="bottom",
         color=CLEARANCE,
     )
-    right.set_aspect("equal")
-    right.set_xlim(-1.2 * c, 1.2 * c)
-    right.set_ylim(-1.2 * c, 1.2 * c)
     right.set_xlabel("x of the ring's centre [µm]", fontsize=SMALL)
     right.set_ylabel("y of the ring's centre [µm]", fontsize=SMALL)
     duration = orbit["time"][-1] - orbit["time"][0]

@@ -11,6 +11,7 @@ from gearplay.calibration.reading import load_plan
 from gearplay.calibration.search import Search
 from gearplay.calibration.store import StudyStore, digest_of
 from gearplay.calibration.trials import DECIMALS, Problem, Trial
+from gearplay.published.calibrated import calibration, fit_of
 from programs import load_script
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -28,11 +29,20 @@ def kept(script: Any) -> dict[str, list[Trial]]:
     return trials  # type: ignore[no-any-return]
 
 
-def test_every_model_has_its_trials(kept: dict[str, list[Trial]]) -> None:
-    plan = load_plan("han2021")
-    assert list(kept) == [model.name for model in plan.models]
-    assert [len(trials) for trials in kept.values()] == [3000, 2699, 1000, 1000]  # a search that goes on
-    assert all(trial.number == at for trials in kept.values() for at, trial in enumerate(trials))
+@pytest.mark.parametrize("model", calibration()["fits"])
+def test_the_errors_of_the_search_are_those_of_the_kept_trials(
+    model: str, kept: dict[str, list[Trial]]
+) -> None:
+    """The provenance's number of trials, and the errors that the search saw at its best one, follow from what is kept."""
+    plan, fit, trials = load_plan("han2021"), fit_of(model), kept[model]
+    comparison = Comparison(data_of(plan, printed_measurements(plan)), "unnormalised")
+    good = [trial for trial in trials if trial.good]
+    assert len(trials) == fit["trials"] == len(good) + fit["failed"]
+    assert all(trial.number == at for at, trial in enumerate(trials))
+    logs, errors = comparison.logs_of(good)
+    best = int(np.argmin(comparison.objective(logs, errors)))
+    amplitude, frequency = comparison.mean_errors(logs, errors)
+    assert [amplitude[best], frequency[best]] == pytest.approx(fit["in_sample"], rel=1e-9)
 
 
 def test_a_kept_trial_is_what_its_point_gives(kept: dict[str, list[Trial]]) -> None:

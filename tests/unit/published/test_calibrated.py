@@ -1,17 +1,20 @@
 """The calibrated cases hold what the calibration found, and what the study reports comes from members that it has not seen."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.store import digest_of
 from gearplay.calibration.trials import Problem
+from gearplay.calibration.verdict import Duel
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.model.plan_values import value_at
 from gearplay.model.reading import load_case, replace
 from gearplay.published.article import LINES, conditions
-from gearplay.published.calibrated import calibration, fit_of, left_out_error, seeds_seen
+from gearplay.published.calibrated import calibration, duel_of, fit_of, left_out_error, seeds_seen
 from gearplay.published.settings import PARAMETERS, SWITCHED, Settings, base_case
 
 CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}
@@ -41,6 +44,22 @@ def test_the_provenance_is_that_of_the_bundled_plan() -> None:
     assert {condition.label for condition in conditions()} == set(fit_of("coupled")["left_out"])
     for line in LINES:
         assert left_out_error("coupled", conditions()[0], line, "amplitude_as_printed") >= 0.0
+
+
+def test_the_verdict_is_that_of_the_duels() -> None:
+    """Every pair of models once; who wins follows from the numbers, and the verdict from who wins."""
+    held = calibration()
+    models = list(held["fits"])
+    assert [(d["first"], d["second"]) for d in held["duels"]] == list(combinations(models, 2))
+    for each in held["duels"]:
+        numbers = {name: value for name, value in each.items() if name != "winner"}
+        assert Duel(**numbers).winner == each["winner"]
+    best = [
+        m for m in models if all(d["winner"] == m for d in held["duels"] if m in (d["first"], d["second"]))
+    ]
+    assert held["winner"] == (best[0] if best else None)
+    assert (best[0] if best else "no model beats every other") in held["statement"]
+    assert duel_of("coupled", "uncoupled") == held["duels"][0]
 
 
 def test_the_studys_members_are_not_those_of_any_search() -> None:

@@ -94,7 +94,7 @@ def floor_figure(document: Mapping[str, Any]) -> bytes:
     limit = document["floors"][0]["limit"]
     ax.axhline(limit, color=TEST, linewidth=0.9)
     ax.annotate(
-        f"the article's {limit:g} %", (ax.get_xlim()[1], limit), xytext=(-4, 4), textcoords="offset points", ha="right",
+        f"the article's {limit:g} %", (1.0, limit), xytext=(0, 4), textcoords="offset points", ha="left",
         fontsize=SMALL, color=TEST,
     )  # fmt: skip
     ax.set_xscale("log")

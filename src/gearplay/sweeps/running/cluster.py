@@ -74,7 +74,11 @@ def _in_our_words() -> Iterator[None]:
     Whatever was under way when it went logs a traceback of its own, each from another place; what a sweep needs to know
     comes as an outcome, or as the client's status. Loggers are silenced one by one, as the library gives some a level.
     """
-    known = [logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.split(".")[0] in TALKATIVE]
+    known = [
+        logging.getLogger(name)
+        for name in list(logging.root.manager.loggerDict)
+        if name.split(".")[0] in TALKATIVE
+    ]
     before = [logger.level for logger in known]
     for logger in known:
         logger.setLevel(logging.CRITICAL + 1)
