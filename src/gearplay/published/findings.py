@@ -289,7 +289,7 @@ def _floor(claims: Mapping[str, Any]) -> Finding:
         f"One run of a perfect model differs from another of its own runs, of {floor['record']:g} s, by"
         f" {floor['quantiles']['50']:.0f} % in the median, one factor free; {share:.1f} % of {floor['pairs']} pairs come within"
         f" {floor['limit']:g} %; {picked}. Such an error takes picked runs or more averaging than the article mentions."
-        f" Our own search saw {search['in_sample'][0]:.0f} % at the trial that it chose; fresh runs with the same parameters have"
+        f" Our own search saw {search['in_sample'][0]:.0f} % at its best trial; fresh runs at the point that it led to have"
         f" {search['fresh'][0]:.0f} %.",
         "claims-floor",
     )
