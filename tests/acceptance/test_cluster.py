@@ -103,7 +103,8 @@ def test_ctrl_c_while_no_worker_comes(start: Start, few: Path, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    "name", ["distributed.batched", "distributed.client", "distributed.comm.tcp", "tornado.application", "asyncio"]
+    "name",
+    ["distributed.batched", "distributed.client", "distributed.comm.tcp", "tornado.application", "asyncio"],
 )
 def test_the_library_logs_no_connection_that_is_lost(name: str) -> None:
     """A message that was on its way would be told with a traceback, now and then."""
