@@ -6,12 +6,14 @@ FOLDER is what `gearplay calibrate han2021 --out FOLDER` wrote.
 import json
 import math
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.store import digest_of
+from gearplay.calibration.verdict import Duel
 
 SOURCE = Path(__file__).parents[1] / "src" / "gearplay"
 CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}
@@ -83,7 +85,8 @@ KEPT = (
     "high",
     "identified",
 )
-DUEL = ("first", "second", "log_odds", "log_odds_error", "predictive", "predictive_error", "bic", "winner")
+DUEL = (*(field.name for field in fields(Duel)), "winner")
+READING = "unnormalised"
 
 
 def shown(best: dict[str, float]) -> dict[str, float]:
@@ -122,7 +125,7 @@ def main(folder: Path) -> None:
     document = Calibration.from_document(folder / "calibration.json").document
     plan = load_plan("han2021")
     digest, seed = digest_of(plan)[:16], plan.effort.seed
-    fits = {fit["model"]: fit for fit in document["fits"] if fit["reading"] == "unnormalised"}
+    fits = {fit["model"]: fit for fit in document["fits"] if fit["reading"] == READING}
     winner = document["statement"]["overall"]
     provenance = {
         "plan": "han2021",
@@ -132,7 +135,7 @@ def main(folder: Path) -> None:
         "check_members": plan.effort.check_members,
         "statement": document["statement"]["words"][0],
         "winner": winner if winner in fits else None,
-        "duels": [{k: d[k] for k in DUEL} for d in document["duels"] if d["reading"] == "unnormalised"],
+        "duels": [{k: d[k] for k in DUEL} for d in document["duels"] if d["reading"] == READING],
         "versions": document["versions"],
         "fits": {name: fit_part(fit) for name, fit in fits.items()},
     }

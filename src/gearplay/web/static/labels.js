@@ -74,7 +74,7 @@ export function drawAxes(c, { axes }, view, thin) {
   c.strokeStyle = view.color;
   c.lineWidth = 1.5 * thin;
   c.setLineDash([8 * thin, 3 * thin, 2 * thin, 3 * thin]);
-  for (const [x, y, toX, toY] of axes ?? []) {
+  for (const [x, y, toX, toY] of axes) {
     c.beginPath();
     c.moveTo(x, y);
     c.lineTo(toX, toY);

@@ -29,7 +29,7 @@ export class Stage {
 
   show(result) {
     this.result = result;
-    this.mechanism = { carried: [], couplings: [], ...result.mechanism };
+    this.mechanism = { carried: [], couplings: [], supports: [], axes: [], ...result.mechanism };
     const models = Object.keys(result.models);
     if (this.panes.map((pane) => pane.model).join() !== models.join()) {
       this.place.replaceChildren();

@@ -18,10 +18,7 @@ class Scene {
   value(rows, row) { return rows[row * this.frames + this.view.i]; }
 
   /** Where a rotor is drawn, [x, y] beside its place, and its small angle. */
-  offset(index) {
-    const [dx, dy, theta] = [0, 1, 2].map((axis) => this.factor * this.value(this.view.rotors, 3 * index + axis));
-    return [dx, dy, theta];
-  }
+  offset(index) { return [0, 1, 2].map((axis) => this.factor * this.value(this.view.rotors, 3 * index + axis)); }
 
   turn(index) { return this.value(this.view.turns, index); }
 
@@ -147,7 +144,7 @@ function paintShafts(scene) {
       c.stroke();
       c.setLineDash([]);
     }
-    const support = (mechanism.supports ?? []).find((each) => each.name === gear.rotor);
+    const support = mechanism.supports.find((each) => each.name === gear.rotor);
     if (support) {
       c.strokeStyle = view.soft;
       c.lineWidth = thin;
