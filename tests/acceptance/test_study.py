@@ -208,7 +208,7 @@ def test_claims_are_tried_afresh(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     claims = json.loads((tmp_path / "c" / "claims.json").read_text())
     assert claims["settings"]["points"] == 2
-    assert claims["floors"][0]["pairs"] == 64 * 63
+    assert claims["floors"][0]["pairs"] == 8 * 7
     assert {row["of"] for row in claims["repeated"]} == {1}
     assert "2 Sobol points" in (tmp_path / "c" / "report.html").read_text(encoding="utf-8")
 

@@ -15,7 +15,7 @@ from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.search import run_search
-from gearplay.calibration.trials import Problem, Trial, TrialStore
+from gearplay.calibration.trials import Problem, Trial, TrialStore, distinct
 from gearplay.calibration.verdict import (
     GROUPS,
     LeftOut,
@@ -182,7 +182,8 @@ def fit_model(
     Raises `SimulationError` where too few trials finished.
     """
     plan, number = problem.plan, len(problem.plan.parameters)
-    good = [trial for trial in trials if trial.good]
+    own = distinct(trials)
+    good = [trial for trial in own if trial.good]
     if len(good) < fewest_trials(number):
         reason = next((t.reason for t in trials if not t.good), "no trial was run")
         raise SimulationError(
@@ -190,7 +191,7 @@ def fit_model(
         )
     logs, errors = comparison.logs_of(good)
     values = comparison.objective(logs, errors)
-    surrogate = Surrogate.of(comparison, trials)
+    surrogate = Surrogate.of(comparison, own)
     unit = best_point(problem, surrogate, good, stop)
     checked = check(problem, unit, stop)
     checked_logs, checked_errors = comparison.logs_of([checked])
@@ -198,7 +199,7 @@ def fit_model(
     free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
     left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     evidence_error, predictive_error = emulator_errors(
-        comparison, trials, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
+        comparison, own, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
     )
     found_amplitude, found_frequency = comparison.mean_errors(logs, errors)
     amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
@@ -208,7 +209,7 @@ def fit_model(
         model=problem.model.name,
         reading=comparison.reading,
         trials=len(trials),
-        failed=len(trials) - len(good),
+        failed=sum(not trial.good for trial in trials),
         best=problem.values(unit),
         unit=unit,
         factor=float(10.0 ** comparison.log_factor(checked_logs, variance)[0]),

@@ -1,7 +1,7 @@
 """The search: evenly spread trials, a global search (optuna's TPE) in turn with an emulator's guesses, then these alone.
 
 The point of trial n is a function of the plan's seed, n and the trials before it, and only finished trials are
-stored: a search that was killed goes on to the same list of trials.
+stored: a search that was killed goes on to the same list of trials. No point is tried again, which would show the same.
 """
 
 import threading
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.calibration.objective import Comparison
-from gearplay.calibration.trials import Problem, Trial, TrialStore
+from gearplay.calibration.trials import POLISH, SEARCH, STARTUP, Problem, Trial, TrialStore, distinct, placed
 from gearplay.surrogates.polynomials import Emulator
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.progress import Tick
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CANDIDATES = 64  # that TPE weighs for one trial
-STARTUP, SEARCH, POLISH = "startup", "search", "polish"
 BLOCK = 8  # trials between two fits of the emulator
 TURN = 3  # of so many trials of the search one is TPE's, the others are the emulator's
 TOP = 50  # best trials among which the emulator chooses where it begins
@@ -37,6 +36,7 @@ class Search:
         self.effort = problem.plan.effort
         self.names = [p.name for p in problem.plan.parameters]
         self.trials: list[Trial] = []
+        self._tried: set[tuple[tuple[float, ...], bool]] = set()
         self._studies = [self._new_study() for _ in self.comparisons]
         self._asked: tuple[optuna.Study, optuna.Trial] | None = None
         self._near: dict[
@@ -70,6 +70,7 @@ class Search:
                     optuna.trial.create_trial(state=state, params=params, distributions=space, value=value)
                 )
         self.trials.append(trial)
+        self._tried.add(trial.same_as)
 
     def _space(self) -> dict[str, Any]:
         from optuna.distributions import FloatDistribution
@@ -91,7 +92,7 @@ class Search:
             return even_point(number, len(self.names), self.effort.seed)
         if phase == POLISH or number % TURN:
             point = self._refined(number, turn)
-            if point is not None:
+            if point is not None and (placed(point), phase == POLISH) not in self._tried:
                 return point
         return self._guided(number, turn)
 
@@ -128,7 +129,7 @@ class Search:
         if known is not None and known[0] == after:
             return known[1]
         comparison = self.comparisons[turn]
-        good = [trial for trial in self.trials[:after] if trial.good]
+        good = [trial for trial in distinct(self.trials[:after]) if trial.good]
         if len(good) < 4 * len(self.names):
             return None
         logs, errors = comparison.logs_of(good)

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -26,6 +26,11 @@ Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
 DECIMALS = 6  # of a trial's place in the unit cube
 DIGITS = 5  # of what is seen; an ensemble tells two or three
+STARTUP, SEARCH, POLISH = (
+    "startup",
+    "search",
+    "polish",
+)  # what a trial is for; the last have members of their own number
 
 
 @dataclass(frozen=True)
@@ -36,12 +41,30 @@ class Trial:
     unit: tuple[float, ...]
     seen: Seen
     reason: str = ""
-    phase: str = "search"
+    phase: str = SEARCH
+
+    @property
+    def same_as(self) -> tuple[tuple[float, ...], bool]:
+        """What it shares with every trial that shows the same to the last digit: place, and whether it polishes."""
+        return self.unit, self.phase == POLISH
 
     @property
     def good(self) -> bool:
         """Whether every condition gave its numbers."""
         return not self.reason
+
+
+def distinct(trials: Iterable[Trial]) -> list[Trial]:
+    """Return trials without repeats, which have the same initial states and show nothing new: they would count twice."""
+    first: dict[object, Trial] = {}
+    for trial in trials:
+        first.setdefault(trial.same_as, trial)
+    return list(first.values())
+
+
+def placed(unit: Sequence[float]) -> tuple[float, ...]:
+    """Return the place at which a point is simulated: rounded to `DECIMALS`."""
+    return tuple(round(float(u), DECIMALS) for u in unit)
 
 
 class TrialStore(Protocol):
@@ -153,7 +176,7 @@ class Problem:
         number: int,
         unit: Sequence[float],
         *,
-        phase: str = "search",
+        phase: str = SEARCH,
         members: int | None = None,
         stop: threading.Event | None = None,
     ) -> Trial:
@@ -162,7 +185,7 @@ class Problem:
         Its place is rounded to `DECIMALS` before it is simulated, and what is seen to `DIGITS` afterwards, so that trials can
         be kept in little room and a search goes on from them to the same numbers.
         """
-        place = tuple(round(float(u), DECIMALS) for u in unit)
+        place = placed(unit)
         try:
             return Trial(number, place, rounded(self.see(place, members=members, stop=stop)), phase=phase)
         except GearplayError as error:

@@ -1,11 +1,13 @@
 import threading
+from typing import Any
 
 import numpy as np
 import pytest
 
 from calibration_problems import KnownProblem, ListStore, small_plan
 from gearplay.calibration.objective import Comparison, data_of, printed_measurements
-from gearplay.calibration.search import POLISH, SEARCH, STARTUP, run_search
+from gearplay.calibration.search import run_search
+from gearplay.calibration.trials import POLISH, SEARCH, STARTUP, Seen, Trial, distinct
 
 PLAN = small_plan()
 PROBLEM = KnownProblem(PLAN, PLAN.models[0])
@@ -33,6 +35,23 @@ def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) 
         break
     assert kills >= 20
     assert store.trials == whole.trials
+
+
+class Cornered(KnownProblem):
+    """What would fit best lies beyond a corner of the ranges."""
+
+    def see(self, unit: Any, **more: Any) -> Seen:
+        return super().see((0.5 + 0.4 * unit[0], 0.1 + 0.4 * unit[1]), **more)
+
+
+def test_no_point_is_tried_twice() -> None:
+    """Where the best point is a corner, which the emulator says again and again."""
+    store = ListStore()
+    run_search(Cornered(PLAN, PLAN.models[0]), COMPARISONS, store)
+    assert sum(trial.unit == (0.0, 1.0) for trial in store.trials if trial.phase != POLISH) == 1
+    assert distinct(store.trials) == store.trials
+    repeated = [*store.trials[:3], store.trials[1], Trial(4, store.trials[1].unit, {}, phase=POLISH)]
+    assert distinct(repeated) == [*store.trials[:3], repeated[4]]
 
 
 def test_phases_follow_the_plan(whole: ListStore) -> None:

@@ -131,7 +131,7 @@ def floors(
     settings: Settings,
     limit: float,
     *,
-    members: int = 64,
+    members: int,
     records: Sequence[float] = RECORDS,
     progress: Progress | None = None,
     stop: threading.Event | None = None,

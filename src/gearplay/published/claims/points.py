@@ -52,6 +52,11 @@ class ClaimSettings:
         """Return the settings of the repetition."""
         return dataclasses.replace(self, points=self.points // 2, tolerance=self.finer_tolerance)
 
+    @property
+    def floor_runs(self) -> int:
+        """Runs for each condition from which the perfect model's floor is told: fewer for a try with a few points, 64 at most."""
+        return min(64, max(8, self.points // 2))
+
 
 @dataclass(frozen=True)
 class PointResult:

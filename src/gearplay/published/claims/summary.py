@@ -73,7 +73,8 @@ def run_claims(
         run_points(each, progress=progress, store=store, stop=stop) for each in (settings, settings.finer())
     )
     limit = round(article_error("coupled", "amplitude_as_printed"), 1)
-    return summarise(results, finer, floors(study, limit, progress=progress, stop=stop), settings)
+    floor = floors(study, limit, members=settings.floor_runs, progress=progress, stop=stop)
+    return summarise(results, finer, floor, settings)
 
 
 @lru_cache(maxsize=1)
