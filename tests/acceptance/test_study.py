@@ -120,10 +120,15 @@ def test_what_is_reported_comes_from_this_runs_members(finished: tuple[Path, dic
     """The errors of fresh members follow from the table of this run, and are none of the search's own."""
     _, document = finished
     rows = [row for row in document["tables"] if row["quantity"] == "amplitude_as_printed"]
+    radial = [
+        row for row in document["tables"] if (row["quantity"], row["line"]) == ("frequency_hz", "radial")
+    ]
     for errors in document["errors"]:
         own = sum(row[f"ours_{errors['model']}_error_pct"] for row in rows) / len(rows)
         assert errors["fresh"][0] == pytest.approx(own)
-        assert errors["fresh"][0] != pytest.approx(errors["in_sample"][0], rel=1e-6)
+        assert errors["fresh"][0] != pytest.approx(errors["in_sample"], rel=1e-6)
+        left_out = sum(row[f"ours_{errors['model']}_left_out_error_pct"] for row in radial) / len(radial)
+        assert errors["left_out"][1] == pytest.approx(left_out)
     assert document["seed"] not in seeds_seen()
 
 

@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED
-from gearplay.published.article import Condition
+from gearplay.published.article import Condition, conditions
 
 SHIPPED = "han2021_calibration.json"
 KEYS = {"frequency_hz": "frequency", "amplitude_as_printed": "amplitude"}
@@ -49,3 +49,9 @@ def left_out_error(model: str, condition: Condition, line: str, quantity: str) -
     """Return the error [%] of one number where its whole condition was left out of the fit, on fresh members."""
     residual = float(fit_of(model)["left_out"][condition.label][f"{line}, {KEYS[quantity]}"])
     return 100.0 * abs(math.pow(10.0, residual) - 1.0)
+
+
+def left_out_radial_error(model: str) -> float:
+    """Return the mean error [%] of f_r where each condition in turn was left out of the fit, on fresh members."""
+    errors = [left_out_error(model, condition, "radial", "frequency_hz") for condition in conditions()]
+    return sum(errors) / len(errors)

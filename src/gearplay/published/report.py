@@ -19,7 +19,7 @@ from gearplay.published import figures as study_figures
 from gearplay.published import story_figures
 from gearplay.published.article import LINE_WORDS, conditions
 from gearplay.published.assumptions import assumptions
-from gearplay.published.calibrated import calibration
+from gearplay.published.calibrated import calibration, fit_of, left_out_radial_error
 from gearplay.published.claims.figures import claim_figures
 from gearplay.published.claims.repetition import tolerance_words
 from gearplay.published.claims.shares import MEASURE_WORDS
@@ -71,7 +71,7 @@ class Study:
 
     @cached_property
     def errors(self) -> list[dict[str, Any]]:
-        """Mean errors [%] of amplitudes and f_r by model: the article's, ours on fresh members, in the search, left out."""
+        """Mean errors [%] of amplitudes and f_r by model: the article's, ours on fresh members, left out; in the search, of amplitudes."""
         rows = []
         for model in MODELS:
             row = {
@@ -86,8 +86,11 @@ class Study:
                 ),
             }
             if self.calibrated:
-                fit = calibration()["fits"][model]
-                row |= {"in_sample": tuple(fit["in_sample"]), "left_out": tuple(fit["held_out"])}
+                fit = fit_of(model)
+                row |= {
+                    "in_sample": fit["in_sample"][0],
+                    "left_out": (fit["held_out"][0], left_out_radial_error(model)),
+                }
             rows.append(row)
         return rows
 
