@@ -36,12 +36,7 @@ def is_quiet(system: System, run: Run) -> bool:
     if numbers[IN_USE] == 1:
         return True
     waits = numbers[QUIET] < numbers[PATIENCE] or run.implicit.sizes[H_EXPLICIT] == 0.0
-    if waits or roster.states[0] != 6 * roster.active[0]:
-        return False
-    rippling = False
-    for c in range(1, roster.active[0] + 1):
-        rippling = rippling or system.rotors[roster.active[c]].ripple_count > 0
-    return not rippling
+    return bool(not waits and roster.states[0] == 6 * roster.active[0])
 
 
 @compiled_inline
@@ -96,7 +91,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if to_stop and stop < clock[T_END]:
         return restart(system, run)
     go_on(system, run)
-    growth = 0.9 * error ** (-1.0 / ORDER) if error > 1e-12 else 2.0
+    growth = 0.8 * error ** (-1.0 / ORDER) if error > 1e-12 else 2.0
     clock[H] = h if growth < 1.25 else h * min(2.0, growth)
     if numbers[TRIED] == TRIAL and h < PAYS * sizes[H_EXPLICIT]:
         give_up(run, 4 * patience)
