@@ -83,7 +83,8 @@ def assumptions(case: Case, packed: Packed, *, calibrated: bool) -> list[Assumpt
         ),
         Assumption(
             "sleeve restitution",
-            f"{sleeve.restitution:.4g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}",
+            f"{sleeve.restitution:.4g} in {sleeve.law}; delivers {delivered_restitution(packed_sleeve.dissipation):.4f}"
+            f" from {1e3 * sleeve.minimum_impact_speed:.3g} mm/s on, more below",
             free,
         ),
         Assumption(

@@ -17,6 +17,8 @@ from gearplay.published.significance import holm
 
 Floats = NDArray[np.float64]
 RESAMPLES = 400
+LASTING = 1.5
+"""Factor by which the swing may be weaker or stronger later on and still count as lasting."""
 
 
 def by_condition(results: Sequence[ConditionResult], model: str) -> dict[Condition, ConditionResult]:
@@ -47,6 +49,16 @@ class ModelAmplitudes:
     def log_error(self) -> float:
         """Mean |log10 (factor x simulated / test)| [decades], the error that does not favour small values."""
         return float(np.mean(np.abs(np.log10(self.factor * self.acceleration / self.test))))
+
+
+def lasting_shares(results: Sequence[ConditionResult], model: str) -> list[float]:
+    """Return the share of f_r's amplitude that one model has later on, for each condition in which that was looked at."""
+    return [r.lasting for r in by_condition(results, model).values() if r.lasting is not None]
+
+
+def swing_lasts(results: Sequence[ConditionResult], model: str) -> bool:
+    """Return whether f_r is as strong later on, within a factor `LASTING`, under every condition."""
+    return all(1.0 / LASTING < share < LASTING for share in lasting_shares(results, model))
 
 
 def model_amplitudes(results: Sequence[ConditionResult], model: str) -> ModelAmplitudes:

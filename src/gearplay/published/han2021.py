@@ -12,7 +12,7 @@ from gearplay.files.parts import part_key
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.published.article import Condition, conditions
-from gearplay.published.settings import Settings, Variant, base_case, condition_case
+from gearplay.published.settings import SWITCHED, Settings, Variant, base_case, condition_case
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.signals.lines import Line, find_hump, find_line
 from gearplay.solver.simulate import run_members
@@ -22,7 +22,9 @@ from gearplay.vocabulary.progress import Progress, Tick
 
 HUMP_BAND = (0.6, 6.0)  # Hz, where the swing of the driven gear is looked for
 HUMP_WIDTH = 0.08  # relative width of its smoothing
+LINE_SEARCH = 0.01  # relative: beside f_m and 2 f_m stand sidebands, a swing's frequency away
 HIGHEST = 200.0  # Hz, end of the spectra that are kept
+LATER, LATER_MEMBERS = 25.0, 4  # s, runs: after the records, when it is looked whether the swing lasts
 MESH = "pinion-ring"
 
 
@@ -95,18 +97,27 @@ class ConditionResult:
     steps: int
     events: int
     wall_time: float
+    lasting: float | None = None
+    """Share of f_r's amplitude that is left `LATER` s later; None where nobody looked."""
 
 
 def swing_frequency(case: Case) -> float:
     """Return the frequency [Hz] of small swings of the ring in its clearance circle: sqrt(F / (m c)) / (2 pi).
 
-    F = drag omega / r_b is the mesh force [N] that the ring's drag calls for at its nominal speed: it presses the ring
-    against one side of its sleeve, about which it swings like a pendulum of length c.
+    F [N] is the sum of its weight, as far as the rig is tilted, and of the mesh force drag omega / r_b that its drag calls for
+    at its nominal speed: they press the ring against one side of its sleeve, about which it swings like a pendulum of length c.
     """
-    ring, clearance = case.rotors["ring"], case.sleeves["ring"].radial_clearance
-    omega = abs(float(rolling.nominal_speeds(case)[list(case.rotors).index("ring")]))
-    force = ring.load.drag * omega / geometry.base_radii(case, 0)[1]
-    return math.sqrt(force / (ring.mass * clearance)) / (2.0 * math.pi)
+    ring, clearance, alpha = (
+        case.rotors["ring"],
+        case.sleeves["ring"].radial_clearance,
+        case.meshes[0].pressure_angle,
+    )
+    omega = float(rolling.nominal_speeds(case)[list(case.rotors).index("ring")])
+    force = ring.load.drag * abs(omega) / geometry.base_radii(case, 0)[1]
+    across = math.copysign(force * math.cos(alpha), omega)  # the pinion lies in the direction of x
+    weight = [ring.mass * part for part in case.gravity]
+    pressing = math.hypot(force * math.sin(alpha) + weight[0], across + weight[1])
+    return math.sqrt(pressing / (ring.mass * clearance)) / (2.0 * math.pi)
 
 
 def mean_acceleration(run: Trajectory) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
@@ -130,8 +141,8 @@ def find_lines(spectrum: Spectrum, condition: Condition) -> dict[str, Line]:
     """Find f_r, f_m and 2 f_m in a spectrum of the ring's acceleration."""
     return {
         "radial": find_hump(spectrum, *HUMP_BAND, width=HUMP_WIDTH),
-        "mesh_1x": find_line(spectrum, condition.mesh_frequency),
-        "mesh_2x": find_line(spectrum, 2.0 * condition.mesh_frequency),
+        "mesh_1x": find_line(spectrum, condition.mesh_frequency, search=LINE_SEARCH),
+        "mesh_2x": find_line(spectrum, 2.0 * condition.mesh_frequency, search=LINE_SEARCH),
     }
 
 
@@ -172,6 +183,29 @@ def _history(case: Case, settings: Settings) -> dict[str, tuple[float, ...]]:
     return {"time": tuple(run.time), **{k: tuple(float(f"{v:.6g}") for v in c) for k, c in columns.items()}}
 
 
+def _lasting(
+    case: Case, settings: Settings, runs: Sequence[Trajectory], stop: threading.Event
+) -> float | None:
+    """Return the share of f_r's amplitude in a few runs that they still have `LATER` s later; None where one did not finish."""
+    later = run_members(
+        case,
+        [run.member for run in runs],
+        signals=["ring.vx"],
+        duration=settings.duration,
+        transient=settings.transient + LATER,
+        sampling=settings.sampling,
+        stop=stop,
+    )
+    if not all(run.success for run in (*runs, *later)):
+        return None
+    spectra = [
+        ensemble_spectrum([mean_acceleration(run) for run in each], settings.sampling)
+        for each in (runs, later)
+    ]
+    now, then = (find_hump(spectrum, *HUMP_BAND, width=HUMP_WIDTH).amplitude for spectrum in spectra)
+    return then / now
+
+
 def run_condition(
     base: Case,
     condition: Condition,
@@ -198,6 +232,9 @@ def run_condition(
     )
     if stop.is_set():
         raise KeyboardInterrupt
+    lasting = None if variant.name == SWITCHED else _lasting(case, settings, runs[:LATER_MEMBERS], stop)
+    if stop.is_set():
+        raise KeyboardInterrupt
     good = [run for run in runs if run.success]
     if not good:
         raise SimulationError(f"{case.title}: no member finished. {runs[0].message}")
@@ -222,6 +259,7 @@ def run_condition(
         steps=work.steps,
         events=work.events,
         wall_time=work.wall_time,
+        lasting=lasting,
     )
 
 

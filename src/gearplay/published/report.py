@@ -71,7 +71,7 @@ class Study:
 
     @cached_property
     def errors(self) -> list[dict[str, Any]]:
-        """Mean errors [%] of amplitudes and f_r by model: the article's, ours on fresh members, left out; in the search, of amplitudes."""
+        """Mean errors [%] of amplitudes and f_r by model: the article's, ours on fresh members, left out, in the search."""
         rows = []
         for model in MODELS:
             row = {

@@ -1,14 +1,28 @@
 """The study's own formulas: the swing of the driven gear, the conditions' cases."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from gearplay.model.reading import load_case, replace
-from gearplay.published.article import conditions
-from gearplay.published.han2021 import SimulatedLine, swing_frequency
-from gearplay.published.settings import condition_case
+from gearplay.published.article import Condition, conditions, printed
+from gearplay.published.claims.summary import shipped_claims
+from gearplay.published.comparison import lasting_shares, swing_lasts
+from gearplay.published.findings import OPEN, REPRODUCED, findings
+from gearplay.published.han2021 import (
+    LATER,
+    ConditionResult,
+    SimulatedLine,
+    find_lines,
+    run_condition,
+    run_study,
+    swing_frequency,
+)
+from gearplay.published.settings import CALIBRATED, Settings, base_case, condition_case
+from gearplay.published.story import story
+from gearplay.results.spectra import amplitude_spectrum
 
 
 def test_swing_frequency_is_that_of_a_pendulum_under_the_drags_mesh_force() -> None:
@@ -49,3 +63,71 @@ def test_the_level_of_a_line_is_its_amplitude_and_its_error_that_of_the_members_
     np.testing.assert_allclose(10.0 ** levels[:, 0], [line.amplitude for line in lines])
     assert np.median(levels[:, 1]) == pytest.approx(float(np.std(levels[:, 0])), rel=0.35)
     assert SimulatedLine(40.0, 0.1, 2.0, (0.1,)).log_level() == (-1.0, math.inf)
+
+
+def test_a_tilted_rig_presses_its_ring_too() -> None:
+    """Without drag the ring hangs like a pendulum as long as the clearance; with it, forces add as vectors."""
+    hanging = {"rotors.ring.load.drag": 0.0, "gravity": [0.3, -0.4]}
+    case = replace(load_case("han2021"), hanging)
+    assert swing_frequency(case) == pytest.approx(math.sqrt(0.5 / 100e-6) / (2.0 * math.pi), rel=1e-12)
+    force = 3e-4 * (120.0 / 3.0 * math.pi / 30.0) / (0.12 * math.cos(math.radians(20.0)))
+    along, across = (force * f(math.radians(20.0)) / 0.8 for f in (math.sin, math.cos))
+    balanced = {"rotors.ring.load.drag": 3e-4, "gravity": [-along, -across]}
+    assert swing_frequency(replace(load_case("han2021"), balanced)) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def pressed() -> ConditionResult:
+    """Run the calibrated coupled pair at 60 rpm, where flank and shaft stay in touch."""
+    settings = Settings(parameters=CALIBRATED, members=4, history=0.01)
+    variant = settings.variants[0]
+    return run_condition(base_case(variant, settings), Condition(60.0, 100.0, 100.0), variant, settings)
+
+
+def test_a_swing_that_nothing_keeps_up_dies_by_its_damping(pressed: ConditionResult) -> None:
+    """Amplitude falls as exp(-c t / 2 m), its frequency that of the pressed pendulum, tilt included."""
+    ring = load_case("han2021-calibrated").rotors["ring"]
+    assert pressed.lasting == pytest.approx(
+        math.exp(-ring.radial_damping * LATER / (2.0 * ring.mass)), rel=0.5
+    )
+    assert pressed.lines["radial"].frequency == pytest.approx(pressed.swing_frequency, rel=0.1)
+
+
+def test_a_sideband_is_not_taken_for_a_line() -> None:
+    """What stands a swing's frequency beside 2 f_m is higher than 2 f_m, and none of it."""
+    t = np.arange(4000) / 1000.0
+    tones = {20.0: 0.0, 60.0: 1.0, 57.2: 3.0, 120.0: 1.0, 122.8: 3.0, 117.2: 3.0, 2.8: 5.0}
+    samples = sum(a * np.sin(2.0 * math.pi * f * t) for f, a in tones.items())
+    found = find_lines(amplitude_spectrum(samples, 1000.0), Condition(180.0, 100.0, 100.0))
+    assert found["mesh_1x"].frequency == pytest.approx(60.0, abs=0.1)
+    assert found["mesh_2x"].frequency == pytest.approx(120.0, abs=0.1)
+    assert found["mesh_2x"].amplitude == pytest.approx(1.0, rel=0.1)
+
+
+def test_amplitudes_count_as_met_only_where_the_swing_lasts() -> None:
+    settings = Settings(members=2, duration=2.0, transient=1.0, history=0.01)
+    results = run_study(settings)
+    claim = "The coupled model meets the measured amplitudes."
+    seen = {}
+    for share in (0.1, 1.0):
+        made = [
+            dataclasses.replace(
+                r,
+                lasting=share,
+                lines={
+                    line: dataclasses.replace(
+                        found, amplitude=printed(r.condition, line, "amplitude_as_printed").test
+                    )
+                    for line, found in r.lines.items()
+                },
+            )
+            for r in results
+        ]
+        assert lasting_shares(made, "coupled") == [share] * 6
+        assert swing_lasts(made, "coupled") == (share == 1.0)
+        finding = next(f for f in findings(made, shipped_claims(), calibrated=True) if f.claim == claim)
+        seen[share] = finding.verdict
+        assert ("does not last" in finding.evidence) == (share == 0.1)
+        believe = story(made, settings, shipped_claims())[-1][1]
+        assert ("does not keep up" in believe) == (share == 0.1)
+    assert seen == {0.1: OPEN, 1.0: REPRODUCED}

@@ -75,6 +75,6 @@ def tolerance_words(document: Mapping[str, Any]) -> str:
     single = 100.0 * max(abs(row["single_runs"][0] - row["single_runs"][1]) for row in rows)
     return (
         f"{words}: none of the {len(rows)} shares differs significantly (McNemar's test, Holm's correction, 5 %). Points"
-        f" at which a pattern comes and goes change sides, at most {most['first']} to {most['finer']};"
+        f" at which a pattern comes and goes change sides, at most from {most['first']} to {most['finer']} of {most['of']};"
         f" shares of single runs differ by at most {single:.1f} percentage points."
     )

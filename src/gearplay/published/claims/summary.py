@@ -101,11 +101,16 @@ def favoured_words(document: Mapping[str, Any]) -> str:
     )
 
 
+def is_rare(document: Mapping[str, Any]) -> bool:
+    """Return whether the peak at 120 rpm with exact flanks is rarer than `RARE`, with 95 % confidence."""
+    return bool(share_of(document["shares"], "peak_120", "coupled")["high"] < RARE)
+
+
 def rare_words(document: Mapping[str, Any]) -> str:
     """Return in one sentence how rare the peak at 120 rpm is with exact flanks, naming the points that show it."""
     row = share_of(document["shares"], "peak_120", "coupled")
     words = f"Largest at 120 rpm in {_words(row)} of the points with exact flanks, coupled"
-    if row["high"] < RARE:
+    if is_rare(document):
         return f"{words}: fewer than {100.0 * RARE:.0f} % with 95 % confidence."
     seen = f"; seen at points {', '.join(map(str, row['points']))}" if row["points"] else ""
     return f"{words}, so that {100.0 * RARE:.0f} % cannot be excluded{seen}."
