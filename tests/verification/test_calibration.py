@@ -10,8 +10,9 @@ from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
 from gearplay.calibration.calibrate import fit_from, fit_model
-from gearplay.calibration.fresh import hold_out, mean_error
+from gearplay.calibration.fresh import drifts, hold_out, later_than, mean_error
 from gearplay.calibration.objective import Comparison, Datum, data_of
+from gearplay.calibration.observe import Observed
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.calibration.recovery import recover, summary, synthetic
 from gearplay.calibration.trials import Problem, Trial
@@ -237,3 +238,28 @@ def test_a_fit_survives_its_json_form() -> None:
     assert fit.amplitude_error < 15.0
     assert {row.condition for row in fit.rows} == {"slow", "fast"}
     assert len(fit.left_out) == len(fit.held_out) == 2
+
+
+def test_a_fit_of_a_dying_motion_says_so() -> None:
+    """Once with a target that dies away, once with one that only scatters: by how much, and where."""
+    plan = small_plan()
+    simulation = plan.simulation
+    later = later_than(simulation.transient, simulation.duration)
+    assert later >= 4.0 * simulation.transient
+
+    class Dying(KnownProblem):
+        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
+            seen = super().see(unit, **how)  # type: ignore[arg-type, call-overload]
+            if how["transient"] is not None:
+                assert how["transient"] == later
+                dying = seen["slow"]["radial"]["amplitude"]
+                seen["slow"]["radial"]["amplitude"] = Observed(0.05 * dying.value, dying.error)
+            return seen
+
+    lasting, dying = KnownProblem(plan, plan.models[0]), Dying(plan, plan.models[0])
+    truth = lasting.run(0, (0.4, 0.6), members=1000)
+    comparison = Comparison(data_of(plan, truth.seen), "unnormalised")
+    assert drifts(lasting, comparison, (0.4, 0.6), None) == []
+    (found,) = drifts(dying, comparison, (0.4, 0.6), None)
+    assert (found.condition, found.target, found.key) == ("slow", "radial", "amplitude")
+    assert found.decades == pytest.approx(np.log10(0.05), abs=0.1)

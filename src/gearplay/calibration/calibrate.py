@@ -10,7 +10,16 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.fresh import HeldOut, best_point, check, held_out_from, hold_out
+from gearplay.calibration.fresh import (
+    Drift,
+    HeldOut,
+    best_point,
+    check,
+    drifts,
+    held_out_from,
+    hold_out,
+    later_than,
+)
 from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
@@ -91,6 +100,7 @@ class Fit:
     held_out: tuple[HeldOut, ...]
     standing: Standing
     history: tuple[float, ...]  # least objective after each trial
+    drift: tuple[Drift, ...]  # what a longer transient changes at the best point
 
 
 def fit_from(part: Mapping[str, Any]) -> Fit:
@@ -103,6 +113,7 @@ def fit_from(part: Mapping[str, Any]) -> Fit:
         for each in part["left_out"]
     )
     values["held_out"] = tuple(held_out_from(each) for each in part["held_out"])
+    values["drift"] = tuple(Drift(**each) for each in part["drift"])
     values["standing"] = Standing(**part["standing"])
     for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
         values[name] = tuple(part[name])
@@ -164,6 +175,7 @@ def _stored(
         comparison.reading,
         [asdict(d) for d in comparison.data],
         GROUPS,
+        later_than(problem.plan.simulation.transient, problem.plan.simulation.duration),
     ]
     key = part_key(identity)
     part = parts.get(key) if parts is not None else None
@@ -234,6 +246,7 @@ def fit_model(
             predictive_error,
         ),
         history=tuple(float(v) for v in np.minimum.accumulate(values)),
+        drift=tuple(drifts(problem, comparison, unit, stop)),
     )
 
 

@@ -1,4 +1,6 @@
-"""What is simulated on members that no search has seen: the choice of the best point, its errors, and conditions left out."""
+"""What is simulated on members that no search has seen: the choice of the best point, its errors, conditions left out, and
+whether what it shows lasts.
+"""
 
 import threading
 from collections.abc import Mapping, Sequence
@@ -14,6 +16,8 @@ from gearplay.calibration.trials import Problem, Trial
 
 CANDIDATES, FINALISTS = 7, 3
 CHOOSE_SEED, CHECK_SEED = 10_000_019, 20_000_003  # added to the plan's
+LATER_MEMBERS = 8
+CHANGED, CLEARLY = 0.1, 3.0  # decades, and standard errors, by which a datum must change to count as drifting
 
 
 def best_point(
@@ -51,15 +55,58 @@ def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | Non
 
 
 def _seen(
-    problem: Problem, unit: tuple[float, ...], seed: int, members: int, stop: threading.Event | None
+    problem: Problem,
+    unit: tuple[float, ...],
+    seed: int,
+    members: int,
+    stop: threading.Event | None,
+    transient: float | None = None,
 ) -> Trial:
     whole = problem.plan.effort.seed + seed
-    return Trial(-1, unit, problem.see(unit, seed=whole, members=members, stop=stop))
+    return Trial(-1, unit, problem.see(unit, seed=whole, members=members, transient=transient, stop=stop))
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A datum that is another after a longer transient [s]: log10 of what it is then over what it is now [decades]."""
+
+    condition: str
+    target: str
+    key: str
+    transient: float
+    decades: float
+    error: float
+
+
+def later_than(transient: float, duration: float) -> float:
+    """Return the transient [s] after which a motion must look the same as after the plan's."""
+    return transient + 3.0 * max(transient, duration)
+
+
+def drifts(
+    problem: Problem, comparison: Comparison, unit: tuple[float, ...], stop: threading.Event | None
+) -> list[Drift]:
+    """Return what has changed clearly after a longer transient, most first: nothing where the start is forgotten.
+
+    The same initial states go on. What they leave behind is no property of the mechanism, and no fit should rest on it.
+    """
+    simulation = problem.plan.simulation
+    later = later_than(simulation.transient, simulation.duration)
+    seen = [_seen(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
+    logs, errors = comparison.logs_of(seen)
+    found = [
+        Drift(d.condition, d.target, d.key, later, float(then - now), float(np.hypot(*error)))
+        for d, now, then, error in zip(comparison.data, *logs, errors.T, strict=True)
+    ]
+    clear = [d for d in found if abs(d.decades) > max(CHANGED, CLEARLY * d.error)]
+    return sorted(clear, key=lambda d: -abs(d.decades))
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One condition simulated where all the others fit best: point, factor of the ordinate and search know nothing of it.
+    """One condition simulated at the trial that all the others prefer: its choice and the factor know nothing of it.
+
+    The search that made the trials was guided by all conditions.
 
     ``best`` are the parameters in SI; ``residuals`` [decades] of simulation over measurement, in the order of ``labels``.
     """

@@ -93,7 +93,10 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
 
 
 def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
-    """Return the answer in three sentences: which model, how well, and which parameters the records tell."""
+    """Return the answer in three sentences: which model, how well, and which parameters the records tell.
+
+    A fourth says of a fit whose motion has not settled.
+    """
     reading = fits[0].reading
     own = [fit for fit in fits if fit.reading == reading]
     where = "" if len(_readings(fits)) == 1 else f" (reading {reading})"
@@ -115,6 +118,21 @@ def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statemen
         _sentences(statement)[0],
         f"Mean error of amplitudes on fresh members, and under conditions left out of the fit{where}: {errors}.",
         f"The data tell {len(told)} of {count} parameter{'s' if count > 1 else ''} of the model {best.model}{listed}.",
+        *_unsettled(plan, own),
+    ]
+
+
+def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
+    """Return the sentence about fits whose motion changes after the transient, if there are any."""
+    changing = [fit for fit in fits if fit.drift]
+    if not changing:
+        return []
+    most = max((fit.drift[0] for fit in changing), key=lambda drift: abs(drift.decades))
+    models = " and ".join(fit.model for fit in changing)
+    return [
+        f"The start is not forgotten ({models}): the {most.key} of {most.target}, {most.condition}, is"
+        f" {10.0**most.decades:.2g} times as large after {most.transient:g} s as after {plan.simulation.transient:g} s. Lengthen"
+        " simulation.transient, or the fit explains the initial states that were drawn."
     ]
 
 

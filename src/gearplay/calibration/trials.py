@@ -122,12 +122,14 @@ class Problem:
         *,
         seed: int | None = None,
         members: int | None = None,
+        transient: float | None = None,
         progress: Tick | None = None,
         stop: threading.Event | None = None,
     ) -> Seen:
         """Simulate every condition at a point and return what the sensor shows.
 
-        Every trial has the same seed, so the same initial states: common random numbers. ``seed`` replaces it.
+        Every trial has the same seed, so the same initial states: common random numbers. ``seed`` replaces it, ``transient`` [s]
+        the plan's.
 
         Raises `GearplayError` where a condition has fewer than half of its members, `KeyboardInterrupt` once stopped.
         """
@@ -139,7 +141,7 @@ class Problem:
             [(case, range(1, count + 1)) for case in cases],
             signals=[f"{self.plan.sensor.rotor}.vx", f"{self.plan.sensor.rotor}.vy"],
             duration=simulation.duration,
-            transient=simulation.transient,
+            transient=simulation.transient if transient is None else transient,
             sampling=simulation.sampling,
             progress=progress,
             stop=stop,

@@ -13,7 +13,7 @@ import pytest
 import gearplay as gp
 from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
-from gearplay.calibration.fresh import HeldOut
+from gearplay.calibration.fresh import Drift, HeldOut
 from gearplay.calibration.objective import data_of, printed_measurements
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval
@@ -103,6 +103,7 @@ def fit_of(plan: Plan, model: Model, reading: str, *, evidence: float, seed: int
             model.name, -2.0 * evidence, evidence, 0.1, {x.condition: x.log_density for x in left_out}
         ),
         history=(30.0, 20.0, 10.0),
+        drift=(),
     )
 
 
@@ -388,3 +389,19 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
         ) as caught:
             gp.read_result(path)
         assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_fit_that_rests_on_its_start_is_told_of_in_the_answer(tmp_path: Path) -> None:
+    plan = small_plan()
+    fits = fits_of(plan)
+    dying = Drift("slow", "radial", "amplitude", 20.0, -2.0, 0.01)
+    changing = [dataclasses.replace(fits[0], drift=(dying,)), *fits[1:]]
+    quiet, told = (
+        write_calibration(plan, each, tmp_path / name)["answer"]
+        for name, each in (("quiet", fits), ("dying", changing))
+    )
+    assert len(quiet) == 3
+    assert told[:3] == quiet
+    assert "the amplitude of radial, slow, is 0.01 times as large after 20 s" in told[3]
+    assert fits[0].model in told[3]
+    assert "The start is not forgotten" in (tmp_path / "dying" / "report.html").read_text()
