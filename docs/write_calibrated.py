@@ -21,7 +21,8 @@ TEXT = """\
 # The rig of Han, Liang, Zhang, Zhao, Entropy 2021, 23, 834, with the parameters that fit its test best: {model} backlash.
 # Found by `gearplay calibrate han2021`: {trials} trials, seed {seed}, plan digest {digest}; errors of the 18 amplitudes with
 # one common factor: {fresh:.0f} % on fresh members, {left_out:.0f} % under conditions left out.
-# "fitted" marks what was free; most of it is not identified (docs/validation). The rest is as in han2021.
+# "fitted" marks what was free; most of it is not identified (docs/validation). The rest is as in han2021. The swing f_r is
+# mostly what is left of the start after the transient.
 
 title = "Han 2021, calibrated{of}, 120 rpm, 100/100 um"
 formulation = "geometric"
