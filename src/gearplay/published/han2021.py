@@ -24,7 +24,10 @@ HUMP_BAND = (0.6, 6.0)  # Hz, where the swing of the driven gear is looked for
 HUMP_WIDTH = 0.08  # relative width of its smoothing
 LINE_SEARCH = 0.01  # relative: beside f_m and 2 f_m stand sidebands, a swing's frequency away
 HIGHEST = 200.0  # Hz, end of the spectra that are kept
-LATER, LATER_MEMBERS = 25.0, 4  # s, runs: after the records, when it is looked whether the swing lasts
+LATER, LATER_SHARE = (
+    25.0,
+    6,
+)  # s after the records it is looked whether the swing lasts, in one run of so many
 MESH = "pinion-ring"
 
 
@@ -232,7 +235,7 @@ def run_condition(
     )
     if stop.is_set():
         raise KeyboardInterrupt
-    lasting = None if variant.name == SWITCHED else _lasting(case, settings, runs[:LATER_MEMBERS], stop)
+    lasting = None if variant.name == SWITCHED else _lasting(case, settings, runs[::LATER_SHARE], stop)
     if stop.is_set():
         raise KeyboardInterrupt
     good = [run for run in runs if run.success]
