@@ -16,7 +16,7 @@ import pytest
 
 from gearplay.cli.study import _words
 from gearplay.published.calibrated import seeds_seen
-from gearplay.published.findings import GROUPS
+from gearplay.published.patterns import GROUPS
 from gearplay.published.story import QUESTIONS
 
 FIGURES = 17

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from gearplay.model.geometry import amplitude_bound
 from gearplay.published import audit
-from gearplay.published.article import LINE_WORDS, LINES, Condition, conditions, printed, printed_rows
+from gearplay.published.article import LINE_WORDS, LINES, conditions, printed, printed_rows
 from gearplay.published.calibrated import calibration, duel_of, fit_of
 from gearplay.published.claims.floor import runs_needed
 from gearplay.published.claims.summary import favoured_words, is_rare, rare_words
@@ -26,9 +25,17 @@ from gearplay.published.comparison import (
     swing_lasts,
 )
 from gearplay.published.han2021 import LATER, ConditionResult
+from gearplay.published.patterns import (
+    CONTRADICTED,
+    EXPLAINED,
+    GROUPS,
+    OPEN,
+    REPRODUCED,
+    grows_with_speed,
+    largest_clearance,
+    peak_at_120,
+)
 
-REPRODUCED, EXPLAINED, CONTRADICTED, OPEN = GROUPS = ("reproduced", "explained", "contradicted", "open")
-CLEAR = 2.0  # standard errors
 PROMINENT = 1.5  # a line counts as seen when it stands this far above its surroundings
 GOOD_AMPLITUDES, GOOD_FREQUENCIES = 20.0, 8.0  # per cent: what counts as reproduced
 
@@ -41,74 +48,6 @@ class Finding:
     verdict: str
     evidence: str
     figure: str
-
-
-def _is_largest(
-    found: dict[Condition, ConditionResult], top: Condition, others: Sequence[Condition], line: str
-) -> tuple[str, str]:
-    """Return whether ``top`` has the highest level of a line by more than `CLEAR` standard errors, and the numbers."""
-    level, error = found[top].lines[line].log_level()
-    margins = []
-    for other in others:
-        rival, rival_error = found[other].lines[line].log_level()
-        margins.append((level - rival) / math.hypot(error, rival_error))
-    rivals = ", ".join(f"{10 ** found[c].lines[line].log_level()[0]:.3g}" for c in others)
-    words = f"{LINE_WORDS[line]}: {10**level:.3g} against {rivals} m/s²"
-    if min(margins) > CLEAR:
-        return REPRODUCED, words
-    return (CONTRADICTED if min(margins) < -CLEAR else OPEN), words
-
-
-SAID = {REPRODUCED: "yes", CONTRADICTED: "no", OPEN: "cannot be told"}
-
-
-def _joined(parts: Sequence[tuple[str, str]]) -> tuple[str, str]:
-    verdicts = {verdict for verdict, _ in parts}
-    words = "; ".join(f"{text} ({SAID[verdict]})" for verdict, text in parts) + "."
-    if verdicts == {REPRODUCED}:
-        return REPRODUCED, words
-    return (CONTRADICTED if CONTRADICTED in verdicts else OPEN), words
-
-
-def _peak_at_120(results: Sequence[ConditionResult], model: str) -> tuple[str, str]:
-    found = by_condition(results, model)
-    slow, middle, fast = (Condition(v, 100.0, 100.0) for v in (60.0, 120.0, 180.0))
-    return _joined([_is_largest(found, middle, (slow, fast), line) for line in LINES])
-
-
-def _grows_with_speed(results: Sequence[ConditionResult]) -> tuple[str, str]:
-    found = by_condition(results, "uncoupled")
-    speeds = [Condition(v, 100.0, 100.0) for v in (60.0, 120.0, 180.0)]
-    parts = []
-    for line in LINES:
-        levels = [found[c].lines[line].log_level() for c in speeds]
-        steps = [(b[0] - a[0]) / math.hypot(a[1], b[1]) for a, b in pairwise(levels)]
-        verdict = REPRODUCED if min(steps) > CLEAR else CONTRADICTED if min(steps) < -CLEAR else OPEN
-        numbers = ", ".join(f"{10**v:.3g}" for v, _ in levels)
-        parts.append((verdict, f"{LINE_WORDS[line]}: {numbers} m/s² at 60, 120, 180 rpm"))
-    verdict, words = _joined(parts)
-    return verdict, f"{words} {_article_says('uncoupled', speeds, grows=True)}"
-
-
-def _article_says(model: str, sets: Sequence[Condition], *, grows: bool) -> str:
-    """Return for which lines the article's own table of one model grows along some conditions, or has its highest in the last."""
-    shown = []
-    for line in LINES:
-        values = [getattr(printed(c, line, "amplitude_as_printed"), model) for c in sets]
-        if all(a < b for a, b in pairwise(values)) if grows else max(values) == values[-1]:
-            shown.append(LINE_WORDS[line])
-    return f"The article's own table of its {model} model shows it for {' and '.join(shown) or 'none of the lines'}."
-
-
-def _largest_clearance(
-    results: Sequence[ConditionResult], model: str, top: tuple[float, float]
-) -> tuple[str, str]:
-    found = by_condition(results, model)
-    sets = [Condition(120.0, c, b) for c, b in ((200.0, 100.0), (100.0, 200.0), (200.0, 200.0))]
-    first = Condition(120.0, *top)
-    rivals = [c for c in sets if c != first]
-    verdict, words = _joined([_is_largest(found, first, rivals, line) for line in LINES])
-    return verdict, f"{words} {_article_says(model, [*rivals, first], grows=False)}"
 
 
 def _lines_seen(results: Sequence[ConditionResult]) -> Finding:
@@ -325,7 +264,7 @@ def findings(
 ) -> list[Finding]:
     """Return every claim with its verdict, by group; `conditions` and both models must all be in ``results``."""
     assert len(by_condition(results, "coupled")) == len(conditions())
-    peak, growth = _peak_at_120(results, "coupled"), _grows_with_speed(results)
+    peak, growth = peak_at_120(results, "coupled"), grows_with_speed(results)
     found = [
         _lines_seen(results),
         _amplitudes_met(results),
@@ -345,12 +284,12 @@ def findings(
         Finding("Uncoupled: the amplitude grows with speed (section 3.1).", *growth, "lead"),
         Finding(
             "Coupled: largest at 200/100 µm of the three changed clearances (section 3.2).",
-            *_largest_clearance(results, "coupled", (200.0, 100.0)),
+            *largest_clearance(results, "coupled", (200.0, 100.0)),
             "lead",
         ),
         Finding(
             "Uncoupled: largest at 200/200 µm (section 3.2).",
-            *_largest_clearance(results, "uncoupled", (200.0, 200.0)),
+            *largest_clearance(results, "uncoupled", (200.0, 200.0)),
             "lead",
         ),
         _coupled_is_better(results, calibrated=calibrated),

@@ -30,8 +30,9 @@ from gearplay.published.comparison import (
     radial_frequency_error,
     table_rows,
 )
-from gearplay.published.findings import GROUPS, Finding, findings
+from gearplay.published.findings import Finding, findings
 from gearplay.published.han2021 import ConditionResult
+from gearplay.published.patterns import GROUPS
 from gearplay.published.settings import CALIBRATED, MODELS, Settings, base_case
 from gearplay.published.story import story
 

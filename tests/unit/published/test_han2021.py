@@ -10,7 +10,7 @@ from gearplay.model.reading import load_case, replace
 from gearplay.published.article import Condition, conditions, printed
 from gearplay.published.claims.summary import shipped_claims
 from gearplay.published.comparison import lasting_shares, swing_lasts
-from gearplay.published.findings import OPEN, REPRODUCED, findings
+from gearplay.published.findings import findings
 from gearplay.published.han2021 import (
     LATER,
     ConditionResult,
@@ -20,6 +20,7 @@ from gearplay.published.han2021 import (
     run_study,
     swing_frequency,
 )
+from gearplay.published.patterns import OPEN, REPRODUCED
 from gearplay.published.settings import CALIBRATED, Settings, base_case, condition_case
 from gearplay.published.story import story
 from gearplay.results.spectra import amplitude_spectrum
