@@ -26,11 +26,8 @@ Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
 DECIMALS = 6  # of a trial's place in the unit cube
 DIGITS = 5  # of what is seen; an ensemble tells two or three
-STARTUP, SEARCH, POLISH = (
-    "startup",
-    "search",
-    "polish",
-)  # what a trial is for; the last have members of their own number
+STARTUP, SEARCH, POLISH = "startup", "search", "polish"
+"""What a trial is for; the last have members of their own number."""
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,8 @@ HUMP_BAND = (0.6, 6.0)  # Hz, where the swing of the driven gear is looked for
 HUMP_WIDTH = 0.08  # relative width of its smoothing
 LINE_SEARCH = 0.01  # relative: beside f_m and 2 f_m stand sidebands, a swing's frequency away
 HIGHEST = 200.0  # Hz, end of the spectra that are kept
-LATER, LATER_SHARE = (
-    25.0,
-    6,
-)  # s after the records it is looked whether the swing lasts, in one run of so many
+LATER, LATER_SHARE = 25.0, 6
+"""So long after the records [s] it is looked whether the swing lasts, in one run of so many."""
 MESH = "pinion-ring"
 
 
