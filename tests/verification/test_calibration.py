@@ -15,7 +15,7 @@ from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
 from gearplay.calibration.recovery import recover, summary, synthetic
-from gearplay.calibration.trials import Problem, Trial
+from gearplay.calibration.trials import Problem, Trial, TrialError
 from gearplay.calibration.verdict import OPEN, Standing, duels, emulator_errors, leave_one_out
 from gearplay.surrogates.polynomials import Emulator
 
@@ -263,3 +263,17 @@ def test_a_fit_of_a_dying_motion_says_so() -> None:
     (found,) = drifts(dying, comparison, (0.4, 0.6), None)
     assert (found.condition, found.target, found.key) == ("slow", "radial", "amplitude")
     assert found.decades == pytest.approx(np.log10(0.05), abs=0.1)
+
+
+def test_a_motion_that_fails_later_costs_no_fit() -> None:
+    plan = small_plan()
+
+    class Failing(KnownProblem):
+        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
+            if how["transient"] is not None:
+                raise TrialError("8 of 8 members failed")
+            return super().see(unit, **how)  # type: ignore[arg-type, call-overload]
+
+    failing = Failing(plan, plan.models[0])
+    truth = KnownProblem(plan, plan.models[0]).run(0, (0.4, 0.6), members=1000)
+    assert drifts(failing, Comparison(data_of(plan, truth.seen), "unnormalised"), (0.4, 0.6), None) == []
