@@ -243,9 +243,8 @@ def test_a_fit_survives_its_json_form() -> None:
 def test_a_fit_of_a_dying_motion_says_so() -> None:
     """Once with a target that dies away, once with one that only scatters: by how much, and where."""
     plan = small_plan()
-    simulation = plan.simulation
-    later = later_than(simulation.transient, simulation.duration)
-    assert later >= 4.0 * simulation.transient
+    later = later_than(plan.simulation)
+    assert later >= 4.0 * plan.simulation.transient
 
     class Dying(KnownProblem):
         def see(self, unit: object, **how: object) -> object:  # type: ignore[override]

@@ -175,7 +175,7 @@ def _stored(
         comparison.reading,
         [asdict(d) for d in comparison.data],
         GROUPS,
-        later_than(problem.plan.simulation.transient, problem.plan.simulation.duration),
+        later_than(problem.plan.simulation),
     ]
     key = part_key(identity)
     part = parts.get(key) if parts is not None else None

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearplay.calibration.objective import Comparison
+from gearplay.calibration.plan import Simulation
 from gearplay.calibration.posterior import Surrogate
 from gearplay.calibration.search import refine
 from gearplay.calibration.trials import Problem, Trial
@@ -79,9 +80,9 @@ class Drift:
     error: float
 
 
-def later_than(transient: float, duration: float) -> float:
+def later_than(simulation: Simulation) -> float:
     """Return the transient [s] after which a motion must look the same as after the plan's."""
-    return transient + 3.0 * max(transient, duration)
+    return simulation.transient + 3.0 * max(simulation.transient, simulation.duration)
 
 
 def drifts(
@@ -91,8 +92,7 @@ def drifts(
 
     The same initial states go on. What they leave behind is no property of the mechanism, and no fit should rest on it.
     """
-    simulation = problem.plan.simulation
-    later = later_than(simulation.transient, simulation.duration)
+    later = later_than(problem.plan.simulation)
     try:
         seen = [_seen(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
     except SimulationError:  # so late nobody asked for it: the fit stands
