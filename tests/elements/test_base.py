@@ -17,6 +17,7 @@ from gearplay.model.toml_files import write_toml
 from gearplay.nonlinear.orbits.period_map import common_period
 from gearplay.rig.measurement import mean_acceleration
 from gearplay.rig.plan import Placement
+from gearplay.solver.simulate import run_members
 from gearplay.vocabulary.errors import InputError
 
 G = 9.80665
@@ -290,3 +291,34 @@ def test_the_period_is_that_of_all_excitation(changes: dict[str, Any], expected:
 def test_the_bundled_pulsating_pair_repeats_with_its_turn() -> None:
     """20 teeth, a load of the first order: one turn, not one tooth."""
     assert common_period(pack(gp.load_case("pulsating-pair"))) == pytest.approx(0.06, rel=1e-12)
+
+
+@pytest.mark.compiled
+def test_each_member_may_stand_on_a_housing_of_its_own() -> None:
+    """Told so, members have other records; members and seeds decide them; member 0, and a case not told so, have the seed's."""
+    density = [[20.0, 1.0], [200.0, 1.0]]
+
+    def records(*, seed: int = 0, **own: object) -> np.ndarray:
+        document = shaken(1e5, 1.0, kind="spectral-density", density=density, **own)
+        document["run"] |= {"duration": 0.2, "transient": 0.1, "seed": seed}
+        runs = run_members(case_of(document), [0, 1, 2, 1], signals=["base_ax"])
+        return np.array([run.signal("base_ax", "base") for run in runs])
+
+    common, own, reseeded = records(), records(per_member=True), records(per_member=True, seed=1)
+    assert np.array_equal(common[0], common[1])
+    assert np.array_equal(common[0], own[0])
+    assert np.array_equal(own[1], own[3])
+    assert np.array_equal(reseeded[0], own[0])
+    for a, b in ((own[1], own[0]), (own[2], own[1]), (reseeded[1], own[1])):
+        assert abs(np.corrcoef(a, b)[0, 1]) < 0.5
+    assert np.std(own[1]) == pytest.approx(math.sqrt(180.0), rel=0.3)
+
+
+@pytest.mark.compiled
+def test_a_record_is_as_long_as_the_run_that_was_asked_for() -> None:
+    """Not as long as the case's own run, after which it would repeat."""
+    document = shaken(1e5, 1.0, kind="spectral-density", density=[[20.0, 1.0], [200.0, 1.0]])
+    document["run"] |= {"duration": 0.1, "transient": 0.1}
+    run = run_members(case_of(document), [1], signals=["base_ax"], duration=0.4, transient=0.2)[0]
+    record = run.signal("base_ax", "base")
+    assert abs(np.corrcoef(record[: record.size // 2], record[record.size // 2 :])[0, 1]) < 0.5

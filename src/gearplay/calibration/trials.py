@@ -18,7 +18,7 @@ from gearplay.model.reading import load_case, replace
 from gearplay.rig.plan import Accelerometer
 from gearplay.rig.sensor import sensor_response
 from gearplay.solver.simulate import run_batch
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, acceleration_signals
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 
@@ -136,7 +136,7 @@ class Problem:
         stop = stop or threading.Event()
         runs = run_batch(
             [(case, range(1, count + 1)) for case in cases],
-            signals=[f"{self.plan.sensor.rotor}.vx", f"{self.plan.sensor.rotor}.vy"],
+            signals=acceleration_signals(cases[0], [self.plan.sensor.rotor]),
             duration=simulation.duration,
             transient=simulation.transient if transient is None else transient,
             sampling=simulation.sampling,
@@ -157,13 +157,9 @@ class Problem:
             raise TrialError(f"{len(runs) - len(good)} of {len(runs)} members failed: {bad.message}")
         sensor = self.plan.sensor
         cos, sin = math.cos(sensor.direction), math.sin(sensor.direction)
-        velocity = np.array(
-            [cos * r.signal("vx", sensor.rotor) + sin * r.signal("vy", sensor.rotor) for r in good]
-        )
+        accelerations = np.array([(cos, sin) @ run.mean_acceleration(sensor.rotor) for run in good])
         return Ensemble(
-            as_sensed(
-                np.diff(velocity, axis=1) * simulation.sampling, simulation.sampling, sensor.accelerometer
-            ),
+            as_sensed(accelerations, simulation.sampling, sensor.accelerometer),
             simulation.sampling,
             rolling.mesh_frequency(case),
             simulation.window,

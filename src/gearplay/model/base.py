@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -32,6 +33,17 @@ MOST_STEPS = 4_000_000
 """Steps of a made record at most."""
 
 
+@dataclass(frozen=True)
+class Member:
+    """Which run of a case is meant: the seed of its ensemble, and its number in it."""
+
+    seed: int
+    number: int
+
+
+FIRST = Member(0, 0)
+
+
 class Harmonic(Part):
     """``amplitude sin(2 pi frequency t + phase)``, t from the start of the integration."""
 
@@ -41,7 +53,7 @@ class Harmonic(Part):
     phase: Annotated[float, Measure(q.ANGLE, "phase at t = 0")] = 0.0
     direction: Direction = 0.0
 
-    def fill(self, slots: Floats, span: float) -> Floats:
+    def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of a record, none here."""
         slots[base_motion.KIND] = base_motion.HARMONIC
         slots[base_motion.AMPLITUDE], slots[base_motion.PHASE] = self.amplitude, self.phase
@@ -61,7 +73,7 @@ class HalfSine(Part):
     )
     direction: Direction = 0.0
 
-    def fill(self, slots: Floats, span: float) -> Floats:
+    def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of a record, none here."""
         slots[base_motion.KIND] = base_motion.HALF_SINE
         slots[base_motion.AMPLITUDE], slots[base_motion.RATE] = self.amplitude, math.pi / self.duration
@@ -73,7 +85,7 @@ class SpectralDensity(Part):
     """Random vibration: a Gaussian record of a one-sided spectral density, straight between its points on logarithmic scales.
 
     The record is as long as the run, transient included, and repeats after that; the seed decides it. All members of an ensemble
-    stand on the same housing.
+    stand on the same housing, unless each has a record of its own (``per_member``), which ``run.seed`` and its number decide too.
     """
 
     kind: Literal["spectral-density"] = "spectral-density"
@@ -83,6 +95,12 @@ class SpectralDensity(Part):
     ]
     seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the record")] = 0
     direction: Direction = 0.0
+    per_member: Annotated[
+        bool,
+        Field(
+            description="each member of an ensemble has a record of its own; member 0 has that of the seed"
+        ),
+    ] = False
 
     @model_validator(mode="after")
     def _check(self) -> SpectralDensity:
@@ -109,8 +127,8 @@ class SpectralDensity(Part):
                 total += (s_2 * f_2 - s_1 * f_1) / (slope + 1.0)
         return math.sqrt(total)
 
-    def record(self, span: float) -> tuple[float, Floats]:
-        """Return the step [s] and the values [m/s^2] of a periodic record of at least ``span`` [s].
+    def record(self, span: float, member: Member = FIRST) -> tuple[float, Floats]:
+        """Return the step [s] and the values [m/s^2] of a periodic record of at least ``span`` [s], of one member.
 
         Every line k / span within the density has a complex normal amplitude of variance S df.
 
@@ -127,14 +145,15 @@ class SpectralDensity(Part):
             raise InputError(Fault(DENSITY, "its record", rule, cure))
         count = max(math.ceil(FINE * highest * span), 2 * FINE)
         frequencies = np.arange(count // 2 + 1) / span
-        generator = np.random.default_rng(self.seed)
+        own = self.per_member and member.number > 0
+        generator = np.random.default_rng([self.seed, member.seed, member.number] if own else self.seed)
         normal = generator.standard_normal((frequencies.size, 2)) @ np.array([1.0, 1.0j])
         lines = 0.5 * np.sqrt(self.at(frequencies) / span) * normal
         return span / count, np.fft.irfft(lines, count) * count
 
-    def fill(self, slots: Floats, span: float) -> Floats:
+    def fill(self, slots: Floats, span: float, member: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of its record, shape [piece, 4]."""
-        step, values = self.record(span)
+        step, values = self.record(span, member)
         slots[base_motion.RATE] = 2.0 * math.pi * self.density[-1][0]
         return _pieces(slots, step, np.append(values, values[0]), 0.0, periodic=True)
 
@@ -150,7 +169,7 @@ class MeasuredRecord(Part):
     )
     direction: Direction = 0.0
 
-    def fill(self, slots: Floats, span: float) -> Floats:
+    def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of its record, shape [piece, 4]."""
         slots[base_motion.RATE] = 0.5 * math.pi * self.sampling
         return _pieces(slots, 1.0 / self.sampling, np.array(self.values), self.start, periodic=False)
@@ -179,15 +198,20 @@ class Base(Part):
 
     acceleration: Acceleration
 
-    def pack(self, span: float) -> tuple[Floats, Floats]:
-        """Return the kernels' slots and the pieces of a record, for a run of ``span`` [s], transient included.
+    @property
+    def is_per_member(self) -> bool:
+        """Whether each member of an ensemble has a record of its own."""
+        return isinstance(self.acceleration, SpectralDensity) and self.acceleration.per_member
+
+    def pack(self, span: float, member: Member) -> tuple[Floats, Floats]:
+        """Return the kernels' slots and the pieces of a record, for a member's run of ``span`` [s], transient included.
 
         Raises `InputError` where a record gets too long or the run is too short for one.
         """
         slots = still()
         direction = self.acceleration.direction
         slots[base_motion.COSINE], slots[base_motion.SINE] = math.cos(direction), math.sin(direction)
-        return slots, self.acceleration.fill(slots, span)
+        return slots, self.acceleration.fill(slots, span, member)
 
 
 def still() -> Floats:

@@ -13,7 +13,7 @@ from gearplay.kernels.elements import housing, positioner, servo, sleeve
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry, rolling
 from gearplay.model.assembly import Assembly, Contact, blank
-from gearplay.model.base import still
+from gearplay.model.base import Member, still
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
@@ -204,8 +204,10 @@ def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
         assembly.add(positioner.KIND, name, record, joined, always=True, switches=1, states=states, rate=rate)
 
 
-def pack(case: "Case") -> Packed:
-    """Translate a case for the kernels.
+def pack(case: "Case", *, span: float | None = None, member: int = 0) -> Packed:
+    """Translate a case for the kernels: for one member's run of ``span`` [s], transient included, else of the case's own.
+
+    Both matter only where the housing has a random record.
 
     Raises `InputError` where drives contradict each other or given centres cannot mesh.
     """
@@ -230,7 +232,8 @@ def pack(case: "Case") -> Packed:
         support.pack(name, assembly, places, centres, rotor.mass, rotor.inertia, beside=beside)
     base, record = still(), np.zeros((0, 4))
     if case.base is not None:
-        base, record = case.base.pack(case.run.transient + case.run.duration)
+        whole = case.run.transient + case.run.duration if span is None else span
+        base, record = case.base.pack(whole, Member(case.run.seed, member))
     rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(terms), record)
     terms = np.concatenate([terms, rows])
     if case.base is not None:  # an element that shows it

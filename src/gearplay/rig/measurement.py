@@ -16,7 +16,7 @@ from gearplay.rig.collector import HALF_TAPS
 from gearplay.rig.plan import Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, acceleration_signals
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 
@@ -29,15 +29,10 @@ SETTLING: Final = 3.0
 def mean_acceleration(run: Trajectory, place: Placement) -> Floats:
     """Return the mean acceleration of each sampling interval [m/s^2], along and across an axis, shape [time - 1, 2].
 
-    Increments of the centre's velocity over the interval: exact whatever happens inside it. Where the housing moves its own
-    acceleration is added: a sensor knows nothing of it.
+    As `Trajectory.mean_acceleration` has it, turned.
     """
     c, s = math.cos(place.direction), math.sin(place.direction)
-    rise_x, rise_y = (np.diff(run.signal(name, place.rotor)) * run.sampling for name in ("vx", "vy"))
-    if ("base_ax", "base") in {(column.signal, column.label) for column in run.columns}:
-        for rise, name in ((rise_x, "base_ax"), (rise_y, "base_ay")):
-            values = run.signal(name, "base")
-            rise += 0.5 * (values[1:] + values[:-1])
+    rise_x, rise_y = run.mean_acceleration(place.rotor)
     return np.column_stack((c * rise_x + s * rise_y, c * rise_y - s * rise_x))
 
 
@@ -106,8 +101,7 @@ def measure(
     run = run_members(
         case,
         [member],
-        signals=[f"{rotor}.{signal}" for rotor in rotors for signal in ("vx", "vy")]
-        + (["base_ax", "base_ay"] if case.base is not None else []),
+        signals=acceleration_signals(case, rotors),
         # One velocity more than means, and what the symmetric filter of the ideal acceleration needs past the end.
         duration=((settling + size + HALF_TAPS) * factor + 1) / (rate * factor),
         transient=(lead - settling) / rate,

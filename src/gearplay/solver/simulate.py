@@ -162,6 +162,12 @@ def _load(case: Case, packed: Packed) -> None:
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
 
+def _packed_for(member: int, case: Case, packed: Packed, span: float) -> Packed:
+    """Return a member's own translation where its housing has a record of its own, the common one otherwise."""
+    own = case.base is not None and case.base.is_per_member
+    return pack(case, span=span, member=member) if own else packed
+
+
 def run_members(
     case: Case,
     members: Iterable[int],
@@ -207,7 +213,7 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
-    packed, run = pack(case), case.run
+    packed, run = pack(case, member=member), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
         estimate(
@@ -244,10 +250,11 @@ def run_batch(
     runs: list[_Job] = []
     bytes_, steps, total = 0.0, 0.0, 0.0
     for case, members in jobs:
-        packed, run = pack(case), case.run
+        run = case.run
         span = run.duration if duration is None else duration
         lead = run.transient if transient is None else transient
         rate = run.sampling if sampling is None else sampling
+        packed = pack(case, span=lead + span)
         kept = choose_columns(packed, signals)
         cost = estimate(
             case,
@@ -263,7 +270,17 @@ def run_batch(
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
         runs += [
-            _Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion)
+            _Job(
+                len(runs) + k,
+                case,
+                _packed_for(m, case, packed, lead + span),
+                m,
+                kept,
+                rate,
+                span,
+                lead,
+                keep=keep_motion,
+            )
             for k, m in enumerate(members)
         ]
     if runs:

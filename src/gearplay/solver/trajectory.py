@@ -1,7 +1,7 @@
 """What a simulation returns: sampled signals, contact statistics, the log of contacts and how it went."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Protocol
@@ -19,6 +19,7 @@ from gearplay.kernels.run import (
     TIME,
     WEDGED,
 )
+from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
 from gearplay.solver.carry import End
@@ -238,6 +239,25 @@ class Trajectory:
             if column.signal == name and column.label == label:
                 return self.samples.some([i])[:, 0]
         raise KeyError(f"{label}.{name} was not kept")
+
+    def mean_acceleration(self, rotor: str) -> Floats:
+        """Return a rotor's mean acceleration in each sampling interval [m/s^2], along x and y, shape [2, time - 1].
+
+        Increments of the centre's velocity over the interval: exact whatever happens inside it, so that impacts of 0.1 ms are
+        not aliased. Where the housing moves its own acceleration is added: a sensor knows nothing of it. Needs
+        `acceleration_signals`.
+        """
+        rise = np.array([np.diff(self.signal(name, rotor)) for name in ("vx", "vy")]) * self.sampling
+        if any(column.signal == "base_ax" for column in self.columns):
+            values = np.array([self.signal(name, "base") for name in ("base_ax", "base_ay")])
+            rise += 0.5 * (values[:, 1:] + values[:, :-1])
+        return rise
+
+
+def acceleration_signals(case: Case, rotors: Iterable[str]) -> list[str]:
+    """Return the signals that `Trajectory.mean_acceleration` of some rotors needs."""
+    own = ["base_ax", "base_ay"] if case.base is not None else []
+    return [f"{rotor}.{name}" for rotor in rotors for name in ("vx", "vy")] + own
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from gearplay.published.claims.points import read_lines
 from gearplay.published.han2021 import mean_acceleration
 from gearplay.published.settings import Settings, base_case, condition_case
 from gearplay.solver.simulate import run_members
+from gearplay.solver.trajectory import acceleration_signals
 from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
@@ -42,7 +43,7 @@ def single_runs(
         runs = run_members(
             case,
             range(1, members + 1),
-            signals=["ring.vx"],
+            signals=acceleration_signals(case, ["ring"]),
             duration=duration,
             transient=settings.transient,
             sampling=settings.sampling,

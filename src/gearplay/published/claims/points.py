@@ -20,7 +20,7 @@ from gearplay.published.article import LINES, Condition, conditions
 from gearplay.published.han2021 import Store, find_lines, mean_acceleration
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.solver.simulate import run_batch
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, acceleration_signals
 from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
@@ -145,9 +145,10 @@ def run_point(
     """
     stop = stop or threading.Event()
     members = range(1, settings.members + 1)
+    cases = cases_at(problem, point, settings)
     runs = run_batch(
-        [(case, members) for case in cases_at(problem, point, settings)],
-        signals=["ring.vx"],
+        [(case, members) for case in cases],
+        signals=acceleration_signals(cases[0], ["ring"]),
         duration=settings.duration,
         transient=settings.transient,
         sampling=settings.sampling,
