@@ -199,9 +199,14 @@ class Base(Part):
     acceleration: Acceleration
 
     @property
+    def random(self) -> SpectralDensity | None:
+        """The motion where it is random."""
+        return self.acceleration if isinstance(self.acceleration, SpectralDensity) else None
+
+    @property
     def is_per_member(self) -> bool:
         """Whether each member of an ensemble has a record of its own."""
-        return isinstance(self.acceleration, SpectralDensity) and self.acceleration.per_member
+        return self.random is not None and self.random.per_member
 
     def pack(self, span: float, member: Member) -> tuple[Floats, Floats]:
         """Return the kernels' slots and the pieces of a record, for a member's run of ``span`` [s], transient included.

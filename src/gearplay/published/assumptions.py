@@ -112,13 +112,22 @@ def assumptions(case: Case, packed: Packed, *, calibrated: bool) -> list[Assumpt
 
 
 def _small_things(case: Case) -> list[Assumption]:
-    """Return damping of the ring's centre, tilt of the rig and ripple of the drive, where there are any."""
+    """Return damping of the ring's centre, tilt of the rig, ripple of the drive and a shaking floor, where there are any."""
     ring, ripple, found = case.rotors["ring"], getattr(case.rotors["pinion"].drive, "ripple", ()), []
     if ring.radial_damping:
         found.append(Assumption("radial damping of the ring", f"{ring.radial_damping:.3g} N s/m", FITTED))
     if ripple:
         terms = " + ".join(f"{100.0 * term.amplitude:.2g} % of order {term.order}" for term in ripple)
         found.append(Assumption("ripple of the drive's speed", terms, FITTED))
+    if case.base is not None and (floor := case.base.random) is not None:
+        (first, density), (last, _) = floor.density
+        words = (
+            f"{density:.2g} m²/s⁴/Hz from {first:g} to {last:g} Hz, {1e3 * floor.rms():.2g} mm/s² rms,"
+            f" at {math.degrees(floor.direction):.0f}° to the line of centres; each run has a record of its own"
+        )
+        found.append(
+            Assumption("acceleration of the floor", words, f"{FITTED}; in no equation of the article")
+        )
     pull = math.hypot(*case.gravity)
     if pull == 0.0:
         return [*found, Assumption("gravity", "none: the plane of the rig is horizontal", "article")]

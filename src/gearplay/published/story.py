@@ -93,10 +93,19 @@ def _why(results: Sequence[ConditionResult], claims: Mapping[str, Any]) -> str:
     )
 
 
-def _believe(results: Sequence[ConditionResult], settings: Settings) -> str:
-    swing = "That f_r is the swing of the driven gear in its clearance, which either model has"
+def _kept_up(results: Sequence[ConditionResult]) -> str:
     if not swing_lasts(results, "coupled"):
-        swing += " but, with these parameters, does not keep up"
+        return " but, with these parameters, does not keep up"
+    floor = next(iter(by_condition(results, "coupled").values())).floor
+    return (
+        f" where something like a floor that shakes by {1e3 * floor:.2g} mm/s² rms keeps it up"
+        if floor
+        else ""
+    )
+
+
+def _believe(results: Sequence[ConditionResult], settings: Settings) -> str:
+    swing = f"That f_r is the swing of the driven gear in its clearance, which either model has{_kept_up(results)}"
     if settings.parameters != CALIBRATED:
         errors = [model_amplitudes(results, m).mean_error("unnormalised") for m in ("coupled", "uncoupled")]
         return (
