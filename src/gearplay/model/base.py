@@ -27,8 +27,8 @@ DENSITY = "base.acceleration.density"
 """Where a case says it."""
 FINE = 16
 """Steps of a made record in a period of its highest frequency; its spline is then true to 1e-4."""
-FEWEST_LINES = 5
-"""Lines of a made record at least."""
+FEWEST_LINES = 16
+"""Lines of a made record at least: a shorter run sees a part of one that has as many."""
 MOST_STEPS = 4_000_000
 """Steps of a made record at most."""
 
@@ -132,13 +132,10 @@ class SpectralDensity(Part):
 
         Every line k / span within the density has a complex normal amplitude of variance S df.
 
-        Raises `InputError` where that takes more than ``MOST_STEPS`` steps, or where too few lines k / span lie within
-        the density to be a random record of it.
+        Raises `InputError` where that takes more than ``MOST_STEPS`` steps.
         """
         highest = self.density[-1][0]
-        if (highest - self.density[0][0]) * span < FEWEST_LINES:
-            rule = f"must hold at least {FEWEST_LINES} lines 1 / (transient + duration) apart, to be a random record of it"
-            raise InputError(Fault(DENSITY, "its record", rule, "Lengthen the run, or take harmonic"))
+        span = max(span, FEWEST_LINES / (highest - self.density[0][0]))
         if not math.ceil(FINE * highest * span) <= MOST_STEPS:
             rule = "must be at most 4 000 000 steps of a record long, 16 in a period of the highest frequency"
             cure = "Shorten the run, or end the density at a lower frequency"
@@ -211,7 +208,7 @@ class Base(Part):
     def pack(self, span: float, member: Member) -> tuple[Floats, Floats]:
         """Return the kernels' slots and the pieces of a record, for a member's run of ``span`` [s], transient included.
 
-        Raises `InputError` where a record gets too long or the run is too short for one.
+        Raises `InputError` where a record gets too long.
         """
         slots = still()
         direction = self.acceleration.direction
