@@ -60,6 +60,7 @@ def shafts(omega: tuple[float, float] = (0.0, 0.0), theta: float = 0.0, **fields
     }
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
 def test_two_inertias_swing_at_their_natural_frequency(ratio: float, measured: Measured) -> None:
     """w^2 = k (1/J_1 + ratio^2/J_2), by the run to 1e-6 and by the slopes to 1e-9."""

@@ -246,7 +246,7 @@ def test_neither_sleeve_nor_flank_ever_pulls(law: str) -> None:
     document = pair_document(mesh=mesh, sleeves={"pinion": heavy, "ring": heavy}, gravity=[0.0, -9.81])
     document["rotors"]["pinion"]["drive"] = {"kind": "speed", "speed": 100.0}
     document["rotors"]["ring"]["load"] = {"torque": 1.0}
-    document["run"] = {"duration": 0.03, "sampling": 1e6, "tolerance": 1e-9}
+    document["run"] = {"duration": 0.03, "sampling": 2e5, "tolerance": 1e-9}
     run = simulate_one(document)
     assert np.all(run.signal("drive_force", "pinion-ring") >= 0.0)
     assert np.all(run.signal("back_force", "pinion-ring") >= 0.0)
