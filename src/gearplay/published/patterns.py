@@ -59,17 +59,20 @@ def grows_with_speed(results: Sequence[ConditionResult]) -> tuple[str, str]:
         numbers = ", ".join(f"{10**v:.3g}" for v, _ in levels)
         parts.append((verdict, f"{LINE_WORDS[line]}: {numbers} m/s² at 60, 120, 180 rpm"))
     verdict, words = _joined(parts)
-    return verdict, f"{words} {_article_says('uncoupled', speeds, grows=True)}"
+    grows = [
+        line for line in LINES if all(a < b for a, b in pairwise(_in_its_table("uncoupled", line, speeds)))
+    ]
+    return verdict, f"{words} {_article_shows('uncoupled', grows)}"
 
 
-def _article_says(model: str, sets: Sequence[Condition], *, grows: bool) -> str:
-    """Return for which lines the article's own table of one model grows along some conditions, or has its highest in the last."""
-    shown = []
-    for line in LINES:
-        values = [getattr(printed(c, line, "amplitude_as_printed"), model) for c in sets]
-        if all(a < b for a, b in pairwise(values)) if grows else max(values) == values[-1]:
-            shown.append(LINE_WORDS[line])
-    return f"The article's own table of its {model} model shows it for {' and '.join(shown) or 'none of the lines'}."
+def _in_its_table(model: str, line: str, sets: Sequence[Condition]) -> list[float]:
+    """Return the amplitudes that the article prints for its own model under some conditions."""
+    return [getattr(printed(c, line, "amplitude_as_printed"), model) for c in sets]
+
+
+def _article_shows(model: str, lines: Sequence[str]) -> str:
+    shown = " and ".join(LINE_WORDS[line] for line in lines) or "none of the lines"
+    return f"The article's own table of its {model} model shows it for {shown}."
 
 
 def largest_clearance(
@@ -81,4 +84,6 @@ def largest_clearance(
     first = Condition(120.0, *top)
     rivals = [c for c in sets if c != first]
     verdict, words = _joined([_is_largest(found, first, rivals, line) for line in LINES])
-    return verdict, f"{words} {_article_says(model, [*rivals, first], grows=False)}"
+    tables = {line: _in_its_table(model, line, [first, *rivals]) for line in LINES}
+    highest = [line for line, values in tables.items() if max(values) == values[0]]
+    return verdict, f"{words} {_article_shows(model, highest)}"

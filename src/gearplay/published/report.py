@@ -31,7 +31,7 @@ from gearplay.published.comparison import (
     table_rows,
 )
 from gearplay.published.findings import Finding, findings
-from gearplay.published.han2021 import ConditionResult
+from gearplay.published.han2021 import LINE_SEARCH, ConditionResult
 from gearplay.published.patterns import GROUPS
 from gearplay.published.settings import CALIBRATED, MODELS, Settings, base_case
 from gearplay.published.story import story
@@ -189,6 +189,7 @@ def render(study: Study, beside: Mapping[str, str]) -> str:
         assumptions=assumptions(case, pack(case), calibrated=study.calibrated),
         largest_share=_largest_share(results),
         record=results[0].record,
+        line_search=LINE_SEARCH,
         failures=study.failures,
         totals={
             "steps": sum(r.steps for r in results),
