@@ -92,7 +92,7 @@ class Search:
             return even_point(number, len(self.names), self.effort.seed)
         if phase == POLISH or number % TURN:
             point = self._refined(number, turn)
-            if point is not None and Trial(number, placed(point), phase=phase).same_as not in self._tried:
+            if point is not None and Trial(number, placed(point), {}, phase=phase).same_as not in self._tried:
                 return point
         return self._guided(number, turn)
 
