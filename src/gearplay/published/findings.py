@@ -92,7 +92,7 @@ def _lasting_words(results: Sequence[ConditionResult], model: str) -> str:
     if not floor:
         return ""
     return (
-        f" The swing f_r lasts ({left}), since the fit lets the floor shake, by {1e3 * floor:.2g} mm/s² rms from 0.5 to 8 Hz;"
+        f" The swing f_r lasts ({left}), since the fit lets the floor shake, by {1e3 * floor:.2g} mm/s² rms;"
         " the article's equations have nothing that keeps it up."
     )
 

@@ -60,17 +60,23 @@ class _Job:
             if self.case.run.start == "drawn":
                 self.start = None
 
-    def _begin(self) -> Course:
+    def _own_packed(self) -> Packed:
+        """Return the member's own translation where its housing has a record of its own, the common one otherwise."""
+        if self.case.base is None or not self.case.base.is_per_member:
+            return self.packed
+        return pack(self.case, span=self.transient + self.duration, member=self.member)
+
+    def _begin(self, packed: Packed) -> Course:
         start = self.start
         if self.origin is not None:
-            start = start_from(self.origin, self.packed)
+            start = start_from(self.origin, packed)
         elif start is None:
-            start = member_state(self.case, self.packed, self.member)
+            start = member_state(self.case, packed, self.member)
         if self.keep:  # signals are computed when they are asked for
-            course = Course(self.case, self.packed, start)
+            course = Course(self.case, packed, start)
         else:
             samples = max(1, int(self.duration * self.sampling + 0.5))
-            course = Course(self.case, self.packed, start, places=self.kept[1], samples=samples)
+            course = Course(self.case, packed, start, places=self.kept[1], samples=samples)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course
@@ -78,8 +84,9 @@ class _Job:
     def run(self, watch: "_Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
-        course, end = self._begin(), self.transient + self.duration
-        motion = KeptMotion(self.case, self.packed, (self.transient, end)) if self.keep else None
+        packed, end = self._own_packed(), self.transient + self.duration
+        course = self._begin(packed)
+        motion = KeptMotion(self.case, packed, (self.transient, end)) if self.keep else None
 
         def asked(course: Course) -> Status | None:
             if motion is not None:
@@ -100,7 +107,7 @@ class _Job:
             sampling=self.sampling,
             samples=self._samples(course, motion, watch.left(course.case)),
             columns=self.kept[0],
-            statistics=statistics_of(self.packed, run.tallies, reached - self.transient),
+            statistics=statistics_of(packed, run.tallies, reached - self.transient),
             log=course.whole_log,
             status=status,
             counters=Counters(
@@ -110,7 +117,7 @@ class _Job:
             wall_time=time.perf_counter() - started,
             final_state=run.y.copy(),
             end=end_of(course),
-            wedged=wedged_meshes(self.packed, run.tallies, reached - self.transient),
+            wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
         )
 
     def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
@@ -162,12 +169,6 @@ def _load(case: Case, packed: Packed) -> None:
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
 
-def _packed_for(member: int, case: Case, packed: Packed, span: float) -> Packed:
-    """Return a member's own translation where its housing has a record of its own, the common one otherwise."""
-    own = case.base is not None and case.base.is_per_member
-    return pack(case, span=span, member=member) if own else packed
-
-
 def run_members(
     case: Case,
     members: Iterable[int],
@@ -213,7 +214,7 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
-    packed, run = pack(case, member=member), case.run
+    packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
         estimate(
@@ -270,17 +271,7 @@ def run_batch(
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
         runs += [
-            _Job(
-                len(runs) + k,
-                case,
-                _packed_for(m, case, packed, lead + span),
-                m,
-                kept,
-                rate,
-                span,
-                lead,
-                keep=keep_motion,
-            )
+            _Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion)
             for k, m in enumerate(members)
         ]
     if runs:
