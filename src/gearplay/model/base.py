@@ -84,7 +84,8 @@ class HalfSine(Part):
 class SpectralDensity(Part):
     """Random vibration: a Gaussian record of a one-sided spectral density, straight between its points on logarithmic scales.
 
-    The record is as long as the run, transient included, and repeats after that; the seed decides it. All members of an ensemble
+    The record is as long as the run, transient included, and repeats after that; a short run sees a part of one that holds 16
+    lines of the density. The seed decides it. All members of an ensemble
     stand on the same housing, unless each has a record of its own (``per_member``), which ``run.seed`` and its number decide too.
     """
 

@@ -65,6 +65,11 @@ def swing_lasts(results: Sequence[ConditionResult], model: str) -> bool:
     return not shares or bool(abs(np.mean(np.log(shares))) < math.log(LASTING))
 
 
+def shaking(results: Sequence[ConditionResult], model: str) -> float:
+    """Return the rms acceleration of the floor [mm/s^2] on which one model stands, the same under every condition; 0 at rest."""
+    return 1e3 * next(iter(by_condition(results, model).values())).floor
+
+
 def model_amplitudes(results: Sequence[ConditionResult], model: str) -> ModelAmplitudes:
     """Collect one model's 18 amplitudes and fit its common factor."""
     rows = [row for row in printed_rows() if row.quantity == "amplitude_as_printed"]

@@ -22,6 +22,7 @@ from gearplay.published.comparison import (
     line_differences,
     model_amplitudes,
     radial_frequency_error,
+    shaking,
     swing_lasts,
 )
 from gearplay.published.han2021 import LATER, ConditionResult
@@ -88,11 +89,11 @@ def _lasting_words(results: Sequence[ConditionResult], model: str) -> str:
     )
     if not swing_lasts(results, model):
         return f" But the swing f_r does not last: {left}. It is what is left of the drawn starts."
-    floor = next(iter(by_condition(results, model).values())).floor
+    floor = shaking(results, model)
     if not floor:
         return ""
     return (
-        f" The swing f_r lasts ({left}), since the fit lets the floor shake, by {1e3 * floor:.2g} mm/s² rms;"
+        f" The swing f_r lasts ({left}), since the fit lets the floor shake, by {floor:.2g} mm/s² rms;"
         " the article's equations have nothing that keeps it up."
     )
 

@@ -13,6 +13,7 @@ from gearplay.published.comparison import (
     by_condition,
     model_amplitudes,
     radial_frequency_error,
+    shaking,
     swing_lasts,
 )
 from gearplay.published.han2021 import MESH, ConditionResult
@@ -96,12 +97,8 @@ def _why(results: Sequence[ConditionResult], claims: Mapping[str, Any]) -> str:
 def _kept_up(results: Sequence[ConditionResult]) -> str:
     if not swing_lasts(results, "coupled"):
         return " but, with these parameters, does not keep up"
-    floor = next(iter(by_condition(results, "coupled").values())).floor
-    return (
-        f" where something like a floor that shakes by {1e3 * floor:.2g} mm/s² rms keeps it up"
-        if floor
-        else ""
-    )
+    floor = shaking(results, "coupled")
+    return f" where something like a floor that shakes by {floor:.2g} mm/s² rms keeps it up" if floor else ""
 
 
 def _believe(results: Sequence[ConditionResult], settings: Settings) -> str:
