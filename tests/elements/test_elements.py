@@ -168,7 +168,7 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
                 for share in (0.3, 0.7, 0.95, 1.0):
                     t = share * span
                     for i in range(n):
-                        fly(scene.system, i, t, y, now)
+                        fly(scene.system, i, 0.0, t, y, now)
                     table.press(scene.system, e, t, now, scene.branch, scene.loads)
                     first = scene.system.elements[e]["contact"]
                     for k in range(first, first + scene.system.elements[e]["contacts"]):

@@ -10,8 +10,8 @@ from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import System
 
 NONE, HARMONIC, HALF_SINE, RECORD = range(4)
-# Slots of System.base: direction, amplitude [m/s^2], angular frequency [rad/s] that steps must resolve, phase at t = 0, when it
-# begins and ends [s], step of the record [s], its pieces, the first of `System.record`.
+# Slots of System.base: direction, amplitude (of a record what it cannot exceed) [m/s^2], angular frequency [rad/s] that steps
+# must resolve, phase at t = 0, when it begins and ends [s], step of the record [s], its pieces, the first of `System.record`.
 KIND, COSINE, SINE, AMPLITUDE, RATE, PHASE, START, END, STEP, COUNT = range(10)
 SLOTS = 10
 
@@ -19,9 +19,9 @@ SLOTS = 10
 @compiled_inline
 def recorded(system: System, first: int, count: int, start: float, step: float, t: float) -> float:
     """Return the value at t [s] of a record of ``count`` pieces of `System.record`, from ``start`` on; 0 outside it."""
-    at = (t - start) / step
-    if at < 0.0 or at > count:
+    if t < start or t > start + step * count:
         return 0.0
+    at = (t - start) / step
     piece = min(int(at), count - 1)
     u, c = at - piece, system.record[first + piece]
     return float(c[0] + u * (c[1] + u * (c[2] + u * c[3])))

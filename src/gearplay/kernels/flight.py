@@ -1,6 +1,7 @@
 """Free flight in closed form: a rotor that nothing touches, under constant forces and linear damping.
 
-Each of x, y, theta obeys v' = f - gamma v with constant f. With a0 = f - gamma v0, z = gamma tau,
+Each of x, y, theta obeys v' = f - gamma v with constant f (a housing that shakes adds `shaken`). With a0 = f - gamma v0,
+z = gamma tau,
 
     v = v0 + a0 tau phi1(z),  x = x0 + v0 tau + a0 tau^2 phi2(z),
     phi1 = (1 - exp(-z)) / z,  phi2 = (1 - phi1) / z.
@@ -11,41 +12,18 @@ Saturated dry friction is a constant torque; rotations are relative to the const
 import math
 
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import shakes
+from gearplay.kernels.base_motion import COSINE, KIND, NONE, SINE, base_acceleration, shakes
 from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.decay import decay
 from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
+from gearplay.kernels.shaken import behind, is_closed, new_start
 
 NEVER = math.inf
 
 
-SHORT = 0.1  # z below which the series below is exact to rounding
-
-
-@compiled_inline
-def short_decay(z: float) -> float:
-    """Return phi2(z) for 0 <= z < ``SHORT``, by its power series."""
-    return 0.5 - z * (
-        1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z / 362880)))))
-    )
-
-
-@compiled_inline
-def decay(z: float) -> tuple[float, float]:
-    """Return phi1(z) and phi2(z), z >= 0, without cancellation.
-
-    >>> decay(0.0)
-    (1.0, 0.5)
-    """
-    if z < SHORT:
-        phi_2 = short_decay(z)
-        return 1.0 - z * phi_2, phi_2
-    phi_1 = -math.expm1(-z) / z
-    return phi_1, (1.0 - phi_1) / z
-
-
 @compiled_inline
 def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -> tuple[float, float, float]:
-    """Return the accelerations [m/s^2, rad/s^2] of rotor i in flight at these velocities (omega relative)."""
+    """Return the accelerations [m/s^2, rad/s^2] of rotor i in flight at these velocities (omega relative), housing at rest."""
     r = system.rotors[i]
     damping = r.radial_damping * r.inv_mass
     held = r.mass * r.inv_mass  # 1, or 0 for a centre that is held
@@ -61,8 +39,19 @@ def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -
 
 
 @compiled_inline
-def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
-    """Fill rotor i's six entries of ``y`` with its state a time tau [s] after ``origin``."""
+def shaken_rates(
+    system: System, i: int, t: float, v_x: float, v_y: float, omega: float
+) -> tuple[float, float, float]:
+    """Do what `flight_rates` does with the housing as it moves at t [s]."""
+    a_x, a_y, alpha = flight_rates(system, i, v_x, v_y, omega)
+    r = system.rotors[i]
+    lag = r.mass * r.inv_mass * base_acceleration(system, t)
+    return a_x - lag * system.base[COSINE], a_y - lag * system.base[SINE], alpha
+
+
+@compiled_inline
+def fly(system: System, i: int, t: float, tau: float, origin: Floats, y: Floats) -> None:
+    """Fill rotor i's six entries of ``y`` with its state a time tau [s] after it was ``origin``, at t [s]."""
     x, y_, theta = x_of(i), y_of(i), theta_of(i)
     vx, vy, omega = vx_of(system, i), vy_of(system, i), omega_of(system, i)
     r = system.rotors[i]
@@ -71,16 +60,31 @@ def fly(system: System, i: int, tau: float, origin: Floats, y: Floats) -> None:
     y[x] = origin[x] + tau * (origin[vx] + a_x * tau * phi_2)
     y[y_] = origin[y_] + tau * (origin[vy] + a_y * tau * phi_2)
     y[vx], y[vy] = origin[vx] + a_x * tau * phi_1, origin[vy] + a_y * tau * phi_1
+    if r.inv_mass > 0.0 and system.base[KIND] != NONE:
+        way, speed = behind(system, r.radial_damping * r.inv_mass, t, tau)
+        y[x] += way * system.base[COSINE]
+        y[y_] += way * system.base[SINE]
+        y[vx] += speed * system.base[COSINE]
+        y[vy] += speed * system.base[SINE]
     phi_1, phi_2 = decay(r.drag * r.inv_inertia * tau)
     y[theta] = origin[theta] + tau * (origin[omega] + alpha * tau * phi_2)
     y[omega] = origin[omega] + alpha * tau * phi_1
 
 
 @compiled_inline
+def is_sprung(system: System, i: int) -> bool:
+    """Return whether springs hold rotor i's centre in flight (`joined`)."""
+    places = system.joined.places
+    return bool(system.rotors[i].group >= 0 and (places[2 * x_of(i)] >= 0 or places[2 * y_of(i)] >= 0))
+
+
+@compiled_inline
 def must_be_integrated(system: System, i: int, t: float, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i has no closed form now: a ramp, dry friction within its band, unbalance, a housing that shakes."""
+    """Return whether rotor i has no closed form now: a ramp, dry friction within its band, unbalance, springs that are shaken."""
     r = system.rotors[i]
-    if r.unbalance > 0.0 or (r.inv_mass > 0.0 and shakes(system, t)):
+    if r.unbalance > 0.0:
+        return True
+    if r.inv_mass > 0.0 and shakes(system, t) and (is_sprung(system, i) or not is_closed(system)):
         return True
     if r.drive == DRIVE_SPEED and ramping == 1:
         return True
@@ -100,8 +104,17 @@ def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
 
 
 @compiled_inline
-def closed_form_span(system: System, i: int, y: Floats) -> float:
-    """Return how long [s] rotor i's closed form holds: until its speed falls to the band of dry friction.
+def closed_form_span(system: System, i: int, t: float, y: Floats) -> float:
+    """Return how long [s] rotor i's closed form is used from t [s] on: up to the band of dry friction, or a new start."""
+    span = friction_span(system, i, y)
+    if system.rotors[i].inv_mass > 0.0 and shakes(system, t):
+        return min(span, new_start(system))
+    return span
+
+
+@compiled_inline
+def friction_span(system: System, i: int, y: Floats) -> float:
+    """Return how long [s] it takes until rotor i's speed falls to the band of dry friction.
 
     The speed is monotonous in flight, so one logarithm gives the time; ``NEVER`` without such an end.
     """

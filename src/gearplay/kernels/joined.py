@@ -14,7 +14,7 @@ from typing import Any
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.flight import decay
+from gearplay.kernels.decay import decay
 from gearplay.kernels.layout import DECAY, DRIFT, System, vx_of, x_of
 
 

@@ -1,10 +1,12 @@
-"""What a run leaves behind: sampled rows, contact tallies, the log of contacts."""
+"""Samples of a run: rows of what is wanted, from steps and from flights."""
 
 from gearplay.kernels.arrays import Floats
+from gearplay.kernels.base_motion import COSINE, KIND, NONE, SINE, base_acceleration
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.decay import SHORT, decay, short_decay
 from gearplay.kernels.elements import table
-from gearplay.kernels.flight import SHORT, decay, flight_rates, short_decay
+from gearplay.kernels.flight import flight_rates, shaken_rates
 from gearplay.kernels.joined import joined_accelerations
 from gearplay.kernels.layout import (
     ACTING,
@@ -13,12 +15,8 @@ from gearplay.kernels.layout import (
     AY,
     DRIVE_TORQUE,
     FLYING,
-    FORCE,
     LOAD_TORQUE,
-    LOADED,
     OMEGA,
-    OPEN,
-    PENETRATION,
     PER_ROTOR,
     ROTOR_LOSS,
     THETA,
@@ -40,32 +38,18 @@ from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.ripple import follow_ripple, ripple
 from gearplay.kernels.roster import copy_rotor, fly_listed, fly_on, state_of
 from gearplay.kernels.run import (
-    DEPTH_MAX,
-    FORCE_MAX,
     FORCES,
-    LAST_DEPTH,
-    LAST_FORCE,
     LAST_SAMPLE,
-    LAST_STEP,
-    LOGGED,
     NEXT_SAMPLE,
-    NOW_DEPTH,
-    NOW_FORCE,
-    ONSETS,
     ROWS,
     SAMPLE_INTERVAL,
     SAMPLE_START,
-    SPEED_MAX,
-    SPEED_SQUARES,
-    SPEED_SUM,
-    TIME,
-    WEDGED,
     Run,
     T,
 )
 from gearplay.kernels.runge_kutta import interpolate
 from gearplay.kernels.shaft_power import applied_torque, shaft_power
-from gearplay.kernels.switches import is_overruled
+from gearplay.kernels.shaken import behind
 
 
 @compiled_inline
@@ -140,8 +124,8 @@ def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
 def accelerations(system: System, run: Run, i: int, t: float, y: Floats) -> tuple[float, float, float]:
     """Return the accelerations [m/s^2, rad/s^2] of rotor i, in flight, at (t, y)."""
     r, roster, out = system.rotors[i], run.roster, run.loads_try.out
-    out[0], out[1], out[2] = flight_rates(
-        system, i, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
+    out[0], out[1], out[2] = shaken_rates(
+        system, i, t, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
     )
     if r.group >= 0:
         joined_accelerations(system, i, t - roster.since[i], roster.swing, out)
@@ -219,6 +203,24 @@ def fill_rotor_column(system: System, run: Run, column: int, samples: Floats) ->
             samples[s] = turning + (v_0 + a * tau * phi_1)
         else:
             samples[s] = a * (1.0 - z * phi_1)
+    if roster.roles[i] == FLYING and axis != THETA and r.inv_mass > 0.0 and system.base[KIND] != NONE:
+        add_shaking(system, axis, signal, gamma, since, times, samples)
+
+
+@compiled_once
+def add_shaking(
+    system: System, axis: int, signal: int, gamma: float, since: float, times: Floats, samples: Floats
+) -> None:
+    """Add what the housing's motion makes of one signal of a free body, damped with gamma [1/s], that flies since then."""
+    along = system.base[COSINE] if axis == X else system.base[SINE]
+    for s in range(samples.size):
+        way, speed = behind(system, gamma, since, times[s] - since)
+        if signal <= THETA:
+            samples[s] += along * way
+        elif signal <= OMEGA:
+            samples[s] += along * speed
+        else:
+            samples[s] -= along * (base_acceleration(system, times[s]) + gamma * speed)
 
 
 @compiled_once
@@ -268,67 +270,3 @@ def joined_torque(system: System, run: Run, i: int, t: float) -> float:
     loads.rotors[i, 2] = 0.0
     table.act(system, run.roster.joining, t, y, run.branch, loads, run.dy_try)
     return float(loads.rotors[i, 2])
-
-
-@compiled_inline
-def tally_step(system: System, run: Run, h: float) -> None:
-    """Add one accepted step to the contact statistics."""
-    for c in range(1, run.roster.acting[0] + 1):
-        element = system.elements[run.roster.acting[c]]
-        for k in range(element.contact, element.contact + element.contacts):
-            tally_contact(system, run, k, h)
-
-
-@compiled_inline
-def peak_between(before: float, now: float, after: float, last: float, h: float) -> float:
-    """Return the top of the parabola through three values, ``last`` and ``h`` apart, where the middle one is the highest.
-
-    >>> peak_between(0.0, 3.0, 3.0, 1.0, 1.0), peak_between(3.0, 2.0, 1.0, 1.0, 1.0)
-    (3.375, 2.0)
-    """
-    if now < before or now < after or before + after == 2.0 * now:
-        return now
-    rise, fall = (now - before) / last, (now - after) / h
-    slope = (rise * h - fall * last) / (last + h)
-    return now + 0.25 * slope * slope * (last + h) / (rise + fall)
-
-
-@compiled_inline
-def tally_contact(system: System, run: Run, k: int, h: float) -> None:
-    """Add h [s] to contact k's time if it touches, and note its largest force and depth; or to that in which it should."""
-    tally = run.tallies[k]
-    if run.branch.modes[k] == OPEN:
-        if run.loads.contacts[k, PENETRATION] > 0.0 and is_overruled(system, k, run.branch):
-            tally[WEDGED] += h
-        tally[LAST_STEP] = 0.0
-        return
-    tally[TIME] += h
-    force, depth = run.loads.contacts[k, FORCE], run.loads.contacts[k, PENETRATION]
-    highest, deepest, last = force, depth, tally[LAST_STEP]
-    if last > 0.0:
-        highest = max(highest, peak_between(tally[LAST_FORCE], tally[NOW_FORCE], force, last, h))
-        deepest = max(deepest, peak_between(tally[LAST_DEPTH], tally[NOW_DEPTH], depth, last, h))
-        tally[LAST_FORCE], tally[LAST_DEPTH] = tally[NOW_FORCE], tally[NOW_DEPTH]
-    else:
-        tally[LAST_FORCE] = run.loads_0.contacts[k, FORCE]
-        tally[LAST_DEPTH] = run.loads_0.contacts[k, PENETRATION]
-    tally[FORCE_MAX] = max(tally[FORCE_MAX], highest)
-    tally[DEPTH_MAX] = max(tally[DEPTH_MAX], deepest)
-    tally[LAST_STEP], tally[NOW_FORCE], tally[NOW_DEPTH] = h, force, depth
-
-
-@compiled_inline
-def tally_change(run: Run, t: float, k: int, mode_before: int, rate: float) -> None:
-    """Log an onset or release of contact k at time t [s], at a rate of penetration [m/s], and count it."""
-    now = run.branch.modes[k]
-    if (mode_before == OPEN) == (now == OPEN):
-        return
-    if now == LOADED:
-        tally = run.tallies[k]
-        tally[ONSETS] += 1.0
-        tally[SPEED_SUM] += rate
-        tally[SPEED_SQUARES] += rate * rate
-        tally[SPEED_MAX] = max(tally[SPEED_MAX], rate)
-    row = run.log[run.counts[LOGGED]]
-    row[0], row[1], row[2], row[3] = t, float(k), 1.0 if now == LOADED else 0.0, rate
-    run.counts[LOGGED] += 1

@@ -9,7 +9,6 @@ from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
 from gearplay.kernels.implicit import IN_USE, QUIET
 from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
-from gearplay.kernels.recording import tally_change
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.roster import copy_rotor, muster
 from gearplay.kernels.run import (
@@ -29,6 +28,7 @@ from gearplay.kernels.run import (
     T,
 )
 from gearplay.kernels.switches import settle_margins, settle_modes, switch_mode, switch_values
+from gearplay.kernels.tallies import tally_change
 
 BURST_EVENTS = 10_000  # between two looks at their density
 PERIOD_EVENTS = 100  # per contact and period of the fastest contact: more is chatter

@@ -102,7 +102,7 @@ def copy_rotor(system: System, i: int, source: Floats, target: Floats) -> None:
 @compiled_inline
 def fly_on(system: System, roster: Roster, i: int, t: float, y: Floats) -> None:
     """Fill rotor i's entries of ``y`` with its state at t [s]; it flies, and turns as its drive ripples."""
-    fly(system, i, t - roster.since[i], roster.origin, y)
+    fly(system, i, roster.since[i], t - roster.since[i], roster.origin, y)
     if system.rotors[i].group >= 0:
         fly_joined(system, i, t - roster.since[i], roster.origin, roster.swing, y)
     if system.rotors[i].ripple_count > 0:
@@ -135,7 +135,7 @@ def take_off(system: System, roster: Roster, i: int, t: float, y: Floats) -> Non
     roster.roles[i] = FLYING
     roster.since[i] = t
     copy_rotor(system, i, y, roster.origin)
-    roster.due[system.elements.size + i] = t + closed_form_span(system, i, y)
+    roster.due[system.elements.size + i] = t + closed_form_span(system, i, t, y)
 
 
 @compiled_inline

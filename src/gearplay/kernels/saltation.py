@@ -8,7 +8,7 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative
-from gearplay.kernels.flight import flight_rates
+from gearplay.kernels.flight import shaken_rates
 from gearplay.kernels.joined import acceleration
 from gearplay.kernels.layout import (
     ACTIVE,
@@ -106,7 +106,7 @@ def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -
         along[c] = 0.0
     for i in members(system, e):
         if i >= 0:
-            move_along(system, tangent, i, along)
+            move_along(system, tangent, i, t, along)
     _, bend, rate = derivative.crossing(system, e, local, row, along)
     for c in range(tangent.changes.shape[0]):
         deeper, faster, _ = derivative.crossing(system, e, local, row, tangent.changes[c])
@@ -115,8 +115,8 @@ def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -
 
 
 @compiled_inline
-def move_along(system: System, tangent: Tangent, i: int, along: Floats) -> None:
-    """Fill rotor i's entries of ``along`` with its velocities and accelerations at the event."""
+def move_along(system: System, tangent: Tangent, i: int, t: float, along: Floats) -> None:
+    """Fill rotor i's entries of ``along`` with its velocities and accelerations at the event, at t [s]."""
     y, x, vx = tangent.y, x_of(i), vx_of(system, i)
     for axis in range(3):
         along[x + axis] = y[vx + axis]
@@ -125,7 +125,7 @@ def move_along(system: System, tangent: Tangent, i: int, along: Floats) -> None:
         for axis in range(3):
             along[vx + axis] = tangent.jump[0, vx + axis]
     elif tangent.before.roles[i] == FLYING:
-        a_x, a_y, alpha = flight_rates(system, i, y[vx], y[vy_of(system, i)], y[omega_of(system, i)])
+        a_x, a_y, alpha = shaken_rates(system, i, t, y[vx], y[vy_of(system, i)], y[omega_of(system, i)])
         along[vx], along[vy_of(system, i)], along[omega_of(system, i)] = a_x, a_y, alpha
         for axis in range(3):
             c, k = system.joined.places[2 * (x + axis)], system.joined.places[2 * (x + axis) + 1]

@@ -14,8 +14,8 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.decay import decay
 from gearplay.kernels.elements import derivative, table
-from gearplay.kernels.flight import decay
 from gearplay.kernels.layout import (
     THETA,
     Branch,

@@ -5,10 +5,11 @@ from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import MARGIN, PENETRATION, RATE, TOUCH, System
-from gearplay.kernels.recording import record_samples, sample_is_due, tally_step
+from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import change_mode, check_state
 from gearplay.kernels.run import DONE, STEPS, Run, T
 from gearplay.kernels.runge_kutta import STAGES
+from gearplay.kernels.tallies import tally_step
 
 
 @compiled_once

@@ -179,7 +179,15 @@ def _pieces(slots: Floats, step: float, values: Floats, start: float, *, periodi
     slots[base_motion.START] = start
     slots[base_motion.END] = start + step * (values.size - 1)
     slots[base_motion.COUNT] = values.size - 1
-    return cubic_pieces(values, periodic=periodic)
+    pieces = cubic_pieces(values, periodic=periodic)
+    slots[base_motion.AMPLITUDE] = np.max(np.abs(pieces @ _CORNERS), initial=0.0)
+    return pieces
+
+
+_CORNERS = np.array(
+    [[1.0, 1.0, 1.0, 1.0], [0.0, 1 / 3, 2 / 3, 1.0], [0.0, 0.0, 1 / 3, 1.0], [0.0, 0.0, 0.0, 1.0]]
+)
+"""From a piece's coefficients to those of Bernstein's polynomials, between which it lies."""
 
 
 Acceleration = Annotated[

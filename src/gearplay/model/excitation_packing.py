@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.kernels.elements import excitation
 from gearplay.model.assembly import Assembly, blank
 from gearplay.model.mesh_packing import harmonic_rows
-from gearplay.model.records import cubic_pieces
+from gearplay.model.records import cubic_pieces, edges
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def pack_excitations(
         for prefix, tabled, sign in (("", table, 1.0), ("load_", load.table, opposing)):
             if tabled is not None:
                 record = _add_table(each, prefix, tabled, sign, record)
-                stops |= {tabled.start, tabled.start + (len(tabled.values) - 1) / tabled.sampling}
+                stops |= edges(tabled.start, tabled.start + 1.0 / tabled.sampling * (len(tabled.values) - 1))
                 fastest = max(fastest, tabled.sampling)
         rotors[i].excitation = len(assembly.entries)
         assembly.add(excitation.KIND, name, each, [i], always=True, rate=fastest)

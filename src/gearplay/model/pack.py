@@ -17,6 +17,7 @@ from gearplay.model.base import Member, still
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
+from gearplay.model.records import edges
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -249,8 +250,9 @@ def pack(case: "Case", *, span: float | None = None, member: int = 0) -> Packed:
         base=base,
         record=record,
     )
-    shakes = base[[base_motion.START, base_motion.END]] if case.base is not None else ()
-    stops |= {float(r.ramp_time) for r in rotors} | {float(t) for t in shakes if math.isfinite(t)}
+    stops |= {float(r.ramp_time) for r in rotors}
+    if case.base is not None:
+        stops |= edges(float(base[base_motion.START]), float(base[base_motion.END]))
     return Packed(
         system=system,
         labels={"rotor": tuple(case.rotors)}

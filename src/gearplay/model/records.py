@@ -1,5 +1,7 @@
 """Records of equal steps as the kernels want them: cubic pieces."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,3 +20,15 @@ def cubic_pieces(values: Floats, *, periodic: bool = False) -> Floats:
 
     spline = CubicSpline(np.arange(values.size), values, bc_type="periodic" if periodic else "not-a-knot")
     return np.ascontiguousarray(spline.c[::-1].T)
+
+
+def edges(start: float, end: float) -> set[float]:
+    """Return the times that no step may pass, of what acts from ``start`` to ``end`` [s], both included.
+
+    It may begin and end with a jump, so a step ends just before it, and one begins just after it: none sees both sides.
+
+    >>> len(edges(0.0, 1.0)), len(edges(1.0, math.inf))
+    (3, 2)
+    """
+    around = {math.nextafter(start, 0.0), start, end, math.nextafter(end, math.inf)}
+    return {t for t in around if math.isfinite(t)}
