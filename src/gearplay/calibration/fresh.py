@@ -90,7 +90,8 @@ def drifts(
 ) -> list[Drift]:
     """Return what has changed clearly after a longer transient, most first: nothing where the start is forgotten.
 
-    The same initial states go on. What they leave behind is no property of the mechanism, and no fit should rest on it.
+    The same initial states go on, on a longer record where each member's housing has its own. What they leave behind is no
+    property of the mechanism, and no fit should rest on it.
     """
     later = later_than(problem.plan.simulation)
     try:

@@ -9,7 +9,7 @@ bounds its own gaps (`elements`); here is what they share.
 import math
 
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import AMPLITUDE, KIND, NONE
+from gearplay.kernels.base_motion import AMPLITUDE, shakes
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.flight import NEVER, flight_rates
 from gearplay.kernels.layout import Branch, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
@@ -39,8 +39,8 @@ def open_span(p: float, rate: float, bend: float) -> float:
 
 
 @compiled_inline
-def rotor_bounds(system: System, i: int, y: Floats, branch: Branch) -> tuple[float, float, float]:
-    """Return |acceleration of the centre|, |angular acceleration|, |angular speed| of rotor i in flight, now.
+def rotor_bounds(system: System, i: int, t: float, y: Floats, branch: Branch) -> tuple[float, float, float]:
+    """Return |acceleration of the centre|, |angular acceleration|, |angular speed| of rotor i in flight, at (t, y).
 
     In flight accelerations only decay, a ripple and the housing's motion are bounded by their largest, the swing of joined
     rotors by what is left of it (``branch.bends``): the first two also bound the future.
@@ -55,7 +55,7 @@ def rotor_bounds(system: System, i: int, y: Floats, branch: Branch) -> tuple[flo
         alpha = bends[theta_of(i)] if places[2 * theta_of(i)] >= 0 else alpha
     spin = abs(spin_of(system, i, y))
     a = math.sqrt(a_x * a_x + a_y * a_y)
-    if system.base[KIND] != NONE and system.rotors[i].inv_mass > 0.0:
+    if system.rotors[i].inv_mass > 0.0 and shakes(system, t):
         # damping gives back at most what it has taken
         a += abs(system.base[AMPLITUDE]) * (2.0 if system.rotors[i].radial_damping > 0.0 else 1.0)
     return a, abs(alpha) + system.rotors[i].ripple_bend, spin

@@ -131,11 +131,11 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
 
 
 @compiled_inline
-def _bend(system: System, n: int, y: Floats, branch: Branch) -> float:
+def _bend(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
     """Return the largest |phi''| [rad/s^2] in flight."""
     coupling = system.records[KIND][n]
-    _, alpha_a, _ = rotor_bounds(system, coupling.a, y, branch)
-    _, alpha_b, _ = rotor_bounds(system, coupling.b, y, branch)
+    _, alpha_a, _ = rotor_bounds(system, coupling.a, t, y, branch)
+    _, alpha_b, _ = rotor_bounds(system, coupling.b, t, y, branch)
     return alpha_a + abs(coupling.ratio) * alpha_b
 
 
@@ -149,7 +149,7 @@ def stay_open(
     phi, rate = twist(system, n, t, y)
     if (phi >= half and rate > 0.0) or (-phi >= half and rate < 0.0):
         return TOUCHES, 0.0
-    bend, slack = _bend(system, n, y, branch), RESOLUTION * system.contacts[coupling.contact].natural
+    bend, slack = _bend(system, n, t, y, branch), RESOLUTION * system.contacts[coupling.contact].natural
     ahead = open_span(min(phi - half, 0.0) - slack, rate, bend)
     behind = open_span(min(-phi - half, 0.0) - slack, -rate, bend)
     return STAYS_OPEN, min(longest, ahead, behind)

@@ -160,10 +160,10 @@ def stay_open(
     c = sleeve.clearance
     if delta >= 0.0 and rate > 0.0:
         return TOUCHES, 0.0
-    a, _, _ = rotor_bounds(system, sleeve.journal, y, branch)
+    a, _, _ = rotor_bounds(system, sleeve.journal, t, y, branch)
     arm, b_a, b_alpha, b_spin = 0.0, 0.0, 0.0, 0.0
     if sleeve.bush >= 0:
-        b_a, b_alpha, b_spin = rotor_bounds(system, sleeve.bush, y, branch)
+        b_a, b_alpha, b_spin = rotor_bounds(system, sleeve.bush, t, y, branch)
         arm = math.sqrt(sleeve.offset_x * sleeve.offset_x + sleeve.offset_y * sleeve.offset_y)
     speed = math.sqrt(rate * rate + out[ACROSS] * out[ACROSS])
     q, q_rate = min(delta, 0.0) * (delta + 2.0 * c), 2.0 * (delta + c) * rate

@@ -129,13 +129,13 @@ def stay_open(
     if (out[P_D] >= 0.0 and out[P_D_RATE] > 0.0) or (out[P_B] >= 0.0 and out[P_B_RATE] > 0.0):
         return TOUCHES, 0.0
     A, c0 = out[DISTANCE], mesh.c0
-    a_a, alpha_a, spin_a = rotor_bounds(system, mesh.a, y, branch)
-    a_b, alpha_b, spin_b = rotor_bounds(system, mesh.b, y, branch)
+    a_a, alpha_a, spin_a = rotor_bounds(system, mesh.a, t, y, branch)
+    a_b, alpha_b, spin_b = rotor_bounds(system, mesh.b, t, y, branch)
     alpha_f, spin_f = 0.0, 0.0
     driver_is_a = mesh.driver == mesh.a
     psi_bend = mesh.z_driver * (alpha_a if driver_is_a else alpha_b)
     if mesh.frame >= 0:
-        _, alpha_f, spin_f = rotor_bounds(system, mesh.frame, y, branch)
+        _, alpha_f, spin_f = rotor_bounds(system, mesh.frame, t, y, branch)
         psi_bend += mesh.z_driver * alpha_f
     ecc_a, ecc_b = mesh.runout_a, mesh.runout_b
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
