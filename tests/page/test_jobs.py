@@ -328,7 +328,7 @@ def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, 
         server.kill()
         made.until("!document.getElementById('gone').hidden", 3.0)
         assert "connects again" in made.page.text_content("#gone")
-        assert made.page.locator("#orbit .main-svg").count() > 0
+        assert made.page.locator("#orbit svg").count() > 0, "drawn, by plotly.js or before it came"
         made.page.select_option("#case", "external-pair")
         made.until("document.getElementById('message').textContent.includes('The server is gone')")
         assert made.page.input_value("#case") == "han2021"
