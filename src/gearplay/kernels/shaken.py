@@ -12,7 +12,6 @@ from gearplay.kernels.base_motion import (
     COUNT,
     END,
     KIND,
-    NONE,
     PHASE,
     RATE,
     RECORD,
@@ -77,11 +76,9 @@ def behind_record(system: System, gamma: float, t: float, h: float) -> tuple[flo
 def behind(system: System, gamma: float, t: float, h: float) -> tuple[float, float]:
     """Return way [m] and speed [m/s] along the housing's direction that its motion gives a free body by t + h [s].
 
-    At t it is at rest and in place; gamma [1/s] is its damping over its mass.
+    At t the body is at rest and in place; gamma [1/s] is its damping over its mass.
     """
     base = system.base
-    if base[KIND] == NONE:
-        return 0.0, 0.0
     begin = min(max(base[START], t), t + h)
     end = max(min(base[END], t + h), begin)
     if end <= begin:
