@@ -137,6 +137,20 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
     return True
 
 
+def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
+    """Raise `InputError` where a mesh cannot be at state y."""
+    for j in range(meshes):
+        if math.isnan(_mesh_at(packed, j, y, memory)[0]):
+            raise InputError(
+                Fault(
+                    f"meshes.{j}",
+                    "initial positions",
+                    "the teeth must be able to mesh at the start",
+                    "Move initial.x, initial.y of its rotors nearer to 0.",
+                )
+            )
+
+
 def starts_centred(case: "Case") -> bool:
     """Return whether member 0 starts in the exact centre of a clearance: nothing may ever push it from there."""
     said = any(rotor.initial != Initial() for rotor in case.rotors.values())
@@ -176,18 +190,7 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
     y, memory = base.copy(), make_memory(packed.system)
     if member == 0:
         _turn_into_touch(case, packed, y, np.zeros(meshes), memory)
-        for j in range(meshes):
-            if math.isnan(_mesh_at(packed, j, y, memory)[0]):
-                raise InputError(
-                    [
-                        Fault(
-                            f"meshes.{j}",
-                            "initial positions",
-                            "the teeth must be able to mesh at the start",
-                            "Move initial.x, initial.y of its rotors nearer to 0.",
-                        )
-                    ]
-                )
+        _must_mesh(packed, meshes, y, memory)
         return y
     generator = np.random.default_rng([case.run.seed, member])
     names = list(case.rotors)
@@ -213,5 +216,6 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
             y[vx_of(packed.system, i)] += push[0]
             y[vy_of(packed.system, i)] += push[1]
         if _turn_into_touch(case, packed, y, shares, memory):
-            break
+            return y
+    _must_mesh(packed, meshes, y, memory)
     return y

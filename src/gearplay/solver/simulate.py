@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
-from gearplay.model.initial import initial_state, member_state
+from gearplay.model.initial import member_state
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.compiling import prepare_packed
@@ -54,11 +54,9 @@ class _Job:
     keep: bool = False
 
     def __post_init__(self) -> None:
-        # Only member 0 can be refused; the others are drawn when their turn comes.
+        # What cannot mesh is refused before anything runs; the other members are drawn when their turn comes.
         if self.member == 0 and self.origin is None:
-            self.start = initial_state(self.case, self.packed, member=0)
-            if self.case.run.start == "drawn":
-                self.start = None
+            self.start = member_state(self.case, self.packed, 0)
 
     def _own_packed(self) -> Packed:
         """Return the member's own translation where its housing has a record of its own, the common one otherwise."""
