@@ -10,6 +10,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.store import digest_of
@@ -21,8 +23,8 @@ TEXT = """\
 # The rig of Han, Liang, Zhang, Zhao, Entropy 2021, 23, 834, with the parameters that fit its test best: {model} backlash.
 # Found by `gearplay calibrate han2021`: {trials} trials, seed {seed}, plan digest {digest}; errors of the 18 amplitudes with
 # one common factor: {fresh:.0f} % on fresh members, {left_out:.0f} % under conditions left out.
-# "fitted" marks what was free; most of it is not identified (docs/validation). The rest is as in han2021. The swing f_r is
-# mostly what is left of the start after the transient.
+# "fitted" marks what was free; most of it is not identified (docs/validation). The rest is as in han2021. The floor stands for
+# whatever keeps the swing f_r up: nothing in the article's equations does.
 
 title = "Han 2021, calibrated{of}, 120 rpm, 100/100 um"
 formulation = "geometric"
@@ -66,11 +68,14 @@ transmission_error = [                           # fitted
     {{ order = 2, amplitude = "{tooth_error_2_um:.4g} um", phase = "{tooth_phase_2_deg:.4g} deg" }},
 ]
 
+[base]
+acceleration = {{ kind = "spectral-density", density = [ ["0.5 Hz", {floor:.4g}], ["8 Hz", {floor:.4g}] ], direction = "45 deg", per_member = true }}    # fitted
+
 [run]
 duration = "2 s"
-transient = "5 s"
+transient = "{transient:g} s"
 sampling = "100 kHz"
-tolerance = 1e-7
+tolerance = {tolerance}
 """
 
 
@@ -150,6 +155,8 @@ def main(folder: Path) -> None:
             "digest": digest,
             "model": model,
             "of": "" if model == "coupled" else f" {model}",
+            "transient": plan.simulation.transient,
+            "tolerance": np.format_float_scientific(plan.set["run.tolerance"], trim="-", exp_digits=1),
         }
         errors = {"fresh": fit["amplitude_error"], "left_out": fit["held_out_amplitude_error"]}
         filled = TEXT.format(**numbers, **errors, **shown(fit["best"]))

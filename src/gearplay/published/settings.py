@@ -46,7 +46,7 @@ class Settings:
     parameters: str = CALIBRATED
     members: int = 24
     duration: float = 4.0  # s, per member
-    transient: float = 5.0  # s
+    transient: float = 8.0  # s
     sampling: float = 1000.0  # Hz, of the recorded mean acceleration
     history: float = 1.0  # s, of the recorded orbit
     seed: int = FRESH_SEED

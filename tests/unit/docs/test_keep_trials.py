@@ -81,7 +81,7 @@ def test_laid_trials_are_the_kept_ones(script: Any, kept: dict[str, list[Trial]]
     plan, folder = load_plan("han2021"), tmp_path / "one"
     folder.mkdir()
     store = StudyStore(folder, plan, "coupled", digest_of(plan))
-    made = [kept["coupled"][0], Trial(1, (0.5,) * 12, {}, "too few members", "search")]
+    made = [kept["coupled"][0], Trial(1, (0.5,) * 13, {}, "too few members", "search")]
     for trial in made:
         store.add(trial)
     script.keep(folder, plan, tmp_path / "kept.json.xz")

@@ -15,6 +15,7 @@ from gearplay.model.plan_values import value_at
 from gearplay.model.reading import load_case, replace
 from gearplay.published.article import LINES, conditions
 from gearplay.published.calibrated import calibration, duel_of, fit_of, left_out_error, seeds_seen
+from gearplay.published.claims.points import ClaimSettings
 from gearplay.published.settings import PARAMETERS, SWITCHED, Settings, base_case
 
 CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}
@@ -33,6 +34,19 @@ def test_the_cases_hold_the_best_values(model: str) -> None:
         for path in ("0.stiffness", "0.damping") if name == "meshes" else ("ring",):
             ours, theirs = (value_at(each, f"{name}.{path}") for each in (document, simulated.resolved()))
             assert set(ours) == set(theirs)
+    ours, theirs = (value_at(each, "base.acceleration") for each in (document, simulated.resolved()))
+    floor = best["floor"]
+    assert np.array(theirs.pop("density"))[:, 1] == pytest.approx([floor, floor])
+    assert np.array(ours.pop("density"))[:, 1] == pytest.approx([floor, floor], rel=1e-3)
+    assert ours == theirs
+
+
+def test_study_and_claims_record_as_their_calibration_did() -> None:
+    simulation = load_plan("han2021").simulation
+    for settings in (Settings(), ClaimSettings()):
+        assert settings.transient == simulation.transient
+        assert settings.duration == simulation.duration
+        assert settings.sampling == simulation.sampling
 
 
 def test_the_provenance_is_that_of_the_bundled_plan() -> None:

@@ -42,7 +42,7 @@ class ClaimSettings:
     points: int = 128
     members: int = 8
     duration: float = 4.0
-    transient: float = 5.0
+    transient: float = 8.0
     sampling: float = 1000.0
     tolerance: float = 1e-7
     seed: int = 1
