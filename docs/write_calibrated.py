@@ -68,7 +68,7 @@ transmission_error = [                           # fitted
     {{ order = 2, amplitude = "{tooth_error_2_um:.4g} um", phase = "{tooth_phase_2_deg:.4g} deg" }},
 ]
 
-[base.acceleration]                              # its density is fitted, the same along and across the line of centres
+[base.acceleration]                              # its density is fitted
 kind = "spectral-density"
 density = [ ["0.5 Hz", {floor:.4g}], ["8 Hz", {floor:.4g}] ]    # m^2/s^4/Hz
 direction = "45 deg"

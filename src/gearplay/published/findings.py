@@ -84,9 +84,8 @@ def _lasting_words(results: Sequence[ConditionResult], model: str) -> str:
     shares = lasting_shares(results, model)
     if not shares:
         return ""
-    left = (
-        f"{LATER:g} s later it has {100.0 * min(shares):.2g} to {100.0 * max(shares):.2g} % of its amplitude"
-    )
+    low, high = (f"{100.0 * s:.2g}" if s < 0.1 else f"{100.0 * s:.0f}" for s in (min(shares), max(shares)))
+    left = f"{LATER:g} s later it has {low} to {high} % of its amplitude"
     if not swing_lasts(results, model):
         return f" But the swing f_r does not last: {left}. It is what is left of the drawn starts."
     floor = shaking(results, model)
@@ -138,8 +137,8 @@ def _coupled_is_better(results: Sequence[ConditionResult], *, calibrated: bool) 
     told = duel["winner"] in (duel["first"], duel["second"])
     better = f"the {duel['winner']} one is better" if told else "which is better cannot be told"
     said = (
-        f"{better}; for the coupled one speak ln odds of {duel['log_odds']:+.1f} ± {duel['log_odds_error']:.1f} and predictions"
-        f" of conditions left out by {duel['predictive']:+.1f} ± {duel['predictive_error']:.1f} (against it where negative)."
+        f"{better}; for the coupled one (against it where negative): ln odds {duel['log_odds']:+.1f} ± {duel['log_odds_error']:.1f},"
+        f" predictions of conditions left out {duel['predictive']:+.1f} ± {duel['predictive_error']:.1f}."
     )
     fresh = " and ".join(f"{fit_of(model)['fresh'][0]:.0f} %" for model in ("coupled", "uncoupled"))
     fitted = f"The calibration, where both were fitted alike ({fresh} on fresh members): {said}"

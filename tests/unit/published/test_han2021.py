@@ -156,6 +156,8 @@ def test_amplitudes_count_as_met_only_where_the_swing_lasts() -> None:
         finding = next(f for f in findings(made, shipped_claims(), calibrated=True) if f.claim == claim)
         seen[share] = finding.verdict
         assert ("does not last" in finding.evidence) == (share == 0.1)
+        said = f"{LATER:g} s later it has {100 * share:.0f} to {100 * share:.0f} % of its amplitude"
+        assert said in finding.evidence
         believe = story(made, settings, shipped_claims())[-1][1]
         assert ("does not keep up" in believe) == (share == 0.1)
     assert seen == {0.1: OPEN, 1.0: REPRODUCED}
