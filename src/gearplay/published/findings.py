@@ -137,8 +137,9 @@ def _coupled_is_better(results: Sequence[ConditionResult], *, calibrated: bool) 
     told = duel["winner"] in (duel["first"], duel["second"])
     better = f"the {duel['winner']} one is better" if told else "which is better cannot be told"
     said = (
-        f"{better}; for the coupled one (against it where negative): ln odds {duel['log_odds']:+.1f} ± {duel['log_odds_error']:.1f},"
-        f" predictions of conditions left out {duel['predictive']:+.1f} ± {duel['predictive_error']:.1f}."
+        f"{better}; for the coupled one (against it where negative): ln odds {duel['log_odds']:+.1f} ±"
+        f" {duel['log_odds_error']:.1f}, predictions of conditions left out {duel['predictive']:+.1f} ±"
+        f" {duel['predictive_error']:.1f}."
     )
     fresh = " and ".join(f"{fit_of(model)['fresh'][0]:.0f} %" for model in ("coupled", "uncoupled"))
     fitted = f"The calibration, where both were fitted alike ({fresh} on fresh members): {said}"
