@@ -17,6 +17,8 @@ def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
     dimensions = 1
     if typing.get_origin(hint) is typing.Annotated:
         hint, dimensions = typing.get_args(hint)
+    if (meaning := getattr(typing.get_origin(hint), "__value__", None)) is not None:
+        hint = meaning[typing.get_args(hint)]  # NumPy 2.5 names its arrays by an alias
     if typing.get_origin(hint) is not np.ndarray:
         return None
     (dtype,) = typing.get_args(typing.get_args(hint)[1])

@@ -68,6 +68,8 @@ class Course:
         Whether to sum up the divergence on the way.
     stop
         Once it is set the motion goes no further.
+    log
+        Contact changes that there is room for in a piece; a piece ends where there might be more.
 
     Raises `InputError` where a derivative is wanted of fixed steps.
 
@@ -84,6 +86,7 @@ class Course:
         changes: Floats | None = None,
         divergence: bool = False,
         stop: threading.Event | None = None,
+        log: int = LOG_CAPACITY,
     ) -> None:
         self.case, self.packed, self.stop = case, packed, stop
         self.chunk = CHUNK_STEPS
@@ -101,7 +104,7 @@ class Course:
             packed.stops,
             wanted,
             np.empty((len(wanted), samples)),
-            LOG_CAPACITY,
+            log,
             settings.tolerance,
             settings.fixed_step,
             judged=settings.fixed_step_contacts == "stage",

@@ -1,0 +1,166 @@
+"""One member to simulate, from its start to what came of it; and the watch that the runs of one call share."""
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import run as kernel
+from gearplay.model.case import Case
+from gearplay.model.initial import member_state
+from gearplay.model.pack import Packed, pack
+from gearplay.solver.carry import End, end_of, go_on_from, start_from
+from gearplay.solver.course import LOG_CAPACITY, Course
+from gearplay.solver.kept_motion import KeptMotion, KeptSamples
+from gearplay.solver.status import Status
+from gearplay.solver.trajectory import (
+    Column,
+    Counters,
+    Samples,
+    Trajectory,
+    WrittenSamples,
+    statistics_of,
+    wedged_meshes,
+)
+from gearplay.vocabulary.progress import Tick
+
+Floats = NDArray[np.float64]
+
+
+def written(course: Course, left: float) -> WrittenSamples:
+    """Return the samples that a course has written; computing others may take a time ``left`` [s]."""
+    return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T, left)
+
+
+@dataclass
+class Job:
+    """One member to simulate."""
+
+    place: int
+    case: Case
+    packed: Packed
+    member: int
+    kept: tuple[tuple[Column, ...], NDArray[np.int64]]
+    sampling: float
+    duration: float
+    transient: float
+    origin: End | None = None
+    start: Floats | None = None
+    keep: bool = False
+
+    def __post_init__(self) -> None:
+        # What cannot mesh is refused before anything runs; the other members are drawn when their turn comes.
+        if self.member == 0 and self.origin is None:
+            self.start = member_state(self.case, self.packed, 0)
+
+    def own_packed(self) -> Packed:
+        """Return the member's own translation where its housing has a record of its own, the common one otherwise."""
+        if self.case.base is None or not self.case.base.is_per_member:
+            return self.packed
+        return pack(self.case, span=self.transient + self.duration, member=self.member)
+
+    def begin(self, packed: Packed, log: int = LOG_CAPACITY) -> Course:
+        """Return the motion, not yet begun, with room for so many contact changes at a time."""
+        start = self.start
+        if self.origin is not None:
+            start = start_from(self.origin, packed)
+        elif start is None:
+            start = member_state(self.case, packed, self.member)
+        if self.keep:  # signals are computed when they are asked for
+            course = Course(self.case, packed, start, log=log)
+        else:
+            samples = max(1, int(self.duration * self.sampling + 0.5))
+            course = Course(self.case, packed, start, places=self.kept[1], samples=samples, log=log)
+        if self.origin is not None:
+            go_on_from(course, self.origin)
+        return course
+
+    def run(self, watch: "Watch") -> Trajectory:
+        """Run transient and record; return the trajectory whatever happens."""
+        started = time.perf_counter()
+        packed, end = self.own_packed(), self.transient + self.duration
+        course = self.begin(packed)
+        motion = KeptMotion(self.case, packed, (self.transient, end)) if self.keep else None
+
+        def asked(course: Course) -> Status | None:
+            if motion is not None:
+                motion.note(course)
+            return watch.reason_to_stop(self.place, course.case, course.time, course.steps)
+
+        status = Status.DONE
+        if self.transient > 0.0:
+            status = course.follow(self.transient, keep_log=False, reason_to_stop=asked)
+        if status == Status.DONE:
+            course.sample_from(self.transient, self.sampling)
+            status = course.follow(end, reason_to_stop=asked)
+        watch.report(self.place, course.time)
+        samples = self._samples(course, motion, watch.left(course.case))
+        return self.trajectory(packed, course, status, samples, time.perf_counter() - started)
+
+    def trajectory(
+        self, packed: Packed, course: Course, status: Status, samples: Samples, took: float
+    ) -> Trajectory:
+        """Return what came of the motion, whatever happened, after so long [s]."""
+        run, counts, reached = course.run, course.run.counts, course.time
+        return Trajectory(
+            member=self.member,
+            first_sample=self.transient,
+            sampling=self.sampling,
+            samples=samples,
+            columns=self.kept[0],
+            statistics=statistics_of(packed, run.tallies, reached - self.transient),
+            log=course.whole_log,
+            status=status,
+            counters=Counters(
+                *(int(counts[i]) for i in (kernel.STEPS, kernel.REJECTED, kernel.EVENTS, kernel.CALLS))
+            ),
+            reached=reached,
+            wall_time=took,
+            final_state=run.y.copy(),
+            end=end_of(course),
+            wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
+        )
+
+    def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
+        """Return what was sampled, or what will be when it is asked for."""
+        if motion is None:
+            return written(course, left)
+        motion.reached, motion.left = course.time, left
+        return KeptSamples(motion, self.kept[1], self.sampling)
+
+
+class Watch:
+    """Shared by the runs of one call: progress, limits, and the wish to stop."""
+
+    def __init__(self, total: float, progress: Tick | None, stop: threading.Event) -> None:
+        self.stop, self.total, self.progress = stop, total, progress
+        self.started = time.monotonic()
+        self.done: dict[int, float] = {}
+        self.sum = 0.0
+        self.lock = threading.Lock()
+
+    def report(self, run: int, t: float) -> None:
+        """Note that a run has reached t [s]."""
+        if self.progress is None:
+            return
+        with self.lock:
+            self.sum += t - self.done.get(run, 0.0)
+            self.done[run] = t
+            self.progress(self.sum, self.total)
+
+    def reason_to_stop(self, place: int, case: Case, t: float, steps: int) -> Status | None:
+        """Note that a run has reached t [s] in so many steps; return why it must stop now, or None."""
+        self.report(place, t)
+        if self.stop.is_set():
+            return Status.INTERRUPTED
+        if case.run.max_steps is not None and steps >= case.run.max_steps:
+            return Status.TOO_MANY_STEPS
+        return Status.OUT_OF_TIME if self.left(case) < 0.0 else None
+
+    def left(self, case: Case) -> float:
+        """Return the time [s] that a case's limit leaves for it, or for its samples."""
+        limit = case.run.max_wall_time
+        return math.inf if limit is None else self.started + limit - time.monotonic()

@@ -1,0 +1,108 @@
+"""A device in the processor's memory: it takes turns on the words that a fleet lays out, by the processor's kernels."""
+
+import ctypes
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels import stepper
+from gearplay.kernels.device.turns import make_turn
+from gearplay.kernels.device.words import LANES, WORD, Words
+from gearplay.kernels.layout import System
+from gearplay.kernels.run import Run
+
+
+def _at(address: int, count: int) -> NDArray[np.int64]:
+    return np.ctypeslib.as_array((ctypes.c_int64 * count).from_address(address))
+
+
+class Emulated:
+    """Memory that counts what it holds, and turns."""
+
+    def __init__(self) -> None:
+        self.held: dict[int, NDArray[Any]] = {}
+        self.threads: list[int] = []
+        """Of each turn."""
+
+    def allocate(self, size: int) -> int:
+        numbers = np.full(max(1, size), 255, dtype=np.uint8)  # whoever reads what nobody wrote sees it
+        self.held[numbers.ctypes.data] = numbers
+        return numbers.ctypes.data
+
+    def release(self, address: int) -> None:
+        del self.held[address]
+
+    def put(self, address: int, numbers: NDArray[Any]) -> None:
+        assert numbers.flags.c_contiguous
+        ctypes.memmove(address, numbers.ctypes.data, numbers.nbytes)
+
+    def get(self, address: int, numbers: NDArray[Any]) -> None:
+        assert numbers.flags.c_contiguous
+        ctypes.memmove(numbers.ctypes.data, address, numbers.nbytes)
+
+    def turn_of(self, system: System, run: Run) -> Any:
+        """Return a turn for runs of the form of one."""
+        words = Words(run, LANES, ("rows", "log"))
+
+        class At:
+            """A run whose words stand in a tile: taken out, advanced, put back."""
+
+            def __init__(self, base: int) -> None:
+                self.tile = _at(base, LANES * (words.size - 1) + 1)[::LANES]
+                words.put(np.ascontiguousarray(self.tile[: words.head]), run)
+                for name in ("rows", "log"):
+                    begin = words.start(name)
+                    array = getattr(run, name)
+                    array.reshape(-1).view(np.int64)[:] = self.tile[begin : begin + array.size]
+
+            def back(self) -> None:
+                self.tile[: words.head] = words.take(run)
+                for name in ("rows", "log"):
+                    begin = words.start(name)
+                    array = getattr(run, name)
+                    self.tile[begin : begin + array.size] = array.reshape(-1).view(np.int64)
+
+            def __getattr__(self, name: str) -> Any:
+                return getattr(run, name)
+
+        mechanism = Words(system)
+
+        def mechanism_at(table: int, base: int) -> System:
+            assert np.array_equal(_at(table, mechanism.table.size), mechanism.table)
+            mechanism.put(_at(base, mechanism.head), system)
+            return system
+
+        def run_at(table: int, base: int) -> At:
+            assert np.array_equal(_at(table, words.table.size), words.table)
+            return At(base)
+
+        def advance(system: System, at: At, steps: int) -> int:
+            status = stepper.advance(system, run, steps)
+            at.back()
+            return int(status)
+
+        numbers = iter(())
+
+        def thread(_: int) -> int:
+            return next(numbers)
+
+        def word(address: int, place: int) -> int:
+            return int(_at(address + WORD * place, 1)[0])
+
+        def set_word(address: int, place: int, value: int) -> None:
+            _at(address + WORD * place, 1)[0] = value
+
+        def set_number(address: int, place: int, value: float) -> None:
+            _at(address + WORD * place, 1).view(np.float64)[0] = value
+
+        turn = make_turn(advance, run_at, mechanism_at, thread, word, set_word, set_number)
+
+        def all_threads(count: int, steps: int, plan: int) -> None:
+            nonlocal numbers
+            self.threads.append(count)
+            numbers = iter(range(LANES * (-(-count // LANES))))  # more threads than runs, as on a device
+            for _ in range(LANES * (-(-count // LANES))):
+                turn(count, steps, plan)
+
+        return all_threads
