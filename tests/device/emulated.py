@@ -52,14 +52,14 @@ class Emulated:
                 self.tile = _at(base, LANES * (words.size - 1) + 1)[::LANES]
                 words.put(np.ascontiguousarray(self.tile[: words.head]), run)
                 for name in ("rows", "log"):
-                    begin = words.start(name)
+                    begin = words.place(getattr(run, name)).start
                     array = getattr(run, name)
                     array.reshape(-1).view(np.int64)[:] = self.tile[begin : begin + array.size]
 
             def back(self) -> None:
                 self.tile[: words.head] = words.take(run)
                 for name in ("rows", "log"):
-                    begin = words.start(name)
+                    begin = words.place(getattr(run, name)).start
                     array = getattr(run, name)
                     self.tile[begin : begin + array.size] = array.reshape(-1).view(np.int64)
 

@@ -62,13 +62,15 @@ class Job:
             return self.packed
         return pack(self.case, span=self.transient + self.duration, member=self.member)
 
+    def first_state(self, packed: Packed) -> Floats:
+        """Return the state that the motion begins with, shape [state]."""
+        if self.origin is not None:
+            return start_from(self.origin, packed)
+        return member_state(self.case, packed, self.member) if self.start is None else self.start
+
     def begin(self, packed: Packed, log: int = LOG_CAPACITY) -> Course:
         """Return the motion, not yet begun, with room for so many contact changes at a time."""
-        start = self.start
-        if self.origin is not None:
-            start = start_from(self.origin, packed)
-        elif start is None:
-            start = member_state(self.case, packed, self.member)
+        start = self.first_state(packed)
         if self.keep:  # signals are computed when they are asked for
             course = Course(self.case, packed, start, log=log)
         else:

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import run as kernel
-from gearplay.kernels.device.fleet import Fleet, Memory, Turn, form_of
+from gearplay.kernels.device.fleet import Fleet, Memory, Turn, words_of
+from gearplay.kernels.device.words import WORD, Words
 from gearplay.kernels.layout import System
 from gearplay.model.pack import Packed
-from gearplay.solver.course import Course
-from gearplay.solver.job import Job, Watch, written
+from gearplay.solver.job import Job, Watch
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Trajectory, WrittenSamples
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 DEVICES = ("cpu", "cuda")
 TURN_TIME = 0.2
@@ -93,25 +94,48 @@ def run_together(jobs: Sequence[Job], watch: Watch, on: Devices | None = None) -
     return [found[number] for number in range(len(jobs))]
 
 
+class _Like:
+    """Members of one mechanism, kept alike: a course that stands for each of them in turn, and how it lies on a device."""
+
+    def __init__(self, job: Job, packed: Packed) -> None:
+        self.packed = packed
+        room = max(LOG, 8 * packed.system.switches.size + 8)
+        self.course = job.begin(packed, room)
+        run = self.course.run
+        self.words = words_of(run)
+        self.head = self.words.take(run)
+        self.states = [self.words.place(array) for array in (run.y, run.y_new, run.y_try)]
+        self.form = (self.words.table.tobytes(), Words(packed.system).table.tobytes(), job.kept[1].tobytes())
+
+    def head_of(self, job: Job) -> Ints:
+        """Return the words of a member that has not begun."""
+        if job.origin is not None:
+            return self.words.take(job.begin(self.packed, len(self.course.run.log)).run)
+        head, start = self.head.copy(), job.first_state(self.packed).view(np.int64)
+        for place in self.states:
+            head[place] = start
+        return head
+
+
 def _waves(jobs: Sequence[Job], on: Devices) -> Iterator["_Wave"]:
-    """Yield members that run at a time: one form, and what memory holds."""
-    open_: dict[tuple[bytes, bytes], _Wave] = {}
+    """Yield members that run at a time: of one form, and as many as memory holds."""
+    open_: dict[tuple[bytes, ...], _Wave] = {}
+    like: _Like | None = None
     for number, job in enumerate(jobs):
         packed = job.own_packed()
-        room = max(LOG, 8 * packed.system.switches.size + 8)
-        course = job.begin(packed, room)
-        form = form_of(packed.system, course.run)
-        wave = open_.get(form)
+        if like is None or like.packed is not packed:
+            like = _Like(job, packed)
+        wave = open_.get(like.form)
         if wave is None:
-            most = int(0.8 * on.free()) // max(1, Fleet.size_of(course.run))
+            most = int(0.8 * on.free()) // (WORD * like.words.size)
             if most < 1:
                 raise ResourceError(
                     "device: its memory does not hold one run. Shorten run.duration, lower run.sampling, or keep fewer signals."
                 )
-            wave = open_[form] = _Wave(on, min(most, MOST_RUNS))
-        wave.add(number, job, packed, course)
+            wave = open_[like.form] = _Wave(on, min(most, MOST_RUNS))
+        wave.add(number, job, like)
         if wave.is_full:
-            yield open_.pop(form)
+            yield open_.pop(like.form)
     yield from open_.values()
 
 
@@ -122,15 +146,15 @@ class _Wave:
         self.on, self.most = on, most
         self.members: list[int] = []
         self.jobs: list[Job] = []
-        self.packed: list[Packed] = []
-        self.courses: list[Course] = []
+        self.likes: list[_Like] = []
+        self.heads: list[Ints] = []
 
-    def add(self, number: int, job: Job, packed: Packed, course: Course) -> None:
+    def add(self, number: int, job: Job, like: _Like) -> None:
         """Take in a member."""
         self.members.append(number)
         self.jobs.append(job)
-        self.packed.append(packed)
-        self.courses.append(course)
+        self.likes.append(like)
+        self.heads.append(like.head_of(job))
 
     @property
     def is_full(self) -> bool:
@@ -140,36 +164,59 @@ class _Wave:
     def run(self, watch: Watch) -> list[Trajectory]:
         """Run transient and record of all members; return their trajectories whatever happens."""
         started = time.perf_counter()
-        for job, course in zip(self.jobs, self.courses, strict=True):
-            course.run.clock[kernel.T_END] = job.transient
-        systems = [packed.system for packed in self.packed]
-        fleet = Fleet(
-            self.on.memory, self.on.turn_for(systems), systems, [course.run for course in self.courses]
-        )
+        systems = [like.packed.system for like in self.likes]
+        words, run = self.likes[0].words, self.likes[0].course.run
+        heads = np.array(self.heads)
+        clocks = heads[:, words.place(run.clock)].view(np.float64)
+        lead = np.array([job.transient for job in self.jobs])
+        clocks[:, kernel.T_END] = lead
+        self._record(np.flatnonzero(lead == 0.0), heads)
+        statuses = np.full(len(self.jobs), Status.DONE, dtype=np.int64)
+        logs: list[list[Floats]] = [[] for _ in self.jobs]
+        fleet = Fleet(self.on.memory, self.on.turn_for(systems), systems, words, run, heads)
         try:
-            statuses = np.full(fleet.count, Status.DONE, dtype=np.int64)
-            going = np.array([n for n, job in enumerate(self.jobs) if job.transient > 0.0], dtype=np.int64)
-            if going.size:
-                self._follow(fleet, going, statuses, watch, keep_log=False)
+            if (lead > 0.0).any():
+                self._follow(fleet, np.flatnonzero(lead > 0.0), statuses, watch, None)
                 fleet.get()
-            going = np.flatnonzero(statuses == Status.DONE)
-            for n in going.tolist():
-                self.courses[n].sample_from(self.jobs[n].transient, self.jobs[n].sampling)
-                self.courses[n].run.clock[kernel.T_END] = self.jobs[n].transient + self.jobs[n].duration
-            fleet.put()
-            self._follow(fleet, going, statuses, watch, keep_log=True)
+                self._record(np.flatnonzero((lead > 0.0) & (statuses == Status.DONE)), heads)
+                fleet.put()
+            self._follow(fleet, np.flatnonzero(statuses == Status.DONE), statuses, watch, logs)
             fleet.get()
+            took = (time.perf_counter() - started) / fleet.count
+            ended = zip(heads, fleet.samples(), statuses.tolist(), logs, strict=True)
+            return [self._trajectory(n, *each, watch, took) for n, each in enumerate(ended)]
         finally:
             fleet.close()
-        took = (time.perf_counter() - started) / fleet.count
-        return [
-            job.trajectory(packed, course, Status(status), written(course, watch.left(job.case)), took)
-            for job, packed, course, status in zip(
-                self.jobs, self.packed, self.courses, statuses.tolist(), strict=True
-            )
-        ]
 
-    def _follow(self, fleet: Fleet, going: Ints, statuses: Ints, watch: Watch, *, keep_log: bool) -> None:
+    def _trajectory(
+        self, n: int, head: Ints, samples: Floats, status: int, log: list[Floats], watch: Watch, took: float
+    ) -> Trajectory:
+        """Return what came of a member; its course stands for it."""
+        job, like = self.jobs[n], self.likes[n]
+        run, course = like.course.run, like.course
+        for array in (run.y, run.clock, run.counts, run.tallies, run.branch.memory, run.branch.latch):
+            array.reshape(-1).view(np.int64)[:] = head[like.words.place(array)]
+        course.log = log
+        kept = samples[:, : int(run.counts[kernel.ROWS])].T.copy()
+        return job.trajectory(
+            like.packed, course, Status(status), WrittenSamples(kept, watch.left(job.case)), took
+        )
+
+    def _record(self, members: Ints, heads: Ints) -> None:
+        """Let members be sampled from now on, to their end."""
+        for n in members.tolist():
+            job, like = self.jobs[n], self.likes[n]
+            run = like.course.run
+            for array in (run.clock, run.counts, run.tallies):
+                array.reshape(-1).view(np.int64)[:] = heads[n, like.words.place(array)]
+            like.course.sample_from(job.transient, job.sampling)
+            run.clock[kernel.T_END] = job.transient + job.duration
+            for array in (run.clock, run.counts, run.tallies):
+                heads[n, like.words.place(array)] = array.reshape(-1).view(np.int64)
+
+    def _follow(
+        self, fleet: Fleet, going: Ints, statuses: Ints, watch: Watch, logs: list[list[Floats]] | None
+    ) -> None:
         """Let those that are going come to their end, or to the first reason to stop; their statuses follow."""
         steps = FIRST_STEPS
         while going.size:
@@ -189,14 +236,16 @@ class _Wave:
             fleet.take_turn(most, going)
             took = time.perf_counter() - began
             steps = int(min(MOST_STEPS, max(1.0, most * min(16.0, TURN_TIME / max(took, 1e-4)))))
-            self._keep_logs(fleet, fleet.capacity // 4, keep_log=keep_log)
+            self._keep(fleet, fleet.capacity // 4, logs)
             statuses[going] = fleet.status[going]
             going = going[fleet.status[going] == Status.PAUSED]
-        self._keep_logs(fleet, 1, keep_log=keep_log)
+        self._keep(fleet, 1, logs)
 
-    def _keep_logs(self, fleet: Fleet, least: int, *, keep_log: bool) -> None:
-        if not keep_log:
+    @staticmethod
+    def _keep(fleet: Fleet, least: int, logs: list[list[Floats]] | None) -> None:
+        """Keep what was logged, or without logs forget it, where it is that much."""
+        if logs is None:
             fleet.drop_logs(least)
             return
         for n, log in fleet.take_logs(least):
-            self.courses[n].log.append(log)
+            logs[n].append(log)

@@ -76,6 +76,18 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
+    return job_of(case, member, signals=signals, origin=origin).run(_alone(case, stop))
+
+
+def job_of(
+    case: Case,
+    member: int = 0,
+    *,
+    signals: list[str] | None = None,
+    origin: End | None = None,
+    place: int = 0,
+) -> Job:
+    """Return one member to simulate; see `run_one`. ``place`` tells it from others that run with it."""
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
@@ -89,8 +101,19 @@ def run_one(
             transient=run.transient,
         )
     )
-    one = Job(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
-    return one.run(Watch(run.duration + run.transient, None, stop or threading.Event()))
+    return Job(place, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
+
+
+def _alone(case: Case, stop: threading.Event | None) -> Watch:
+    return Watch(case.run.duration + case.run.transient, None, stop or threading.Event())
+
+
+def run_on_cuda(jobs: Sequence[Job], stop: threading.Event | None = None) -> list[Trajectory]:
+    """Simulate members together on a CUDA device, on the caller's thread; each as `run_one` does it, but for rounding.
+
+    Limits on wall time hold for all of them together. Raises `InputError` where there is no device.
+    """
+    return run_together(jobs, Watch(0.0, None, stop or threading.Event()))
 
 
 def run_batch(

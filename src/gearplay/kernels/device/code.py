@@ -3,15 +3,18 @@
 import hashlib
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from gearplay.kernels import compiled_files, joined
-from gearplay.kernels.device.driver import Device
 from gearplay.kernels.device.fleet import Turn
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import System
 from gearplay.kernels.machine_code import Code
 from gearplay.kernels.run import Run
 from gearplay.kernels.signed import form_of
+
+if TYPE_CHECKING:
+    from gearplay.kernels.device.driver import Device
 
 
 def unneeded(systems: Iterable[System]) -> frozenset[str]:
@@ -44,7 +47,7 @@ def code_for(
     return code
 
 
-def turn_of(device: Device, without: frozenset[str], compiling: Callable[[], None] = lambda: None) -> Turn:
+def turn_of(device: "Device", without: frozenset[str], compiling: Callable[[], None] = lambda: None) -> Turn:
     """Return what lets runs take a turn on a device (`code_for`)."""
     function = device.load(code_for(without, device.capability, compiling))
 

@@ -1,6 +1,6 @@
 """Many runs on a device at a time: laid out there, advanced turn by turn, their logs emptied, brought back."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -35,43 +35,58 @@ LAST = ("rows", "log")
 class Memory(Protocol):
     """What a fleet asks of a device (`driver.Device`)."""
 
-    def allocate(self, size: int) -> int: ...
-    def release(self, address: int) -> None: ...
-    def put(self, address: int, numbers: NDArray[Any]) -> None: ...
-    def get(self, address: int, numbers: NDArray[Any]) -> None: ...
+    def allocate(self, size: int) -> int:
+        """Return the address of that many bytes."""
+
+    def release(self, address: int) -> None:
+        """Give memory back."""
+
+    def put(self, address: int, numbers: NDArray[Any]) -> None:
+        """Copy an array, C-contiguous, to the device."""
+
+    def get(self, address: int, numbers: NDArray[Any]) -> None:
+        """Fill an array, C-contiguous, from the device."""
 
 
 Turn = Callable[[int, int, int], None]
 """Lets threads take a turn: how many, steps at most, the address of the plan."""
 
 
-def form_of(system: System, run: Run) -> tuple[bytes, bytes]:
-    """Return what runs of one fleet have in common: how they and their mechanisms lie in memory."""
-    return Words(system).table.tobytes(), Words(run, LANES, LAST).table.tobytes()
+def words_of(run: Run) -> Words:
+    """Return how a run lies on a device; runs and mechanisms of one fleet lie alike."""
+    return Words(run, LANES, LAST)
 
 
 class Fleet:
-    """Runs of one form (`form_of`) on a device, from when they are put there until `close`.
+    """Runs on a device, from when they are put there until `close`.
 
     Parameters
     ----------
     device, turn
         Where they run, and what a turn there is.
-    systems, runs
-        The mechanism and the run of each; mechanisms may be shared.
+    systems
+        The mechanism of each; they may share some.
+    words, run
+        How they lie there, and the run that this was made of.
+    heads
+        Their numbers as words, shape [run, word]: `get` and `put` bring all of them here and back.
 
     """
 
-    def __init__(self, device: Memory, turn: Turn, systems: Sequence[System], runs: Sequence[Run]) -> None:
-        self.device, self.turn, self.runs = device, turn, runs
-        self.count = len(runs)
+    def __init__(
+        self, device: Memory, turn: Turn, systems: Sequence[System], words: Words, run: Run, heads: Ints
+    ) -> None:
+        self.device, self.turn, self.words, self.heads = device, turn, words, heads
+        self.count = len(systems)
         self.tiles = -(-self.count // LANES)
-        self.words, mechanism = Words(runs[0], LANES, LAST), Words(systems[0])
-        self.capacity = runs[0].log.shape[0]
-        places = {id(system): number for number, system in enumerate({id(s): s for s in systems}.values())}
+        self.capacity = run.log.shape[0]
+        self._rows, self._row_shape = words.place(run.rows).start, run.rows.shape
+        self._log = words.place(run.log).start
         apart = {id(system): system for system in systems}
+        places = {key: number for number, key in enumerate(apart)}
+        mechanism = Words(systems[0])
         self._held: list[int] = []
-        self.status = np.full(self.count, PAUSED, dtype=np.int64)
+        self.status: Ints = np.full(self.count, PAUSED, dtype=np.int64)
         self.steps: Ints = np.zeros(self.count, dtype=np.int64)
         self.times: Floats = np.zeros(self.count)
         self._logged: Ints = np.zeros(self.count, dtype=np.int64)
@@ -79,7 +94,7 @@ class Fleet:
         """1 where the log was taken and is to be emptied."""
         try:
             plan: Ints = np.zeros(PLAN, dtype=np.int64)
-            plan[TILE] = LANES * WORD * self.words.size
+            plan[TILE] = LANES * WORD * words.size
             plan[RUNS] = self._allocate(self.tiles * int(plan[TILE]))
             plan[MECHANISMS] = self._hold(np.concatenate([mechanism.take(each) for each in apart.values()]))
             size = WORD * mechanism.head
@@ -87,17 +102,12 @@ class Fleet:
             plan[ORDER], plan[EMPTY] = self._hold(self.status), self._hold(self._taken)
             plan[REPORT] = self._hold(np.zeros((self.count, REPORTS), dtype=np.int64))
             plan[CLOCKS] = self._hold(self.times)
-            plan[RUN_TABLE], plan[MECHANISM_TABLE] = self._hold(self.words.table), self._hold(mechanism.table)
+            plan[RUN_TABLE], plan[MECHANISM_TABLE] = self._hold(words.table), self._hold(mechanism.table)
             self._plan, self._at = plan, self._hold(plan)
             self.put()
         except BaseException:
             self.close()
             raise
-
-    @staticmethod
-    def size_of(run: Run) -> int:
-        """Return what a run takes of the device's memory [bytes]."""
-        return WORD * Words(run, LANES, LAST).size
 
     def _allocate(self, size: int) -> int:
         address = self.device.allocate(size)
@@ -118,11 +128,11 @@ class Fleet:
         return int(self._plan[RUNS] + tile * self._plan[TILE])
 
     def put(self) -> None:
-        """Bring all runs to the device as they are here; all of them go on."""
+        """Bring all runs to the device as `heads` has them; all of them go on."""
         for tile in range(self.tiles):
-            lanes = np.zeros((self.words.head, LANES), dtype=np.int64)
-            for lane, run in enumerate(self.runs[tile * LANES : (tile + 1) * LANES]):
-                lanes[:, lane] = self.words.take(run)
+            lanes: Ints = np.zeros((self.words.head, LANES), dtype=np.int64)
+            here = self.heads[tile * LANES : (tile + 1) * LANES]
+            lanes[:, : len(here)] = here.T
             self.device.put(self._tile(tile), lanes)
         self.status[:] = PAUSED
 
@@ -148,24 +158,27 @@ class Fleet:
         """Return, by number, what runs have logged, rows (t, contact, 1 onset / 0 release, rate), where it is that many."""
         full = np.flatnonzero(self._logged >= max(1, least))
         found: list[tuple[int, Floats]] = []
-        begin, most = self.words.start("log"), int(self._logged[full].max(initial=0))
+        most = int(self._logged[full].max(initial=0))
         for tile in np.unique(full // LANES).tolist():
             lanes = np.empty((most, LOG_COLUMNS, LANES))
-            self.device.get(self._tile(tile) + WORD * LANES * begin, lanes)
+            self.device.get(self._tile(tile) + WORD * LANES * self._log, lanes)
             for i in full[full // LANES == tile].tolist():
                 found.append((i, lanes[: self._logged[i], :, i % LANES].copy()))
         self._taken[full], self._logged[full] = 1, 0
         return found
 
     def get(self) -> None:
-        """Bring all runs back, their samples too."""
-        begin = self.words.start("rows")
+        """Bring all runs back to `heads`."""
+        lanes: Ints = np.empty((self.words.head, LANES), dtype=np.int64)
         for tile in range(self.tiles):
-            lanes: Ints = np.empty((self.words.head, LANES), dtype=np.int64)
             self.device.get(self._tile(tile), lanes)
-            here = self.runs[tile * LANES : (tile + 1) * LANES]
-            rows = np.empty((*here[0].rows.shape, LANES))
-            self.device.get(self._tile(tile) + WORD * LANES * begin, rows)
-            for lane, run in enumerate(here):
-                self.words.put(np.ascontiguousarray(lanes[:, lane]), run)
-                run.rows[:] = rows[:, :, lane]
+            here = self.heads[tile * LANES : (tile + 1) * LANES]
+            here[:] = lanes.T[: len(here)]
+
+    def samples(self) -> Iterator[Floats]:
+        """Yield the samples of each run, shape [column, sample]."""
+        rows = np.empty((*self._row_shape, LANES))
+        for tile in range(self.tiles):
+            self.device.get(self._tile(tile) + WORD * LANES * self._rows, rows)
+            for lane in range(min(LANES, self.count - tile * LANES)):
+                yield rows[:, :, lane]

@@ -57,7 +57,7 @@ class Words:
         behind = {id(getattr(group, name)) for name in last}
         found = list(_arrays(group))
         self._places: list[int] = []  # among the arrays in the order of fields, of those that lie there
-        self._starts: dict[str, int] = {}
+        self._of = group  # must live as long as its arrays are told apart by where they are
         begins: dict[int, int] = {}
         at = self.head = 0
         for tail in (False, True):
@@ -70,16 +70,16 @@ class Words:
             if not tail:
                 self.head = at
         self.size = at
-        for name in last:
-            self._starts[name] = begins[id(getattr(group, name))]
+        self._begins = begins
         table: list[int] = []
         for array in found:
             table += [begins[id(array)] * WORD * apart, *array.shape]
         self.table: Ints = np.array(table, dtype=np.int64)
 
-    def start(self, name: str) -> int:
-        """Return the first word of one of the last fields."""
-        return self._starts[name]
+    def place(self, array: NDArray[Any]) -> slice:
+        """Return where among the words an array of the group lies that this was made of."""
+        begin = self._begins[id(array)]
+        return slice(begin, begin + array.nbytes // WORD)
 
     def take(self, group: Group) -> Ints:
         """Return the numbers of a group but for its last fields as words, shape [head]."""

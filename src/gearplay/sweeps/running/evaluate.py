@@ -3,17 +3,22 @@
 import math
 import threading
 import time
+from collections.abc import Iterable
+from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
 from gearplay.solver.carry import End
-from gearplay.solver.simulate import run_one
+from gearplay.solver.job import Job
+from gearplay.solver.simulate import job_of, run_on_cuda, run_one
 from gearplay.solver.status import Status
+from gearplay.solver.trajectory import Trajectory
 from gearplay.sweeps.cases.template import Template
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.running.reduce import Reducer
@@ -110,24 +115,47 @@ class Sweep:
     def _point(
         self, index: int, origin: End | None, stop: threading.Event | None
     ) -> tuple[Outcome, End | None]:
-        started, end = time.perf_counter(), None
+        started = time.perf_counter()
         try:
             case, member = self.template.case_at(index)
             run = run_one(case, member, signals=self.reducer.signals, stop=stop, origin=origin)
-            if run.status == Status.INTERRUPTED:
-                raise _StoppedError
-            if not run.success:
-                failed = self._failed(index, int(run.status), run.message, time.perf_counter() - started)
-                return failed, None
-            (row, lacking), end = self.reducer.row(case, run, slowness=self._slowness(index)), run.end
+            outcome, ended = self._reduced(index, case, run, started)
         except GearplayError as error:
-            reason = str(error).splitlines()[0]
-            return self._failed(index, REFUSED, reason, time.perf_counter() - started), end
-        address = self.template.address_of(index)
-        outcome = Outcome(
-            index, address, REDUCED if lacking else 0, lacking, row, time.perf_counter() - started
-        )
-        return outcome, end if self.template.chain else None
+            return self._refused(index, error, time.perf_counter() - started), None
+        return outcome, ended if self.template.chain else None
+
+    def _reduced(self, index: int, case: Case, run: Trajectory, started: float) -> tuple[Outcome, End | None]:
+        """Return what is kept of a point that was simulated, and its end where it came there."""
+        if run.status == Status.INTERRUPTED:
+            raise _StoppedError
+        if not run.success:
+            return self._failed(index, int(run.status), run.message, time.perf_counter() - started), None
+        try:
+            row, lacking = self.reducer.row(case, run, slowness=self._slowness(index))
+        except GearplayError as error:
+            return self._refused(index, error, time.perf_counter() - started), run.end
+        status, address = REDUCED if lacking else 0, self.template.address_of(index)
+        return Outcome(index, address, status, lacking, row, time.perf_counter() - started), run.end
+
+    def evaluate_together(self, jobs: Iterable[int], stop: threading.Event | None = None) -> list[Outcome]:
+        """Do what `evaluate` does for many jobs of one point each, all at a time on a CUDA device."""
+        started = time.perf_counter()
+        outcomes: list[Outcome] = []
+        begun: list[tuple[int, Case, Job]] = []
+        for index in jobs:
+            try:
+                case, member = self.template.case_at(index)
+                begun.append((index, case, job_of(case, member, signals=self.reducer.signals, place=index)))
+            except GearplayError as error:
+                outcomes.append(self._refused(index, error, time.perf_counter() - started))
+        runs = run_on_cuda([job for _, _, job in begun], stop)
+        for (index, case, _), run in zip(begun, runs, strict=True):
+            with suppress(_StoppedError):
+                outcomes.append(self._reduced(index, case, run, time.perf_counter() - run.wall_time)[0])
+        return outcomes
+
+    def _refused(self, index: int, error: GearplayError, seconds: float) -> Outcome:
+        return self._failed(index, REFUSED, str(error).splitlines()[0], seconds)
 
     def _failed(self, index: int, status: int, reason: str, seconds: float) -> Outcome:
         nothing = np.full(self.reducer.size, np.nan)
