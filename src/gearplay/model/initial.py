@@ -1,6 +1,7 @@
 """Initial states: as given, the rest kinematically matching; ensemble members differ by a seeded draw."""
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,12 +109,31 @@ def _mesh_at(packed: Packed, j: int, y: Floats, memory: Floats) -> tuple[float, 
     return float(out[P_D]), float(out[B_T])
 
 
-def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, memory: Floats) -> bool:
-    """Turn free rotors, mesh after mesh, so that the drive gap is ``shares`` of the backlash; False if wedged.
+@dataclass(frozen=True)
+class _Touch:
+    """How a mesh is turned into touch: by rotations at some places in the state, each by its share of that of one rotor."""
 
-    What is coupled to such a rotor turns with it.
-    """
-    names, together = list(case.rotors), _turn_together(case)
+    mesh: int
+    lever: float  # m, of that rotor
+    turned: tuple[tuple[int, float], ...]  # (place, share); none where no rotor may be turned
+
+    def make(self, packed: Packed, y: Floats, share: float, memory: Floats) -> bool:
+        """Turn in ``y`` so that the drive gap is ``share`` of the backlash; False if wedged."""
+        for _ in range(3):  # an eccentric toothing moves a little as it turns
+            p_d, b_t = _mesh_at(packed, self.mesh, y, memory)
+            if not math.isfinite(p_d) or b_t < 0.0:
+                return False
+            if not self.turned:
+                break
+            turn = (-share * b_t - p_d) / self.lever
+            for place, part in self.turned:
+                y[place] += part * turn
+        return True
+
+
+def _touches(case: "Case", packed: Packed) -> list[_Touch]:
+    """Return how free rotors are turned, mesh after mesh; what is coupled to such a rotor turns with it."""
+    names, together, touches = list(case.rotors), _turn_together(case), []
     for j, mesh in enumerate(case.meshes):
         free = [
             name
@@ -121,20 +141,13 @@ def _turn_into_touch(case: "Case", packed: Packed, y: Floats, shares: Floats, me
             if not any(_is_turned_by_file(case, other) for other in together[name])
         ]
         free.sort(key=lambda name: any(_is_sprung(case, other) for other in together[name]))
-        turned = free[0] if free else None
-        m = packed.system.records[MESH][j]
-        for _ in range(3):  # an eccentric toothing moves a little as it turns
-            p_d, b_t = _mesh_at(packed, j, y, memory)
-            if not math.isfinite(p_d) or b_t < 0.0:
-                return False
-            if turned is None:
-                break
-            i = names.index(turned)
-            rho = m.rho_a if m.a == i else m.rho_b
-            turn = (-shares[j] * b_t - p_d) / (m.sigma * rho)
-            for name, share in together[turned].items():
-                y[theta_of(names.index(name))] += share * turn
-    return True
+        lever, turned = 1.0, {}
+        if free:
+            m = packed.system.records[MESH][j]
+            lever = float(m.sigma * (m.rho_a if m.a == names.index(free[0]) else m.rho_b))
+            turned = {theta_of(names.index(name)): share for name, share in together[free[0]].items()}
+        touches.append(_Touch(j, lever, tuple(turned.items())))
+    return touches
 
 
 def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
@@ -168,54 +181,74 @@ def usual_member(case: "Case") -> int:
 
 
 def member_state(case: "Case", packed: Packed, member: int) -> Floats:
-    """Return the state at t = 0 of a member of the case's ensemble, shape [state]; see `initial_state`.
-
-    Where ``run.start`` is "drawn" the members are the draws 1, 2, ...
-    """
-    return initial_state(case, packed, member=member + 1 if case.run.start == "drawn" else member)
+    """Return the state at t = 0 of a member of the case's ensemble, shape [state]; see `Starts`."""
+    return Starts(case, packed).of_member(member)
 
 
 def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
-    """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].
+    """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state]; see `Starts.state`."""
+    return Starts(case, packed).state(member)
 
-    Member 0 starts as the case says, drive flanks just touching where no angle is given. Every other member draws,
-    from (run.seed, member), shaft positions within 0.9 of each clearance circle, velocities of 1 mm/s standard deviation there
-    and on supports, and a place between the flanks, all without wedging. A rotor whose ``initial`` gives an angle keeps it.
 
-    Raises `InputError` where the given centres cannot mesh.
-    """
-    case = case.operating
-    base = _given_state(case, packed)
-    meshes = len(case.meshes)
-    y, memory = base.copy(), make_memory(packed.system)
-    if member == 0:
-        _turn_into_touch(case, packed, y, np.zeros(meshes), memory)
+class Starts:
+    """The starts of a case's members: what they have in common is found once."""
+
+    def __init__(self, case: "Case", packed: Packed) -> None:
+        case = case.operating
+        names = list(case.rotors)
+        self.packed = packed
+        self._seed, self._is_drawn = case.run.seed, case.run.start == "drawn"
+        self._base, self._touches = _given_state(case, packed), _touches(case, packed)
+        self._sleeves = [(names.index(k), s.radial_clearance) for k, s in case.sleeves.items()]
+        self._supported = [
+            i
+            for i, name in enumerate(names)
+            if name in case.supports and name not in case.sleeves and not geometry.is_held(case, name)
+        ]
+
+    def of_member(self, member: int) -> Floats:
+        """Return the start of a member; where ``run.start`` is "drawn" the members are the draws 1, 2, ..."""
+        return self.state(member + 1 if self._is_drawn else member)
+
+    def state(self, member: int) -> Floats:
+        """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].
+
+        Member 0 starts as the case says, drive flanks just touching where no angle is given. Every other member draws,
+        from (run.seed, member), shaft positions within 0.9 of each clearance circle, velocities of 1 mm/s standard deviation
+        there and on supports, and a place between the flanks, all without wedging. A rotor whose ``initial`` gives an angle
+        keeps it.
+
+        Raises `InputError` where the given centres cannot mesh.
+        """
+        packed, meshes = self.packed, len(self._touches)
+        y, memory = self._base.copy(), make_memory(packed.system)
+        if member == 0:
+            self._turn_into_touch(y, np.zeros(meshes), memory)
+            _must_mesh(packed, meshes, y, memory)
+            return y
+        generator = np.random.default_rng([self._seed, member])
+        count = len(self._sleeves)
+        radii = (SHARE_OF_CLEARANCE * np.sqrt(generator.random(count))).tolist()
+        angles = (2.0 * math.pi * generator.random(count)).tolist()
+        kicks = SPREAD_OF_SPEED * generator.standard_normal((count, 2))
+        shares = generator.random(meshes)
+        pushes = SPREAD_OF_SPEED * generator.standard_normal((len(self._supported), 2))
+        for shrink in (*(0.5**n for n in range(12)), 0.0):
+            y = self._base.copy()
+            for (i, clearance), radius, angle, kick in zip(self._sleeves, radii, angles, kicks, strict=True):
+                y[x_of(i)] += shrink * radius * clearance * math.cos(angle)
+                y[y_of(i)] += shrink * radius * clearance * math.sin(angle)
+                y[vx_of(packed.system, i)] += kick[0]
+                y[vy_of(packed.system, i)] += kick[1]
+            for i, push in zip(self._supported, pushes, strict=True):
+                y[vx_of(packed.system, i)] += push[0]
+                y[vy_of(packed.system, i)] += push[1]
+            if self._turn_into_touch(y, shares, memory):
+                return y
         _must_mesh(packed, meshes, y, memory)
         return y
-    generator = np.random.default_rng([case.run.seed, member])
-    names = list(case.rotors)
-    sleeves = [(names.index(k), s.radial_clearance) for k, s in case.sleeves.items()]
-    radii = SHARE_OF_CLEARANCE * np.sqrt(generator.random(len(sleeves)))
-    angles = 2.0 * math.pi * generator.random(len(sleeves))
-    kicks = SPREAD_OF_SPEED * generator.standard_normal((len(sleeves), 2))
-    shares = generator.random(meshes)
-    supported = [
-        i
-        for i, name in enumerate(names)
-        if name in case.supports and name not in case.sleeves and not geometry.is_held(case, name)
-    ]
-    pushes = SPREAD_OF_SPEED * generator.standard_normal((len(supported), 2))
-    for shrink in np.append(0.5 ** np.arange(12), 0.0):
-        y = base.copy()
-        for (i, clearance), radius, angle, kick in zip(sleeves, radii, angles, kicks, strict=True):
-            y[x_of(i)] += shrink * radius * clearance * math.cos(angle)
-            y[y_of(i)] += shrink * radius * clearance * math.sin(angle)
-            y[vx_of(packed.system, i)] += kick[0]
-            y[vy_of(packed.system, i)] += kick[1]
-        for i, push in zip(supported, pushes, strict=True):
-            y[vx_of(packed.system, i)] += push[0]
-            y[vy_of(packed.system, i)] += push[1]
-        if _turn_into_touch(case, packed, y, shares, memory):
-            return y
-    _must_mesh(packed, meshes, y, memory)
-    return y
+
+    def _turn_into_touch(self, y: Floats, shares: Floats, memory: Floats) -> bool:
+        """Turn free rotors so that each drive gap is its share of the backlash; False if wedged."""
+        found = zip(self._touches, shares.tolist(), strict=True)
+        return all(touch.make(self.packed, y, share, memory) for touch, share in found)

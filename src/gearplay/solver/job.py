@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
-from gearplay.model.initial import member_state
+from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.course import LOG_CAPACITY, Course
@@ -50,11 +50,12 @@ class Job:
     origin: End | None = None
     start: Floats | None = None
     keep: bool = False
+    starts: Starts | None = None  # of all members of the case, where these are several
 
     def __post_init__(self) -> None:
         # What cannot mesh is refused before anything runs; the other members are drawn when their turn comes.
         if self.member == 0 and self.origin is None:
-            self.start = member_state(self.case, self.packed, 0)
+            self.start = self.first_state(self.packed)
 
     def own_packed(self) -> Packed:
         """Return the member's own translation where its housing has a record of its own, the common one otherwise."""
@@ -66,7 +67,10 @@ class Job:
         """Return the state that the motion begins with, shape [state]."""
         if self.origin is not None:
             return start_from(self.origin, packed)
-        return member_state(self.case, packed, self.member) if self.start is None else self.start
+        if self.start is not None:
+            return self.start
+        starts = self.starts if packed is self.packed else None
+        return (starts or Starts(self.case, packed)).of_member(self.member)
 
     def begin(self, packed: Packed, log: int = LOG_CAPACITY) -> Course:
         """Return the motion, not yet begun, with room for so many contact changes at a time."""

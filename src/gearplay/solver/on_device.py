@@ -13,6 +13,7 @@ from gearplay.kernels import run as kernel
 from gearplay.kernels.device.fleet import Fleet, Memory, Turn, words_of
 from gearplay.kernels.device.words import WORD, Words
 from gearplay.kernels.layout import System
+from gearplay.kernels.run import Run
 from gearplay.model.pack import Packed
 from gearplay.solver.job import Job, Watch
 from gearplay.solver.status import Status
@@ -37,7 +38,8 @@ class Devices:
 
     memory: Memory
     free: Callable[[], int]
-    turn_for: Callable[[Sequence[System]], Turn]
+    turn_for: Callable[[Sequence[System], Run], Turn]
+    """Of mechanisms, and a run of the form of all."""
 
 
 @cache
@@ -61,7 +63,7 @@ def cuda() -> Devices:
 
         return turn_of(device, without, _tell_compiling)
 
-    def turn_for(systems: Sequence[System]) -> Turn:
+    def turn_for(systems: Sequence[System], _: Run) -> Turn:
         from gearplay.kernels.device.code import unneeded
 
         device.use()
@@ -173,7 +175,7 @@ class _Wave:
         self._record(np.flatnonzero(lead == 0.0), heads)
         statuses = np.full(len(self.jobs), Status.DONE, dtype=np.int64)
         logs: list[list[Floats]] = [[] for _ in self.jobs]
-        fleet = Fleet(self.on.memory, self.on.turn_for(systems), systems, words, run, heads)
+        fleet = Fleet(self.on.memory, self.on.turn_for(systems, run), systems, words, run, heads)
         try:
             if (lead > 0.0).any():
                 self._follow(fleet, np.flatnonzero(lead > 0.0), statuses, watch, None)
@@ -238,7 +240,10 @@ class _Wave:
             steps = int(min(MOST_STEPS, max(1.0, most * min(16.0, TURN_TIME / max(took, 1e-4)))))
             self._keep(fleet, fleet.capacity // 4, logs)
             statuses[going] = fleet.status[going]
-            going = going[fleet.status[going] == Status.PAUSED]
+            paused = fleet.status[going] == Status.PAUSED
+            for n in going[~paused].tolist():
+                watch.report(self.jobs[n].place, float(fleet.times[n]))
+            going = going[paused]
         self._keep(fleet, 1, logs)
 
     @staticmethod

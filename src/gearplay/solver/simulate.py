@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from gearplay.model.case import Case
+from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End
 from gearplay.solver.compiling import prepare_packed
@@ -159,8 +160,9 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
+        starts = Starts(case, packed)
         runs += [
-            Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion)
+            Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion, starts=starts)
             for k, m in enumerate(members)
         ]
     if runs:

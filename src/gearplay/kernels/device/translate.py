@@ -287,7 +287,7 @@ def _place(builder: Any, address: Any, number: Any, kind: Any) -> Any:
 @intrinsic
 def _word(_: Any, address: Any, number: Any) -> Any:
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_place(builder, *args, _WORD))
+        return builder.load(_place(builder, args[0], args[1], _WORD))
 
     return types.int64(types.int64, types.int64), emit
 
@@ -295,7 +295,7 @@ def _word(_: Any, address: Any, number: Any) -> Any:
 @intrinsic
 def _set_word(_: Any, address: Any, number: Any, value: Any) -> Any:
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        builder.store(args[2], _place(builder, *args[:2], _WORD))
+        builder.store(args[2], _place(builder, args[0], args[1], _WORD))
 
     return types.void(types.int64, types.int64, types.int64), emit
 
@@ -303,6 +303,6 @@ def _set_word(_: Any, address: Any, number: Any, value: Any) -> Any:
 @intrinsic
 def _set_number(_: Any, address: Any, number: Any, value: Any) -> Any:
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        builder.store(args[2], _place(builder, *args[:2], ir.DoubleType()))
+        builder.store(args[2], _place(builder, args[0], args[1], ir.DoubleType()))
 
     return types.void(types.int64, types.int64, types.float64), emit

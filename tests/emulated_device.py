@@ -1,16 +1,20 @@
 """A device in the processor's memory: it takes turns on the words that a fleet lays out, by the processor's kernels."""
 
+import copy
 import ctypes
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import stepper
+from gearplay.kernels.device.fleet import LAST
 from gearplay.kernels.device.turns import make_turn
 from gearplay.kernels.device.words import LANES, WORD, Words
 from gearplay.kernels.layout import System
 from gearplay.kernels.run import Run
+from gearplay.solver.on_device import Devices
 
 
 def _at(address: int, count: int) -> NDArray[np.int64]:
@@ -21,6 +25,7 @@ class Emulated:
     """Memory that counts what it holds, and turns."""
 
     def __init__(self) -> None:
+        self.size = 10**9
         self.held: dict[int, NDArray[Any]] = {}
         self.threads: list[int] = []
         """Of each turn."""
@@ -41,9 +46,15 @@ class Emulated:
         assert numbers.flags.c_contiguous
         ctypes.memmove(numbers.ctypes.data, address, numbers.nbytes)
 
-    def turn_of(self, system: System, run: Run) -> Any:
+    @property
+    def devices(self) -> Devices:
+        """As the solver takes it, with a memory of 1 GB."""
+        return Devices(self, lambda: self.size, self.turn_for)
+
+    def turn_for(self, systems: Sequence[System], run: Run) -> Any:
         """Return a turn for runs of the form of one."""
-        words = Words(run, LANES, ("rows", "log"))
+        system, run = copy.deepcopy(systems[0]), copy.deepcopy(run)
+        words = Words(run, LANES, LAST)
 
         class At:
             """A run whose words stand in a tile: taken out, advanced, put back."""
@@ -51,14 +62,14 @@ class Emulated:
             def __init__(self, base: int) -> None:
                 self.tile = _at(base, LANES * (words.size - 1) + 1)[::LANES]
                 words.put(np.ascontiguousarray(self.tile[: words.head]), run)
-                for name in ("rows", "log"):
+                for name in LAST:
                     begin = words.place(getattr(run, name)).start
                     array = getattr(run, name)
                     array.reshape(-1).view(np.int64)[:] = self.tile[begin : begin + array.size]
 
             def back(self) -> None:
                 self.tile[: words.head] = words.take(run)
-                for name in ("rows", "log"):
+                for name in LAST:
                     begin = words.place(getattr(run, name)).start
                     array = getattr(run, name)
                     self.tile[begin : begin + array.size] = array.reshape(-1).view(np.int64)
