@@ -55,7 +55,11 @@ class Job:
     def __post_init__(self) -> None:
         # What cannot mesh is refused before anything runs; the other members are drawn when their turn comes.
         if self.member == 0 and self.origin is None:
-            self.start = self.first_state(self.packed)
+            self.draw()
+
+    def draw(self) -> None:
+        """Draw the start now. `InputError` where teeth cannot mesh."""
+        self.start = self.first_state(self.packed)
 
     def own_packed(self) -> Packed:
         """Return the member's own translation where its housing has a record of its own, the common one otherwise."""

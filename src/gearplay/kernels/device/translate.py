@@ -15,7 +15,7 @@ from cuda.core import Linker, LinkerOptions, ObjectCode
 from llvmlite import ir
 from numba import cuda
 from numba.cuda import cgutils, types
-from numba.cuda.compiler import compile, compile_cuda
+from numba.cuda.compiler import compile_cuda, kernel_fixup
 from numba.cuda.core.imputils import lower_getattr_generic
 from numba.cuda.datamodel import models
 from numba.cuda.dispatcher import CUDADispatcher
@@ -34,6 +34,10 @@ from gearplay.kernels.run import Run
 from gearplay.kernels.signed import Signed
 
 _OPTIONS: Any = {"device": True, "debug": False, "opt": True, "fastmath": False}
+_EXACT: Any = {
+    "opt": 3,
+    "fma": 0,
+}  # products and sums rounded one by one, as on the processor: the same steps, the same error
 _ZEROS: dict[Any, Any] = {int: 0, float: 0.0, bool: False, type(None): None}
 _WORD = ir.IntType(64)
 
@@ -53,8 +57,10 @@ def compile_turn(without: frozenset[str], capability: tuple[int, int]) -> Code:
         _set_word,
         _set_number,
     )
-    wanted = types.void(types.int64, types.int64, types.int64)
-    code, _ = compile(turn, wanted, device=False, cc=capability, output="ptx", abi="numba")
+    words = (types.int64, types.int64, types.int64)
+    made = compile_cuda(turn, types.void, words, nvvm_options=_EXACT, cc=capability)
+    kernel_fixup(made.library.get_function(made.fndesc.llvm_func_name), False)
+    code = made.library.get_asm_str(cc=capability)
     entry = re.search(r"\.entry\s+(\w+)", code)
     assert entry is not None
     return Code(entry[1], [], _machine_code(code, capability))
@@ -85,7 +91,7 @@ class _Function(CUDADispatcher):
                 return_type,
                 args,
                 forceinline=bool(self.contained),
-                nvvm_options={"opt": 3},
+                nvvm_options=_EXACT,
                 cc=self.capability,
             )
             if self.contained is None:  # or each of their callers would be as long as all of them

@@ -145,7 +145,9 @@ class Sweep:
         for index in jobs:
             try:
                 case, member = self.template.case_at(index)
-                begun.append((index, case, job_of(case, member, signals=self.reducer.signals, place=index)))
+                one = job_of(case, member, signals=self.reducer.signals, place=index)
+                one.draw()
+                begun.append((index, case, one))
             except GearplayError as error:
                 outcomes.append(self._refused(index, error, time.perf_counter() - started))
         runs = run_on_cuda([job for _, _, job in begun], stop)
