@@ -2,7 +2,7 @@
 
 import copy
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,11 @@ class Emulated:
         """Of each turn."""
 
     def allocate(self, size: int) -> int:
-        numbers = np.full(max(1, size), 255, dtype=np.uint8)  # whoever reads what nobody wrote sees it
-        self.held[numbers.ctypes.data] = numbers
-        return numbers.ctypes.data
+        step = LANES * WORD
+        numbers = np.full(max(1, size) + step, 255, dtype=np.uint8)  # whoever reads what nobody wrote sees it
+        address = -(-numbers.ctypes.data // step) * step
+        self.held[address] = numbers
+        return address
 
     def release(self, address: int) -> None:
         del self.held[address]
@@ -60,19 +62,24 @@ class Emulated:
             """A run whose words stand in a tile: taken out, advanced, put back."""
 
             def __init__(self, base: int) -> None:
-                self.tile = _at(base, LANES * (words.size - 1) + 1)[::LANES]
-                words.put(np.ascontiguousarray(self.tile[: words.head]), run)
+                self.lane = base % (LANES * WORD) // WORD
+                self.tile = _at(base - WORD * self.lane, LANES * words.size).reshape(-1, LANES)
+                self.heads = np.empty((LANES, words.head), dtype=np.int64)
+                words.from_tile(self.tile[: words.head], self.heads)
+                words.put(self.heads[self.lane], run)
+                for array, kept in self.last():
+                    array[:] = kept
+
+            def last(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
                 for name in LAST:
-                    begin = words.place(getattr(run, name)).start
                     array = getattr(run, name)
-                    array.reshape(-1).view(np.int64)[:] = self.tile[begin : begin + array.size]
+                    yield array.reshape(-1).view(np.int64), self.tile[words.place(array), self.lane]
 
             def back(self) -> None:
-                self.tile[: words.head] = words.take(run)
-                for name in LAST:
-                    begin = words.place(getattr(run, name)).start
-                    array = getattr(run, name)
-                    self.tile[begin : begin + array.size] = array.reshape(-1).view(np.int64)
+                self.heads[self.lane] = words.take(run)
+                self.tile[: words.head] = words.to_tile(self.heads)
+                for array, kept in self.last():
+                    kept[:] = array
 
             def __getattr__(self, name: str) -> Any:
                 return getattr(run, name)

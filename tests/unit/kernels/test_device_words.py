@@ -63,3 +63,18 @@ def test_words_come_back(course: Course) -> None:
     words.put(numbers, course.run)
     assert np.array_equal(words.take(course.run), numbers)
     assert np.array_equal(course.run.y.view(np.int64), numbers[words.place(course.run.y)])
+
+
+def test_a_tile_keeps_the_parts_of_a_complex_number_together(course: Course) -> None:
+    implicit, words = course.run.implicit, Words(course.run, LANES, LAST)
+    heads = np.arange(3 * words.head).reshape(3, -1)
+    tile = words.to_tile(heads)
+    places = {"real": words.place(implicit.right), "complex": words.place(implicit.right_complex)}
+    flat = {kind: tile[place].reshape(-1) for kind, place in places.items()}
+    for lane in range(3):
+        real, parts = (heads[lane, place] for place in places.values())
+        assert np.array_equal(flat["real"][lane::LANES], real)
+        assert np.array_equal(flat["complex"].reshape(-1, 2)[lane::LANES].reshape(-1), parts)
+    back = np.zeros_like(heads)
+    words.from_tile(tile, back)
+    assert np.array_equal(back, heads)

@@ -63,7 +63,7 @@ class Device:
         return int(_checked(cuda.cuMemGetInfo()))  # and the whole, which is not asked for
 
     def allocate(self, size: int) -> int:
-        """Return the address of that many bytes."""
+        """Return the address of that many bytes, a multiple of 256."""
         return int(_checked(cuda.cuMemAlloc(max(size, 1))))
 
     def release(self, address: int) -> None:

@@ -36,7 +36,7 @@ class Memory(Protocol):
     """What a fleet asks of a device (`driver.Device`)."""
 
     def allocate(self, size: int) -> int:
-        """Return the address of that many bytes."""
+        """Return the address of that many bytes, a multiple of ``LANES * WORD``."""
 
     def release(self, address: int) -> None:
         """Give memory back."""
@@ -130,10 +130,8 @@ class Fleet:
     def put(self) -> None:
         """Bring all runs to the device as `heads` has them; all of them go on."""
         for tile in range(self.tiles):
-            lanes: Ints = np.zeros((self.words.head, LANES), dtype=np.int64)
             here = self.heads[tile * LANES : (tile + 1) * LANES]
-            lanes[:, : len(here)] = here.T
-            self.device.put(self._tile(tile), lanes)
+            self.device.put(self._tile(tile), self.words.to_tile(here))
         self.status[:] = PAUSED
 
     def take_turn(self, steps: int, going: Ints) -> None:
@@ -172,8 +170,7 @@ class Fleet:
         lanes: Ints = np.empty((self.words.head, LANES), dtype=np.int64)
         for tile in range(self.tiles):
             self.device.get(self._tile(tile), lanes)
-            here = self.heads[tile * LANES : (tile + 1) * LANES]
-            here[:] = lanes.T[: len(here)]
+            self.words.from_tile(lanes, self.heads[tile * LANES : (tile + 1) * LANES])
 
     def samples(self) -> Iterator[Floats]:
         """Yield the samples of each run, shape [column, sample]."""

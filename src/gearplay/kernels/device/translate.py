@@ -59,8 +59,11 @@ def compile_turn(without: frozenset[str], capability: tuple[int, int]) -> Code:
     )
     words = (types.int64, types.int64, types.int64)
     made = compile_cuda(turn, types.void, words, nvvm_options=_EXACT, cc=capability)
-    kernel_fixup(made.library.get_function(made.fndesc.llvm_func_name), False)
-    code = made.library.get_asm_str(cc=capability)
+    library = made.library
+    kernel_fixup(library.get_function(made.fndesc.llvm_func_name), False)
+    # A library has one of each module of another for every way that leads there: some thousand of some hundred.
+    library._llvm_strs = [str(module) for module in {id(each): each for each in library.modules}.values()]
+    code = library.get_asm_str(cc=capability)
     entry = re.search(r"\.entry\s+(\w+)", code)
     assert entry is not None
     return Code(entry[1], [], _machine_code(code, capability))
@@ -203,6 +206,8 @@ def _type_of(shape: Any, apart: int) -> Any:
         return group_type(shape, apart)
     if shape[0] == "tuple":
         return types.Tuple([_type_of(part, apart) for part in shape[1:]])
+    if apart > 1 and shape[0].itemsize not in (WORD, 2 * WORD):
+        raise TypeError(f"what lies interleaved must be numbers, real or complex, not {shape[0]}")
     return types.Array(from_dtype(shape[0]), shape[1], "C" if apart == 1 else "A")
 
 
@@ -255,7 +260,12 @@ def _field(context: Any, builder: Any, group: Any, slot: int, kind: Any, apart: 
     for extent in shape[:0:-1]:
         strides.insert(0, builder.mul(strides[0], extent))
     pointer = context.get_value_type(types.CPointer(kind.dtype))
-    data = builder.inttoptr(builder.add(group.base, begin), pointer)
+    base = group.base
+    if (
+        apart > 1 and size > WORD
+    ):  # complex: both parts side by side, so that lanes are twice as far from each other
+        base = builder.add(base, builder.and_(base, _WORD(apart * WORD - 1)))
+    data = builder.inttoptr(builder.add(base, begin), pointer)
     array = make_array(kind)(context, builder)
     populate_array(array, data=data, shape=shape, strides=strides, itemsize=_WORD(size), meminfo=None)
     return array._getvalue()

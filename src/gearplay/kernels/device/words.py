@@ -1,8 +1,9 @@
 """How the arrays of a group lie in the memory of a device: word behind word, where a table says.
 
 A thread that reads a word of its run stands beside 31 that read the same word of theirs: where those lie side by side, the device
-reads them at once. So the words of `LANES` runs are interleaved: word w of lane l stands at ``w * LANES + l`` of their tile.
-Records of a mechanism are not: all threads read the same ones.
+reads them at once. So the words of `LANES` runs are interleaved: word w of lane l stands at ``w * LANES + l`` of their tile. A
+complex number keeps its two words together, beside those of the next lane. Records of a mechanism are not interleaved: all
+threads read the same ones.
 """
 
 from collections.abc import Iterator
@@ -60,11 +61,14 @@ class Words:
         self._of = group  # must live as long as its arrays are told apart by where they are
         begins: dict[int, int] = {}
         at = self.head = 0
+        self._complex: list[slice] = []
         for tail in (False, True):
             for place, array in enumerate(found):
                 if (id(array) in behind) == tail and id(array) not in begins:
                     begins[id(array)] = at
                     at += array.nbytes // WORD
+                    if array.dtype.kind == "c" and array.size:
+                        self._complex.append(slice(begins[id(array)], at))
                     if not tail:
                         self._places.append(place)
             if not tail:
@@ -80,6 +84,21 @@ class Words:
         """Return where among the words an array of the group lies that this was made of."""
         begin = self._begins[id(array)]
         return slice(begin, begin + array.nbytes // WORD)
+
+    def to_tile(self, heads: Ints) -> Ints:
+        """Return a tile, shape [word, lane], of the words of `LANES` runs at most, shape [run, word]."""
+        tile: Ints = np.zeros((self.head, LANES), dtype=np.int64)
+        tile[:, : len(heads)] = heads.T
+        for place in self._complex:
+            tile[place] = tile[place].reshape(-1, 2, LANES).swapaxes(1, 2).reshape(-1, LANES)
+        return tile
+
+    def from_tile(self, tile: Ints, heads: Ints) -> None:
+        """Fill the words of runs, shape [run, word], from their tile."""
+        heads[:] = tile.T[: len(heads)]
+        for place in self._complex:
+            apart = tile[place].reshape(-1, LANES, 2).swapaxes(1, 2).reshape(-1, LANES)
+            heads[:, place] = apart.T[: len(heads)]
 
     def take(self, group: Group) -> Ints:
         """Return the numbers of a group but for its last fields as words, shape [head]."""
