@@ -40,7 +40,7 @@ def report(problems=tuple(PROBLEMS), many=MANY, repeats=REPEATS, tell=None):
     """Return the table: members per second of two threads and of the device, and the ratio's spread."""
     name, why = device_name()
     if why:
-        return [f"None here ({why})"]
+        return [f"None here: {why}"]
     lines = [
         f"{name}. Whole calls, starts drawn and results made included; least to largest of {repeats} repeats, in turn.",
         "",
