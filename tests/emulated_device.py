@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.device.fleet import LAST
+from gearplay.device.turns import make_turn
+from gearplay.device.words import LANES, WORD, Words
 from gearplay.kernels import stepper
-from gearplay.kernels.device.fleet import LAST
-from gearplay.kernels.device.turns import make_turn
-from gearplay.kernels.device.words import LANES, WORD, Words
 from gearplay.kernels.layout import System
 from gearplay.kernels.run import Run
 from gearplay.solver.on_device import Devices

@@ -18,8 +18,8 @@ from numba.cuda.codegen import CUDACodeLibrary
 from tests.emulated_device import Emulated
 
 import gearplay as gp
-from gearplay.kernels.device import translate
-from gearplay.kernels.device.code import unneeded
+from gearplay.device import translate
+from gearplay.device.code import unneeded
 from gearplay.kernels.layout import System
 from gearplay.kernels.run import Run
 from gearplay.solver import on_device

@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.device.fleet import DeviceError, Fleet, Memory, Turn, words_of
+from gearplay.device.words import WORD, Words
 from gearplay.kernels import run as kernel
-from gearplay.kernels.device.fleet import Fleet, Memory, Turn, words_of
-from gearplay.kernels.device.words import WORD, Words
 from gearplay.kernels.layout import System
 from gearplay.kernels.run import Run
 from gearplay.model.pack import Packed
@@ -49,7 +49,7 @@ def cuda() -> Devices:
     Raises `InputError` where there is none, or nothing that speaks to one.
     """
     try:
-        from gearplay.kernels.device.driver import Device, DeviceError
+        from gearplay.device.driver import Device
 
         device = Device()
     except ModuleNotFoundError:
@@ -59,12 +59,12 @@ def cuda() -> Devices:
 
     @cache
     def turn(without: frozenset[str]) -> Turn:
-        from gearplay.kernels.device.code import turn_of
+        from gearplay.device.code import turn_of
 
         return turn_of(device, without, _tell_compiling)
 
     def turn_for(systems: Sequence[System], _: Run) -> Turn:
-        from gearplay.kernels.device.code import unneeded
+        from gearplay.device.code import unneeded
 
         device.use()
         return turn(unneeded(systems))
@@ -87,12 +87,18 @@ def _tell_compiling() -> None:
 
 
 def run_together(jobs: Sequence[Job], watch: Watch, on: Devices | None = None) -> list[Trajectory]:
-    """Simulate members together; the result has their order, and each is what `Job.run` gives but for rounding."""
+    """Simulate members together; the result has their order, and each is what `Job.run` gives but for rounding.
+
+    Raises `ResourceError` where the device fails, `InputError` where there is none.
+    """
     on = cuda() if on is None else on
     found: dict[int, Trajectory] = {}
-    for wave in _waves(jobs, on):
-        for member, trajectory in zip(wave.members, wave.run(watch), strict=True):
-            found[member] = trajectory
+    try:
+        for wave in _waves(jobs, on):
+            found |= zip(wave.members, wave.run(watch), strict=True)
+    except DeviceError as error:
+        cure = "Leave device out, or run fewer members at a time"
+        raise ResourceError(f"device: {error}, and what ran there is lost. {cure}.") from None
     return [found[number] for number in range(len(jobs))]
 
 

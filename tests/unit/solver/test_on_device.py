@@ -11,7 +11,8 @@ import pytest
 from tests.emulated_device import Emulated
 
 import gearplay as gp
-from gearplay.kernels.device.words import LANES, Words
+from gearplay.device.fleet import DeviceError
+from gearplay.device.words import LANES, Words
 from gearplay.model.pack import pack
 from gearplay.solver import on_device, simulate
 from gearplay.solver.course import Course
@@ -92,6 +93,18 @@ def test_memory_for_few_runs_takes_several_waves(device: Emulated) -> None:
     device.size = 100
     with pytest.raises(ResourceError, match="does not hold one run"):
         run_batch([(case, range(2))], device="cuda")
+
+
+def test_a_device_that_fails_is_told_of(device: Emulated, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(size: int) -> int:
+        if size > 100_000:
+            raise DeviceError("out of memory")
+        return Emulated.allocate(device, size)
+
+    monkeypatch.setattr(device, "allocate", full)
+    with pytest.raises(ResourceError, match="device: out of memory, and what ran there is lost"):
+        run_batch([(gp.load_case("han2021", QUICK), range(40))], device="cuda")
+    assert not device.held
 
 
 def test_a_log_longer_than_its_room_is_whole(device: Emulated, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,10 +3,11 @@
 import hashlib
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gearplay.device.fleet import Turn
 from gearplay.kernels import compiled_files, joined
-from gearplay.kernels.device.fleet import Turn
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import System
 from gearplay.kernels.machine_code import Code
@@ -14,7 +15,7 @@ from gearplay.kernels.run import Run
 from gearplay.kernels.signed import form_of
 
 if TYPE_CHECKING:
-    from gearplay.kernels.device.driver import Device
+    from gearplay.device.driver import Device
 
 
 def unneeded(systems: Iterable[System]) -> frozenset[str]:
@@ -32,14 +33,15 @@ def code_for(
     without: frozenset[str], capability: tuple[int, int], compiling: Callable[[], None] = lambda: None
 ) -> Code:
     """Return the code of a turn; groups of all classes have been made. ``compiling`` is called where that must be done."""
-    form = repr((form_of(System), form_of(Run), version("numba-cuda")))
+    sources = compiled_files.kernel_digest(Path(__file__).parent)
+    form = repr((form_of(System), form_of(Run), version("numba-cuda"), sources))
     form = hashlib.sha256(form.encode()).hexdigest()[:16]
     which = hashlib.sha256(repr(sorted(without)).encode()).hexdigest()[:8]
     file = compiled_files.file_of(f"turn.sm{capability[0]}{capability[1]}.{which}")
     code = None if file is None else compiled_files.load(file, form)
     if code is None:
         compiling()
-        from gearplay.kernels.device.translate import compile_turn
+        from gearplay.device.translate import compile_turn
 
         code = compile_turn(without, capability)
         if file is not None:

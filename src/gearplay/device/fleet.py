@@ -6,8 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.arrays import Floats, Ints
-from gearplay.kernels.device.turns import (
+from gearplay.device.turns import (
     CLOCKS,
     EMPTY,
     LOG,
@@ -24,12 +23,17 @@ from gearplay.kernels.device.turns import (
     TAKEN,
     TILE,
 )
-from gearplay.kernels.device.words import LANES, WORD, Words
+from gearplay.device.words import LANES, WORD, Words
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.layout import System
 from gearplay.kernels.run import LOG_COLUMNS, PAUSED, Run
 
 LAST = ("rows", "log")
 """Fields of a run that only come back."""
+
+
+class DeviceError(RuntimeError):
+    """What a device's driver says went wrong."""
 
 
 class Memory(Protocol):

@@ -24,10 +24,10 @@ from numba.cuda.np.arrayobj import make_array, populate_array
 from numba.cuda.np.numpy_support import from_dtype
 from numba.cuda.typing.templates import AttributeTemplate
 
+from gearplay.device.turns import make_turn
+from gearplay.device.words import LANES, WORD
 from gearplay.kernels import stepper
 from gearplay.kernels.compiled import CONTAINED
-from gearplay.kernels.device.turns import make_turn
-from gearplay.kernels.device.words import LANES, WORD
 from gearplay.kernels.layout import System
 from gearplay.kernels.machine_code import Code
 from gearplay.kernels.run import Run

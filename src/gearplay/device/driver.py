@@ -7,14 +7,11 @@ import numpy as np
 from cuda.bindings import driver as cuda
 from numpy.typing import NDArray
 
+from gearplay.device.fleet import DeviceError
 from gearplay.kernels.machine_code import Code
 
 BLOCK = 32
 """Threads of a block: those that go in step, so that one that is done gives way to the next."""
-
-
-class DeviceError(RuntimeError):
-    """What the driver says went wrong."""
 
 
 def _checked(answer: Any) -> Any:
@@ -31,27 +28,21 @@ class Device:
     def __init__(self) -> None:
         try:
             _checked(cuda.cuInit(0))
-        except RuntimeError as error:  # also what the bindings raise where there is no driver
-            raise DeviceError(str(error)) from None
+        except RuntimeError:  # also what the bindings raise where there is no driver
+            raise DeviceError("the driver of an NVIDIA device does not answer") from None
         device = _checked(cuda.cuDeviceGet(0))
         self._context = _checked(cuda.cuDevicePrimaryCtxRetain(device))
         self.use()
         self.name = _checked(cuda.cuDeviceGetName(128, device)).decode().rstrip("\0")
         attribute = cuda.CUdevice_attribute
         self.capability = (
-            int(
-                _checked(
-                    cuda.cuDeviceGetAttribute(attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR, device)
-                )
-            ),
-            int(
-                _checked(
-                    cuda.cuDeviceGetAttribute(attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR, device)
-                )
-            ),
+            self._ask(attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR, device),
+            self._ask(attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR, device),
         )
-        count = attribute.CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT
-        self.processors = int(_checked(cuda.cuDeviceGetAttribute(count, device)))
+
+    @staticmethod
+    def _ask(attribute: Any, device: Any) -> int:
+        return int(_checked(cuda.cuDeviceGetAttribute(attribute, device)))
 
     def use(self) -> None:
         """Speak to the device from this thread."""

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gearplay.kernels.device.words import LANES, WORD
+from gearplay.device.words import LANES, WORD
 from gearplay.kernels.run import LOGGED, STEPS, T
 
 RUNS, MECHANISMS, MECHANISM_OF, ORDER, EMPTY, REPORT, CLOCKS, RUN_TABLE, MECHANISM_TABLE, TILE = range(10)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.device.fleet import LAST
+from gearplay.device.words import LANES, WORD, Words
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.device.fleet import LAST
-from gearplay.kernels.device.words import LANES, WORD, Words
 from gearplay.model.pack import pack
 from gearplay.solver.course import Course
 
