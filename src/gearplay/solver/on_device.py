@@ -103,7 +103,10 @@ def run_together(jobs: Sequence[Job], watch: Watch, on: Devices | None = None) -
 
 
 class _Like:
-    """Members of one mechanism, kept alike: a course that stands for each of them in turn, and how it lies on a device."""
+    """Members of one mechanism, kept alike: a course that stands for each of them in turn, and how it lies on a device.
+
+    The first of them has made it; the others differ in their start alone.
+    """
 
     def __init__(self, job: Job, packed: Packed) -> None:
         self.packed = packed
@@ -117,8 +120,6 @@ class _Like:
 
     def head_of(self, job: Job) -> Ints:
         """Return the words of a member that has not begun."""
-        if job.origin is not None:
-            return self.words.take(job.begin(self.packed, len(self.course.run.log)).run)
         head, start = self.head.copy(), job.first_state(self.packed).view(np.int64)
         for place in self.states:
             head[place] = start
@@ -131,7 +132,7 @@ def _waves(jobs: Sequence[Job], on: Devices) -> Iterator["_Wave"]:
     like: _Like | None = None
     for number, job in enumerate(jobs):
         packed = job.own_packed()
-        if like is None or like.packed is not packed:
+        if like is None or like.packed is not packed or job.origin is not None:
             like = _Like(job, packed)
         wave = open_.get(like.form)
         if wave is None:

@@ -78,8 +78,14 @@ def test_a_member_goes_on_from_an_end(device: Emulated) -> None:
     case = gp.load_case("external-pair", QUICK)  # whose flanks stay pressed, with the speed of their impact
     end = run_one(case, 1, signals=[]).end
     assert end.latch.any()
-    (found,) = together([job_of(case, 1, signals=["output.x"], origin=end)])
-    assert_same(found, run_one(case, 1, signals=["output.x"], origin=end))
+    other = run_one(case, 2, signals=[]).end
+    one, two = (
+        job_of(case, 1, signals=["output.x"], origin=end),
+        job_of(case, 1, signals=["output.x"], origin=other),
+    )
+    two.packed, two.place = one.packed, 1  # as those of one call share it
+    for found, origin in zip(together([one, two]), (end, other), strict=True):
+        assert_same(found, run_one(case, 1, signals=["output.x"], origin=origin))
 
 
 def test_memory_for_few_runs_takes_several_waves(device: Emulated) -> None:
