@@ -90,7 +90,7 @@ def main() -> None:
                                      connectionstyle=f"arc3,rad={0.08 * bend:.3f}", color="#0b5fa5",
                                      linewidth=0.3 + 0.05 * min(number, 30), alpha=0.45))  # fmt: skip
         count += number
-    ax.set_xlim(-0.7, 10.2)
+    ax.set_xlim(-0.7, 10.8)
     ax.set_ylim(-len(rows) + 0.5, 0.5)
     ax.axis("off")
     ax.set_title(
