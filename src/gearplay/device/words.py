@@ -85,6 +85,16 @@ class Words:
         begin = self._begins[id(array)]
         return slice(begin, begin + array.nbytes // WORD)
 
+    def load(self, words: Ints, *arrays: NDArray[Any]) -> None:
+        """Set arrays of the group that this was made of to what ``words``, shape [head], says."""
+        for array in arrays:
+            array.reshape(-1).view(np.int64)[:] = words[self.place(array)]
+
+    def store(self, words: Ints, *arrays: NDArray[Any]) -> None:
+        """Set ``words``, shape [head], to what arrays of the group that this was made of say."""
+        for array in arrays:
+            words[self.place(array)] = array.reshape(-1).view(np.int64)
+
     def to_tile(self, heads: Ints) -> Ints:
         """Return a tile, shape [word, lane], of the words of `LANES` runs at most, shape [run, word]."""
         tile: Ints = np.zeros((self.head, LANES), dtype=np.int64)

@@ -30,11 +30,6 @@ from gearplay.vocabulary.progress import Tick
 Floats = NDArray[np.float64]
 
 
-def written(course: Course, left: float) -> WrittenSamples:
-    """Return the samples that a course has written; computing others may take a time ``left`` [s]."""
-    return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T, left)
-
-
 @dataclass
 class Job:
     """One member to simulate."""
@@ -137,7 +132,7 @@ class Job:
     def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
         """Return what was sampled, or what will be when it is asked for."""
         if motion is None:
-            return written(course, left)
+            return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T, left)
         motion.reached, motion.left = course.time, left
         return KeptSamples(motion, self.kept[1], self.sampling)
 

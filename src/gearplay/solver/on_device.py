@@ -203,8 +203,7 @@ class _Wave:
         """Return what came of a member; its course stands for it."""
         job, like = self.jobs[n], self.likes[n]
         run, course = like.course.run, like.course
-        for array in (run.y, run.clock, run.counts, run.tallies, run.branch.memory, run.branch.latch):
-            array.reshape(-1).view(np.int64)[:] = head[like.words.place(array)]
+        like.words.load(head, run.y, run.clock, run.counts, run.tallies, run.branch.memory, run.branch.latch)
         course.log = log
         kept = samples[:, : int(run.counts[kernel.ROWS])].T.copy()
         return job.trajectory(
@@ -216,12 +215,11 @@ class _Wave:
         for n in members.tolist():
             job, like = self.jobs[n], self.likes[n]
             run = like.course.run
-            for array in (run.clock, run.counts, run.tallies):
-                array.reshape(-1).view(np.int64)[:] = heads[n, like.words.place(array)]
+            changed = (run.clock, run.counts, run.tallies)
+            like.words.load(heads[n], *changed)
             like.course.sample_from(job.transient, job.sampling)
             run.clock[kernel.T_END] = job.transient + job.duration
-            for array in (run.clock, run.counts, run.tallies):
-                heads[n, like.words.place(array)] = array.reshape(-1).view(np.int64)
+            like.words.store(heads[n], *changed)
 
     def _follow(
         self, fleet: Fleet, going: Ints, statuses: Ints, watch: Watch, logs: list[list[Floats]] | None

@@ -77,7 +77,8 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
-    return job_of(case, member, signals=signals, origin=origin).run(_alone(case, stop))
+    one = job_of(case, member, signals=signals, origin=origin)
+    return one.run(Watch(one.duration + one.transient, None, stop or threading.Event()))
 
 
 def job_of(
@@ -103,10 +104,6 @@ def job_of(
         )
     )
     return Job(place, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
-
-
-def _alone(case: Case, stop: threading.Event | None) -> Watch:
-    return Watch(case.run.duration + case.run.transient, None, stop or threading.Event())
 
 
 def run_on_cuda(jobs: Sequence[Job], stop: threading.Event | None = None) -> list[Trajectory]:
