@@ -159,3 +159,26 @@ def test_kept_and_written_samples_are_the_same_bits() -> None:
     whole = kept.signal("output.x")
     at = math.floor(0.05 * case.run.sampling + 0.5)
     assert np.max(np.abs(part - whole[at : at + part.size])) < 1e-15  # the times are rounded otherwise
+
+
+def test_a_step_too_long_for_newton_is_taken_shorter(measured: Measured) -> None:
+    """At a loose tolerance steps grow until their equations are not solved: then by shorter ones, not 200 explicit ones."""
+    course = started(gp.replace(gp.load_case("han2021"), LOADED), tolerance=1e-4)
+    before = course.steps
+    course.advance(0.4)
+    assert course.steps - before < 300  # 600 of them where one failure was enough
+    measured("steps of the article's pair under 1 g and 1 N m in 0.1 s at 1e-4", course.steps - before, "300")
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"), [("external-pair", 0.9, 1.0), ("two-stage-reducer", 0.0, 0.2)]
+)
+def test_only_steps_that_pay_are_implicit(name: str, least: float, most: float, measured: Measured) -> None:
+    """The reducer's ones would be a third longer than explicit ones and cost twice as much."""
+    course, steps, quiet = started(gp.load_case(name), tolerance=1e-6), 0, 0
+    while course.time < 0.35:
+        course.take_chunk(0.35, 1)
+        steps += 1
+        quiet += int(course.run.implicit.numbers[implicit.IN_USE] == 1)
+    assert least < quiet / steps < most
+    measured(f"share of implicit steps, {name} at 1e-6", quiet / steps, f"{least} to {most}")

@@ -12,7 +12,6 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.implicit import (
-    AA,
     AGE,
     CONTRACTION,
     FACTORED,
@@ -20,13 +19,14 @@ from gearplay.kernels.implicit import (
     H_TRACED,
     IN_USE,
     TRACED,
-    A,
     C,
     correct,
     factorise,
     find_unknowns,
     position_of,
 )
+from gearplay.kernels.implicit_stages import place_stage, predict
+from gearplay.kernels.jacobian import differentiate, is_worn, wear
 from gearplay.kernels.layout import System, vx_of, x_of
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.run import CALLS, FINENESS, Run, T
@@ -49,133 +49,89 @@ ERROR = 8e-3
 
 NEWTON = 8  # iterations at most
 ENOUGH = 0.05  # of the allowed error that Newton's method may leave
-OLDEST = 50  # steps that a Jacobian is used for
 
 
 @compiled_once
-def differentiate(system: System, run: Run, t: float) -> int:
-    """Fill the Jacobian at the start of a step, by differences; return 1 where a pair cannot mesh."""
-    kept, roster, y, f_0 = run.implicit, run.roster, run.y_new, run.stages[0]
-    moved = run.stages[1]
-    count = kept.places[0]
-    for s in range(1, roster.states[0] + 1):
-        y[roster.states[s]] = run.y[roster.states[s]]
-    for c in range(count):
-        speed = kept.places[c + 1]
-        for kind in range(2):
-            place = position_of(system, speed) if kind == 0 else speed
-            far = (1e-5 if kind == 0 else 1e-4) * run.natural[place]
-            target = kept.positions if kind == 0 else kept.velocities
-            y[place] = run.y[place] + far
-            run.counts[CALLS] += 1
-            if rates_of(system, roster, t, y, run.branch, moved, run.loads_try) != 0:
-                return 1
-            y[place] = run.y[place]
-            for other in range(count):
-                at = kept.places[other + 1]
-                target[other, c] = (moved[at] - f_0[at]) / far
-    kept.numbers[AGE] = 0
-    kept.numbers[FACTORED] = 0
-    return 0
+def solve(system: System, run: Run, t: float, h: float) -> int:
+    """Solve the equations of a step of h [s] from t [s] for the guessed accelerations at the stages.
 
-
-@compiled_inline
-def predict(run: Run, h: float) -> None:
-    """Guess the accelerations at the stages: the polynomial of the step before goes on, or they stay what they are."""
-    kept, states = run.implicit, run.roster.states
-    ratio = h / kept.sizes[H_TRACED] if kept.numbers[TRACED] == 1 else 0.0
-    for stage in range(3):
-        x = 1.0 + ratio * C[stage]
-        w_0 = (x - C[1]) * (x - C[2]) / ((C[0] - C[1]) * (C[0] - C[2]))
-        w_1 = (x - C[0]) * (x - C[2]) / ((C[1] - C[0]) * (C[1] - C[2]))
-        w_2 = (x - C[0]) * (x - C[1]) / ((C[2] - C[0]) * (C[2] - C[1]))
-        for s in range(1, states[0] + 1):
-            i = states[s]
-            if ratio > 0.0:
-                kept.k[stage, i] = w_0 * kept.last[0, i] + w_1 * kept.last[1, i] + w_2 * kept.last[2, i]
-            else:
-                kept.k[stage, i] = run.stages[0, i]
-
-
-@compiled_inline
-def place_stage(system: System, run: Run, stage: int, h: float) -> None:
-    """Fill y_new with the state at a stage."""
-    roster, y, k, v = run.roster, run.y, run.implicit.k, run.implicit.v
+    Returns the number of iterations, 0 where they do not converge, or too slowly.
+    """
+    kept, roster, scale, price = run.implicit, run.roster, run.scale, run.implicit.price
+    k, rest, stages, sizes = kept.k, kept.rest, run.stages, kept.sizes
     for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
-        for axis in range(3):
-            q, s = x_of(i) + axis, vx_of(system, i) + axis
-            v[stage, q] = y[s] + h * (A[stage, 0] * k[0, s] + A[stage, 1] * k[1, s] + A[stage, 2] * k[2, s])
-            run.y_new[s] = v[stage, q]
-            bend = AA[stage, 0] * k[0, s] + AA[stage, 1] * k[1, s] + AA[stage, 2] * k[2, s]
-            run.y_new[q] = y[q] + h * (C[stage] * y[s] + h * bend)
-
-
-@compiled_once
-def solve(system: System, run: Run, t: float, h: float) -> bool:
-    """Solve the equations of a step of h [s] from t [s] for the accelerations at the stages; return whether that succeeded."""
-    kept, roster = run.implicit, run.roster
-    predict(run, h)
+        first = vx_of(system, roster.active[c])
+        for s in range(first, first + 3):
+            price[s] = h * max(1.0 / scale[s], h / scale[position_of(system, s)]) / run.clock[FINENESS]
     before = 0.0
     for turn in range(NEWTON):
         for stage in range(3):
             place_stage(system, run, stage, h)
             run.counts[CALLS] += 1
-            row = run.stages[1 + stage]
-            if rates_of(system, roster, t + C[stage] * h, run.y_new, run.branch, row, run.loads) != 0:
-                return False
+            if (
+                rates_of(
+                    system, roster, t + C[stage] * h, run.y_new, run.branch, stages[1 + stage], run.loads
+                )
+                != 0
+            ):
+                return 0
             for c in range(1, roster.active[0] + 1):
                 first = vx_of(system, roster.active[c])
                 for s in range(first, first + 3):
-                    kept.rest[stage, s] = row[s] - kept.k[stage, s]
+                    rest[stage, s] = stages[1 + stage, s] - k[stage, s]
         correct(kept)
         size = 0.0
         for c in range(1, roster.active[0] + 1):
             first = vx_of(system, roster.active[c])
             for s in range(first, first + 3):
-                q = position_of(system, s)
                 for stage in range(3):
-                    change = abs(kept.rest[stage, s])
-                    kept.k[stage, s] += kept.rest[stage, s]
-                    size = max(size, h * change / run.scale[s], h * h * change / run.scale[q])
-        size /= run.clock[FINENESS]
-        if not size < 1e12:
-            return False
+                    k[stage, s] += rest[stage, s]
+                    change = price[s] * abs(rest[stage, s])
+                    if not change <= size:
+                        size = change
+                        if not size < 1e12:
+                            return 0
         if turn > 0:
-            kept.sizes[CONTRACTION] = max(size / before, 0.3 * kept.sizes[CONTRACTION])
-            if kept.sizes[CONTRACTION] >= 0.9:
-                return False
-        if kept.sizes[CONTRACTION] * size <= ENOUGH:
-            return True
+            sizes[CONTRACTION] = max(size / before, 0.3 * sizes[CONTRACTION])
+            if sizes[CONTRACTION] >= 0.9:
+                return 0
+        left = sizes[CONTRACTION] * size
+        if left <= ENOUGH:
+            return turn + 1
+        if turn > 0 and left * sizes[CONTRACTION] ** (NEWTON - 1 - turn) > ENOUGH:
+            return 0
         before = size
-    return False
+    return 0
 
 
 @compiled_once
 def attempt_implicit(system: System, run: Run, h: float) -> int:
     """Try a step of h [s] of the active rotors into y_new, and leave behind what an explicit step does; return 0, or 1."""
     kept, roster, t = run.implicit, run.roster, run.clock[T]
-    numbers, stages = kept.numbers, run.stages
-    if numbers[AGE] >= OLDEST or numbers[IN_USE] == 0:
-        if numbers[IN_USE] == 0:
-            find_unknowns(system, roster, kept)
-            numbers[TRACED] = 0
-            kept.sizes[CONTRACTION] = 0.3
-        if differentiate(system, run, t) != 0:
-            return 1
+    numbers = kept.numbers
+    if numbers[IN_USE] == 0:
+        find_unknowns(system, roster, kept)
+        numbers[TRACED] = 0
+        kept.sizes[CONTRACTION] = 0.3
+    predict(system, run, h)
+    if (numbers[IN_USE] == 0 or is_worn(kept)) and differentiate(system, run, t, h) != 0:
+        return 1
     while True:
         if (numbers[FACTORED] == 0 or kept.sizes[H_FACTORED] != h) and factorise(kept, h) != 0:
             return 1
-        if solve(system, run, t, h):
+        turns = solve(system, run, t, h)
+        if turns > 0:
             break
         if numbers[AGE] == 0:
             return 1
         kept.sizes[CONTRACTION] = 0.3
-        if differentiate(system, run, t) != 0:
+        predict(system, run, h)
+        if differentiate(system, run, t, h) != 0:
             return 1
+    wear(kept, turns)
     place_stage(system, run, 2, h)
     run.counts[CALLS] += 1
-    if rates_of(system, roster, t + h, run.y_new, run.branch, stages[STAGES - 1], run.loads) != 0:
+    if rates_of(system, roster, t + h, run.y_new, run.branch, run.stages[STAGES - 1], run.loads) != 0:
         return 1
     fill_stages(system, run)
     return 0
@@ -232,18 +188,3 @@ def implicit_error(system: System, run: Run, h: float) -> float:
                 if not size < np.inf:
                     return np.inf
     return worst / run.clock[FINENESS]
-
-
-@compiled_inline
-def trace(run: Run, h: float) -> None:
-    """Keep the accelerations of a step that was accepted, for the next one's guess."""
-    kept, states = run.implicit, run.roster.states
-    for s in range(1, states[0] + 1):
-        i = states[s]
-        kept.last_v[i] = kept.v[1, i]
-        for stage in range(3):
-            kept.last[stage, i] = kept.k[stage, i]
-    kept.sizes[H_TRACED] = h
-    kept.numbers[TRACED] = 1
-    kept.numbers[IN_USE] = 1
-    kept.numbers[AGE] += 1

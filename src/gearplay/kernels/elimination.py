@@ -1,4 +1,7 @@
-"""Linear equations by elimination with row exchanges, real and complex ones alike; in place, the first ``count`` of them."""
+"""Linear equations by elimination with row exchanges, real and complex ones alike; in place, the first ``count`` of them.
+
+Pivots are kept as their reciprocals: factors are used far more often than they are made, and a complex division is slow.
+"""
 
 from typing import Any
 
@@ -28,8 +31,9 @@ def eliminate(matrix: NDArray[Any], swaps: Ints, count: int) -> int:
             matrix[column, j], matrix[best, j] = matrix[best, j], held
         if size_of(matrix[column, column]) == 0.0:
             return 1
+        matrix[column, column] = 1.0 / matrix[column, column]
         for row in range(column + 1, count):
-            factor = matrix[row, column] / matrix[column, column]
+            factor = matrix[row, column] * matrix[column, column]
             matrix[row, column] = factor
             for j in range(column + 1, count):
                 matrix[row, j] -= factor * matrix[column, j]
@@ -52,4 +56,4 @@ def substitute(factors: NDArray[Any], swaps: Ints, x: NDArray[Any], count: int) 
         total = x[row]
         for j in range(row + 1, count):
             total -= factors[row, j] * x[j]
-        x[row] = total / factors[row, row]
+        x[row] = total * factors[row, row]

@@ -210,7 +210,9 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
     searched = False
     for c in range(1, roster.hiding[0] + 1):
         s = roster.hiding[c]
-        e, local = system.switches[s].element, system.switches[s].local
+        e, local, k = system.switches[s].element, system.switches[s].local, system.switches[s].contact
+        if k >= 0 and run.branch.modes[k] == OPEN:
+            continue  # nothing of an open contact is hidden
         hidden = run.g_0[s] <= 0.0 and run.g_1[s] <= 0.0
         if hidden and table.may_return(
             system, e, local, h, run.branch, run.loads_0, run.loads, run.g_0, run.g_1, run.stages

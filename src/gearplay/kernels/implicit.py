@@ -17,12 +17,17 @@ from gearplay.kernels.elimination import eliminate, substitute
 from gearplay.kernels.layout import System, vx_of
 from gearplay.kernels.roster import Roster
 
-# Slots of Implicit.numbers: steps since anything happened, whether it is in use, steps since the Jacobian, whether polynomial and
-# factors are known, how many quiet explicit steps it waits for.
-QUIET, IN_USE, AGE, TRACED, FACTORED, PATIENCE, TRIED = range(7)
-# Slots of Implicit.sizes: lengths [s] of the steps that the polynomial and the factors are of, of the last explicit one; how fast
-# Newton's method converges.
-H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION = range(4)
+# Slots of Implicit.numbers: steps since anything happened, whether it is in use, steps since the Jacobian, how many steps are
+# traced (2 at most), whether factors are known, how many quiet explicit steps it waits for, steps since then, Newton's iterations
+# of a step with a new Jacobian, how many more all steps since have taken, and
+# how many right-hand sides there had been before the first of the steps tried.
+QUIET, IN_USE, AGE, TRACED, FACTORED, PATIENCE, TRIED, FRESH, EXCESS, CALLS_TRIED = range(10)
+# Slots of Implicit.sizes: lengths [s] of the last step traced, of the one that the factors are for, of the last explicit one; how
+# fast Newton's method converges; the length of the step traced before the last; of the three that the weights are for;
+# what a Jacobian costs, in right-hand sides.
+H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION, H_OLDER, WEIGHED_H, WEIGHED_TRACED, WEIGHED_OLDER, COST = (
+    range(9)
+)
 
 FIRST_PATIENCE, MOST_PATIENCE = 12, 200  # explicit steps without an event after which it is tried
 LARGEST = 60
@@ -76,16 +81,22 @@ class Implicit(Group):
     k: Floats  # [3, state] accelerations at the stages, in their places
     last: Floats  # [3, state] of the step before
     last_v: Floats  # [state] velocities at its second stage, in the places of positions
+    older: Floats  # [2, state] accelerations at the first stages of the step before that
+    nodes: Floats  # [5] where the last five of them lie, in step lengths
+    weights: Floats  # [3, 5] by which they are carried on to the stages
+    price: Floats  # [state] what a change of an acceleration changes, in allowed errors
     rest: Floats  # [3, state] what is left of the equations, then the correction
     v: Floats  # [3, state] velocities at the stages, in the places of positions
+    beside: Ints  # list: acting elements of a rotor
+    whole: Ints  # list: all of them
     right: Floats  # [m]
     right_complex: NDArray[np.complex128]  # [m]
 
 
-def make_implicit(rotors: int, states: int) -> Implicit:
-    """Allocate what the implicit method keeps, for a number of rotors and states."""
+def make_implicit(rotors: int, elements: int, states: int) -> Implicit:
+    """Allocate what the implicit method keeps, for a number of rotors, elements and states."""
     m = min(3 * rotors, LARGEST)
-    numbers, sizes = np.zeros(7, dtype=np.int64), np.zeros(4)
+    numbers, sizes = np.zeros(10, dtype=np.int64), np.zeros(9)
     numbers[PATIENCE] = FIRST_PATIENCE
     return Implicit(
         numbers=numbers,
@@ -100,8 +111,14 @@ def make_implicit(rotors: int, states: int) -> Implicit:
         k=np.zeros((3, states)),
         last=np.zeros((3, states)),
         last_v=np.zeros(states),
+        older=np.zeros((2, states)),
+        nodes=np.zeros(5),
+        weights=np.zeros((3, 5)),
+        price=np.zeros(states),
         rest=np.zeros((3, states)),
         v=np.zeros((3, states)),
+        beside=np.zeros(elements + 1, dtype=np.int64),
+        whole=np.zeros(elements + 1, dtype=np.int64),
         right=np.zeros(m),
         right_complex=np.zeros(m, dtype=np.complex128),
     )

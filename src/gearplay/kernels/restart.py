@@ -21,6 +21,7 @@ from gearplay.kernels.run import (
     CHATTER,
     DONE,
     EVENTS,
+    H_BEGIN,
     H_RESTART,
     NOT_FINITE,
     H,
@@ -125,7 +126,7 @@ def restart(system: System, run: Run) -> int:
             return CANNOT_MESH
         if not settle_coincidence(system, run, t):
             break
-    clock[H] = clock[H_RESTART]
+    clock[H] = clock[H_BEGIN]
     run.implicit.numbers[QUIET] = run.implicit.numbers[IN_USE] = 0
     counts[BURST] += 1
     if counts[BURST] >= BURST_EVENTS:

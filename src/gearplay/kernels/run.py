@@ -19,7 +19,9 @@ DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Run.clock [s, 1] and Run.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE, FINENESS = range(10)
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE, FINENESS, H_BEGIN = (
+    range(11)
+)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
@@ -116,8 +118,8 @@ def make_run(
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
     n = y_0.size
-    clock = np.zeros(10)
-    clock[H_RESTART] = restart_step
+    clock = np.zeros(11)
+    clock[H_RESTART] = clock[H_BEGIN] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
     clock[TOLERANCE], clock[FINENESS] = tolerance, 1.0
     counts = np.zeros(11, dtype=np.int64)
@@ -138,7 +140,7 @@ def make_run(
         y_new=np.array(y_0, dtype=np.float64),
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
-        implicit=make_implicit(system.rotors.size, n),
+        implicit=make_implicit(system.rotors.size, system.elements.size, n),
         dy_try=np.zeros(n),
         loads_0=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         loads=loads,

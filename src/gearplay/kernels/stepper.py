@@ -27,6 +27,8 @@ from gearplay.kernels.run import (
     DONE,
     FINENESS,
     FIXED,
+    H_BEGIN,
+    H_RESTART,
     LOGGED,
     NOT_FINITE,
     PAUSED,
@@ -42,6 +44,8 @@ from gearplay.kernels.runge_kutta import ORDER, error_norm
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
 from gearplay.kernels.touch import next_touch, something_is_due, touch_down
+
+GROWTH = 5.0  # of a step over the one before, at most
 
 
 @compiled_inline
@@ -88,6 +92,18 @@ def take_flight(system: System, run: Run) -> int:
     return land(system, run, e, t)
 
 
+@compiled_inline
+def learn_beginning(run: Run, h: float, growth: float, rejected: bool) -> None:
+    """Learn from the first step after a switch, h [s] in the end, how long the next such step may be.
+
+    It was as long as had been learnt, or longer ones were rejected; one that errs 1e-4 of what it may is far too short.
+    """
+    if rejected:
+        run.clock[H_BEGIN] = max(h, run.clock[H_RESTART])
+    elif growth >= GROWTH:
+        run.clock[H_BEGIN] = 2.0 * h
+
+
 @compiled_once
 def take_step(system: System, run: Run) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
@@ -95,6 +111,7 @@ def take_step(system: System, run: Run) -> int:
     refine(system, run)
     t, stop = clock[T], next_stop(run)
     h = min(clock[H], longest_step(system, run))
+    begins = run.implicit.numbers[QUIET] == 0 and h == clock[H_BEGIN]
     touching = roster.due.size
     if something_is_due(run, min(t + h, stop)):
         touching, t_touch, status = next_touch(system, run, min(t + h, stop))
@@ -134,7 +151,7 @@ def take_step(system: System, run: Run) -> int:
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         counts[REJECTED] += 1
         h *= max(0.1, 0.9 * error ** (-1.0 / ORDER)) if math.isfinite(error) else 0.1
-    most = 5.0 if counts[REJECTED] == rejected else 1.0
+    most = GROWTH if counts[REJECTED] == rejected else 1.0
     growth = min(most, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else most
 
     t_new = stop if to_stop else t + h
@@ -158,6 +175,8 @@ def take_step(system: System, run: Run) -> int:
         return restart(system, run)
     go_on(system, run)
     clock[H] = h * growth
+    if begins and not to_stop:
+        learn_beginning(run, h, growth, counts[REJECTED] > rejected)
     run.implicit.numbers[QUIET] += 1
     if not to_stop:
         run.implicit.sizes[H_EXPLICIT] = h

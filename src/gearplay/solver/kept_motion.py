@@ -57,6 +57,11 @@ _MADE = (
     "k",
     "rest",
     "v",
+    "price",
+    "nodes",
+    "weights",
+    "beside",
+    "whole",
     "right",
     "right_complex",
 )
@@ -194,7 +199,7 @@ class KeptMotion:
         for array, kept in zip(_states(run), mark.arrays, strict=True):
             array[...] = kept
         run.counts[kernel.FORCES] = forces
-        run.implicit.numbers[implicit.FACTORED] = 0
+        run.implicit.numbers[implicit.FACTORED], run.implicit.sizes[implicit.WEIGHED_H] = 0, 0.0
         run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
         run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0

@@ -166,8 +166,6 @@ def may_return(
     """
     coupling = system.records[KIND][n]
     k = coupling.contact + s // PER_CONTACT
-    if branch.modes[k] == OPEN:
-        return False
     bend = 0.0
     for stage in range(stages.shape[0]):
         alpha_a, alpha_b = (

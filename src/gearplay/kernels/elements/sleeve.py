@@ -299,8 +299,6 @@ def may_return(
     """
     sleeve = system.records[KIND][n]
     k = sleeve.contact
-    if branch.modes[k] == OPEN:
-        return False
     start, end = loads_0.contacts, loads.contacts
     mean = (end[k, PENETRATION] - start[k, PENETRATION]) / h
     bow = 1.5 * abs(mean - 0.5 * (start[k, RATE] + end[k, RATE]))

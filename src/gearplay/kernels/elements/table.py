@@ -203,7 +203,8 @@ def may_return(
 ) -> bool:  # fmt: skip
     """Return whether pull or own switch s of element e, not positive at both ends of a step of h [s], may be so in between.
 
-    ``loads_0`` and ``g_0`` are of its start, ``loads`` and ``g_1`` of its end, ``stages`` the derivatives on the way.
+    The contact of a pull is closed. ``loads_0`` and ``g_0`` are of its start, ``loads`` and ``g_1`` of its end, ``stages`` the
+    derivatives on the way.
     """
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:

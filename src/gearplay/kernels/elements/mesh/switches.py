@@ -162,8 +162,6 @@ def may_return(
         return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
     flank, role = s // PER_CONTACT, s % PER_CONTACT
     k = mesh.contact + flank
-    if modes[k] == OPEN:
-        return False
     past = modes[mesh.mode + flank]
     if role == PULL:
         smooth = mesh.ramp == RAMP_SMOOTH and past == 0

@@ -1,0 +1,89 @@
+"""What implicit steps are made of: the guess of their accelerations, and their Jacobian."""
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.kernels import implicit
+from gearplay.kernels.implicit_stages import predict, trace
+from gearplay.kernels.jacobian import differentiate
+from gearplay.kernels.run import Run, T
+from gearplay.kernels.slopes import linearise, make_slopes, rate_of_change
+from gearplay.solver.course import Course
+from gearplay.solver.flow import Flow
+from planetary_sets import planetary_document
+
+
+def pressed(case: gp.Case) -> Course:
+    """Return a motion in the middle of its first implicit steps."""
+    flow = Flow(gp.replace(case, {"run.tolerance": 1e-9}))
+    course = flow.begin(flow.start())
+    while (
+        course.run.implicit.numbers[implicit.TRACED] < 2 or course.run.implicit.numbers[implicit.IN_USE] == 0
+    ):
+        assert course.time < 0.3
+        course.take_chunk(0.3, 5)
+    return course
+
+
+@pytest.fixture(scope="module")
+def pair() -> Course:
+    return pressed(gp.load_case("external-pair"))
+
+
+@pytest.mark.parametrize("known", [1, 2])
+def test_the_guess_carries_on_a_polynomial(pair: Course, known: int) -> None:
+    """Through three stages of one step it is exact of degree 2, with two more of the step before of degree 4."""
+    run: Run = pair.run
+    kept, system = run.implicit, pair.packed.system
+    speeds = np.arange(run.y.size // 2, run.y.size)
+    curve = np.polynomial.Polynomial([3.0, -2.0, 5.0, 7.0, -11.0][: 3 if known == 1 else 5])
+    before, last, h = 0.3, 0.5, 0.8  # lengths of the steps, the present one from 0 on
+    kept.numbers[implicit.TRACED] = 0
+    for start, length in ((-last - before, before), (-last, last))[2 - known :]:
+        kept.k[:, speeds] = curve(start + implicit.C * length)[:, None]
+        trace(system, run, length)
+    assert kept.numbers[implicit.TRACED] == known
+    predict(system, run, h)
+    assert kept.k[:, speeds] == pytest.approx(np.tile(curve(implicit.C * h)[:, None], speeds.size), rel=1e-12)
+    predict(system, run, 0.5 * h)  # other weights
+    assert kept.k[:, speeds] == pytest.approx(
+        np.tile(curve(0.5 * implicit.C * h)[:, None], speeds.size), rel=1e-12
+    )
+    trace(system, run, 0.5 * h)
+    assert kept.k[:, speeds] == pytest.approx(kept.last[:, speeds])
+
+
+def test_nothing_before_means_that_accelerations_stay(pair: Course) -> None:
+    run: Run = pair.run
+    run.implicit.numbers[implicit.TRACED] = 0
+    predict(pair.packed.system, run, 1e-5)
+    speeds = np.arange(run.y.size // 2, run.y.size)
+    assert np.array_equal(run.implicit.k[:, speeds], np.tile(run.stages[0, speeds], (3, 1)))
+
+
+@pytest.mark.parametrize("name", ["external-pair", "two-stage-reducer", "planets"])
+def test_the_jacobian_is_the_exact_derivative(name: str) -> None:
+    """Only elements beside a rotor are asked when it moves: what they leave out is nought."""
+    document = planetary_document() if name == "planets" else name
+    course = pressed(gp.load_case(document))
+    run: Run = course.run
+    system, kept, h, t = course.packed.system, run.implicit, 1e-5, run.clock[T]
+    acting, middle = run.roster.acting.copy(), t + implicit.C[1] * h
+    predict(system, run, h)
+    assert differentiate(system, run, t, h) == 0
+    assert np.array_equal(run.roster.acting, acting)
+    slopes, z, dz = make_slopes(system), np.zeros(run.y.size + run.branch.latch.size), np.zeros(run.y.size)
+    assert linearise(system, run.roster, middle, run.y_new, run.branch, slopes, run.loads) == 0
+    places = kept.places[1 : kept.places[0] + 1]
+    for found, columns in ((kept.positions, places - run.y.size // 2), (kept.velocities, places)):
+        exact = np.zeros((places.size, places.size))
+        for c, column in enumerate(columns):
+            z[:] = 0.0
+            z[column] = 1.0
+            rate_of_change(system, run.roster, run.branch, slopes, z, dz)
+            exact[:, c] = dz[places]
+        largest = np.max(np.abs(exact), axis=0)
+        assert np.all(
+            np.abs(found[: places.size, : places.size] - exact) <= 2e-3 * largest + 1e-9 * np.max(largest)
+        )
