@@ -19,9 +19,9 @@ DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
 
 # Slots of Run.clock [s, 1] and Run.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, H_RESTART, BURST_START, FIXED, TOLERANCE, FINENESS, H_BEGIN = (
-    range(11)
-)
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, FINENESS = range(9)
+# Lengths of the first step after a switch: the shortest, and what has been learnt.
+H_RESTART, H_BEGIN = range(9, 11)
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.

@@ -192,7 +192,7 @@ def test_html_and_repr_escape_the_title() -> None:
 
 def test_limits_stop_a_run_and_keep_what_was_computed() -> None:
     case = gp.replace(
-        gp.load_case("han2021"), {"run.max_steps": 20_000, "run.duration": 100.0, "run.sampling": 100.0}
+        gp.load_case("han2021"), {"run.max_steps": 10_000, "run.duration": 100.0, "run.sampling": 100.0}
     )
     result = gp.simulate(case)
     assert not result.success
