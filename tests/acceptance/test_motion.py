@@ -40,7 +40,7 @@ def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None
 
 
 def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
-    """Most of five paths are: a record of 400 periods looks like a drift now and then, by chance; no exponent is below 0."""
+    """Most of five paths are: one in ten records of 400 periods is not long enough to tell; no exponent is below 0."""
     kinds = []
     for tolerance in np.linspace(1e-9, 0.8e-9, 5):
         changes = {
@@ -57,7 +57,7 @@ def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
         assert value - half > 0.0
         assert len(found.comparisons) > 10
         assert max(abs(each.t) for each in found.comparisons) < found.limit
-    assert set(kinds) <= {"chaotic", "transient"}
+    assert set(kinds) <= {"chaotic", "transient", "undecided"}
     assert kinds.count("chaotic") >= 3
 
 

@@ -49,6 +49,8 @@ ERROR = 8e-3
 
 NEWTON = 8  # iterations at most
 ENOUGH = 0.05  # of the allowed error that Newton's method may leave
+FORGETS, WORST = 1.05, 0.3
+"""By how much its convergence is taken to be worse from step to step, as one iteration does not show it; at most so bad."""
 
 
 @compiled_once
@@ -63,6 +65,8 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
         first = vx_of(system, roster.active[c])
         for s in range(first, first + 3):
             price[s] = h * max(1.0 / scale[s], h / scale[position_of(system, s)]) / run.clock[FINENESS]
+    longer = h / sizes[H_TRACED] if kept.numbers[TRACED] > 0 else 1.0
+    sizes[CONTRACTION] = min(WORST, FORGETS * sizes[CONTRACTION] * max(1.0, longer * longer))
     before = 0.0
     for turn in range(NEWTON):
         for stage in range(3):
