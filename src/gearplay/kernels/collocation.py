@@ -72,17 +72,13 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
         for stage in range(3):
             place_stage(system, run, stage, h)
             run.counts[CALLS] += 1
-            if (
-                rates_of(
-                    system, roster, t + C[stage] * h, run.y_new, run.branch, stages[1 + stage], run.loads
-                )
-                != 0
-            ):
+            at, row = t + C[stage] * h, stages[1 + stage]
+            if rates_of(system, roster, at, run.y_new, run.branch, row, run.loads) != 0:
                 return 0
             for c in range(1, roster.active[0] + 1):
                 first = vx_of(system, roster.active[c])
                 for s in range(first, first + 3):
-                    rest[stage, s] = stages[1 + stage, s] - k[stage, s]
+                    rest[stage, s] = row[s] - k[stage, s]
         correct(kept)
         size = 0.0
         for c in range(1, roster.active[0] + 1):

@@ -19,15 +19,13 @@ from gearplay.kernels.roster import Roster
 
 # Slots of Implicit.numbers: steps since anything happened, whether it is in use, steps since the Jacobian, how many steps are
 # traced (2 at most), whether factors are known, how many quiet explicit steps it waits for, steps since then, Newton's iterations
-# of a step with a new Jacobian, how many more all steps since have taken, and
-# how many right-hand sides there had been before the first of the steps tried.
+# of a step with a new Jacobian, right-hand sides beyond those since then, and all there had been when steps were counted last.
 QUIET, IN_USE, AGE, TRACED, FACTORED, PATIENCE, TRIED, FRESH, EXCESS, CALLS_TRIED = range(10)
 # Slots of Implicit.sizes: lengths [s] of the last step traced, of the one that the factors are for, of the last explicit one; how
-# fast Newton's method converges; the length of the step traced before the last; of the three that the weights are for;
-# what a Jacobian costs, in right-hand sides.
-H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION, H_OLDER, WEIGHED_H, WEIGHED_TRACED, WEIGHED_OLDER, COST = (
-    range(9)
-)
+# fast Newton's method converges; lengths of the step traced before the last, and of the three that the weights are for; what a
+# Jacobian costs, in right-hand sides.
+H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION, H_OLDER = range(5)
+WEIGHED_H, WEIGHED_TRACED, WEIGHED_OLDER, COST = range(5, 9)
 
 FIRST_PATIENCE, MOST_PATIENCE = 12, 200  # explicit steps without an event after which it is tried
 LARGEST = 60

@@ -66,7 +66,7 @@ def pays(run: Run, h: float) -> bool:
     kept = run.implicit
     calls = (run.counts[CALLS] - kept.numbers[CALLS_TRIED]) / TRIAL
     pairs = kept.places[0] * kept.places[0]
-    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / run.roster.acting[0]
+    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / max(run.roster.acting[0], 1)
     return bool(h * STAGES > kept.sizes[H_EXPLICIT] * (calls + solving + 1.0))
 
 
