@@ -47,8 +47,8 @@ def is_quiet(system: System, run: Run) -> bool:
 
 
 @compiled_inline
-def give_up(run: Run, patience: int, most: int = MOST_PATIENCE) -> int:
-    """Go back to explicit steps, for so many at least; return that no step was taken."""
+def give_up(run: Run, patience: int, most: int) -> int:
+    """Go back to explicit steps, for so many and ``most`` at most, before it is tried again; return that no step was taken."""
     numbers = run.implicit.numbers
     numbers[IN_USE] = numbers[QUIET] = 0
     numbers[PATIENCE] = min(patience, most)
@@ -84,29 +84,30 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     h, error = min(clock[H], longest), 0.0
     for turn in range(REJECTIONS + 1):
         if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
-            return give_up(run, 2 * patience)
+            return give_up(run, 2 * patience, MOST_PATIENCE)
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
         part = stop - t if to_stop else h
         if attempt_implicit(system, run, part) != 0:
             counts[REJECTED] += 1
             h = SHORTER * part
             if h < SHORTEST * sizes[H_EXPLICIT]:
-                return give_up(run, 2 * patience)
+                return give_up(run, 2 * patience, MOST_PATIENCE)
             continue
         error = implicit_error(system, run, part)
         if error <= 1.0:
             break
         counts[REJECTED] += 1
         if not math.isfinite(error):
-            return give_up(run, 2 * patience)
+            return give_up(run, 2 * patience, MOST_PATIENCE)
         h = part * max(0.2, 0.8 * error ** (-1.0 / ORDER))
     t_new = stop if to_stop else t + part
     if watch(system, run, t_new, run.y_new, run.loads) != 0:
-        return give_up(run, 2 * patience)
+        return give_up(run, 2 * patience, MOST_PATIENCE)
     switch_values(system, run.roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first, _ = first_switch(system, run, part)
     if first >= 0:
-        return give_up(run, FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else 2 * patience)
+        patience = FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else 2 * patience
+        return give_up(run, patience, MOST_PATIENCE)
     status = accept(system, run, part, t_new, -1)
     if status != DONE:
         return status
