@@ -163,11 +163,11 @@ def test_kept_and_written_samples_are_the_same_bits() -> None:
 
 def test_a_step_too_long_for_newton_is_taken_shorter(measured: Measured) -> None:
     """At a loose tolerance steps grow until their equations are not solved: then by shorter ones, not 200 explicit ones."""
-    course = started(gp.replace(gp.load_case("han2021"), LOADED), tolerance=1e-4)
+    course = started(gp.replace(gp.load_case("han2021"), LOADED), tolerance=3e-4)
     before = course.steps
     course.advance(0.4)
-    assert course.steps - before < 300  # 600 of them where one failure was enough
-    measured("steps of the article's pair under 1 g and 1 N m in 0.1 s at 1e-4", course.steps - before, "300")
+    assert course.steps - before < 250  # 700 of them where one failure is enough to give up
+    measured("steps of the article's pair under 1 g and 1 N m in 0.1 s at 3e-4", course.steps - before, "250")
 
 
 @pytest.mark.parametrize(
