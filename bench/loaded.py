@@ -147,9 +147,8 @@ class Loaded(Problem):
         course = self._begun()
         course.run.clock[kernel.TOLERANCE] = tolerance
         course.run.scale[:] = tolerance * course.run.natural
-        course.run.implicit.numbers[PATIENCE] = (
-            FIRST_PATIENCE  # whatever paid at the tolerance that led there
-        )
+        # Whatever paid at the tolerance that led there.
+        course.run.implicit.numbers[PATIENCE] = FIRST_PATIENCE
         before, began = course.steps, time.perf_counter()
         course.advance(LEAD + self.span)
         seconds = time.perf_counter() - began

@@ -112,7 +112,7 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
     if numbers[IN_USE] == 0:
         find_unknowns(system, roster, kept)
         numbers[TRACED] = 0
-        kept.sizes[CONTRACTION] = 0.3
+        kept.sizes[CONTRACTION] = WORST
     predict(system, run, h)
     if (numbers[IN_USE] == 0 or is_worn(kept)) and differentiate(system, run, t, h) != 0:
         return 1
@@ -124,7 +124,7 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
             break
         if numbers[AGE] == 0:
             return 1
-        kept.sizes[CONTRACTION] = 0.3
+        kept.sizes[CONTRACTION] = WORST
         predict(system, run, h)
         if differentiate(system, run, t, h) != 0:
             return 1

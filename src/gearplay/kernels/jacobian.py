@@ -1,6 +1,5 @@
 """The Jacobian of an implicit step: by differences at a state on its way, rotor by rotor, and only when it has worn out."""
 
-from gearplay.kernels.arrays import Ints
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.implicit import (
@@ -16,7 +15,7 @@ from gearplay.kernels.implicit import (
 from gearplay.kernels.implicit_stages import place_stage
 from gearplay.kernels.layout import System, members, vx_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import add
+from gearplay.kernels.roster import add, copy_list
 from gearplay.kernels.run import CALLS, Run
 
 MIDDLE = 1  # the stage at whose guessed state it is taken
@@ -34,13 +33,6 @@ def find_beside(system: System, run: Run, i: int) -> None:
         first, second, third = members(system, e)
         if i in (first, second, third):
             add(kept.beside, e)
-
-
-@compiled_inline
-def copy_list(source: Ints, target: Ints) -> None:
-    """Copy a list that starts with its length."""
-    for c in range(source[0] + 1):
-        target[c] = source[c]
 
 
 @compiled_once

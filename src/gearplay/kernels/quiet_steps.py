@@ -47,11 +47,11 @@ def is_quiet(system: System, run: Run) -> bool:
 
 
 @compiled_inline
-def give_up(run: Run, patience: int, most: int) -> int:
-    """Go back to explicit steps, for so many and ``most`` at most, before it is tried again; return that no step was taken."""
+def give_up(run: Run, patience: int) -> int:
+    """Go back to explicit steps, for so many at least; return that no step was taken."""
     numbers = run.implicit.numbers
     numbers[IN_USE] = numbers[QUIET] = 0
-    numbers[PATIENCE] = min(patience, most)
+    numbers[PATIENCE] = patience
     run.clock[H] = run.implicit.sizes[H_EXPLICIT]
     return NOT_TAKEN
 
@@ -80,34 +80,33 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if numbers[IN_USE] == 0:
         clock[H] = sizes[H_EXPLICIT]
         numbers[TRIED], numbers[CALLS_TRIED] = 0, counts[CALLS]
-    patience, t = numbers[PATIENCE], clock[T]
+    twice, t = min(2 * numbers[PATIENCE], MOST_PATIENCE), clock[T]
     h, error = min(clock[H], longest), 0.0
     for turn in range(REJECTIONS + 1):
         if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
-            return give_up(run, 2 * patience, MOST_PATIENCE)
+            return give_up(run, twice)
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
         part = stop - t if to_stop else h
         if attempt_implicit(system, run, part) != 0:
             counts[REJECTED] += 1
             h = SHORTER * part
             if h < SHORTEST * sizes[H_EXPLICIT]:
-                return give_up(run, 2 * patience, MOST_PATIENCE)
+                return give_up(run, twice)
             continue
         error = implicit_error(system, run, part)
         if error <= 1.0:
             break
         counts[REJECTED] += 1
         if not math.isfinite(error):
-            return give_up(run, 2 * patience, MOST_PATIENCE)
+            return give_up(run, twice)
         h = part * max(0.2, 0.8 * error ** (-1.0 / ORDER))
     t_new = stop if to_stop else t + part
     if watch(system, run, t_new, run.y_new, run.loads) != 0:
-        return give_up(run, 2 * patience, MOST_PATIENCE)
+        return give_up(run, twice)
     switch_values(system, run.roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first, _ = first_switch(system, run, part)
     if first >= 0:
-        patience = FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else 2 * patience
-        return give_up(run, patience, MOST_PATIENCE)
+        return give_up(run, FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else twice)
     status = accept(system, run, part, t_new, -1)
     if status != DONE:
         return status
@@ -117,14 +116,10 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
         return restart(system, run)
     go_on(system, run)
     growth = 0.8 * error ** (-1.0 / ORDER) if error > 1e-12 else 2.0
-    if growth < SHRINKS:
-        clock[H] = h * growth
-    elif growth >= (GROWS if part <= sizes[H_OLDER] else GROWS_AGAIN):
-        clock[H] = h * min(2.0, growth)
-    else:
-        clock[H] = h
+    changes = growth < SHRINKS or growth >= (GROWS if part <= sizes[H_OLDER] else GROWS_AGAIN)
+    clock[H] = h * min(2.0, growth) if changes else h
     if numbers[TRIED] % TRIAL == 0:
         if not pays(run, h):
-            give_up(run, 4 * patience, LONG_PATIENCE)
+            give_up(run, min(4 * numbers[PATIENCE], LONG_PATIENCE))
         numbers[CALLS_TRIED] = counts[CALLS]
     return DONE

@@ -91,6 +91,13 @@ def add(items: Ints, item: int) -> None:
 
 
 @compiled_inline
+def copy_list(source: Ints, target: Ints) -> None:
+    """Copy a list that starts with its length."""
+    for c in range(source[0] + 1):
+        target[c] = source[c]
+
+
+@compiled_inline
 def copy_rotor(system: System, i: int, source: Floats, target: Floats) -> None:
     """Copy rotor i's entries of a state."""
     x, vx = x_of(i), vx_of(system, i)

@@ -96,7 +96,7 @@ def take_flight(system: System, run: Run) -> int:
 def learn_beginning(run: Run, h: float, growth: float, rejected: bool) -> None:
     """Learn from the first step after a switch, h [s] in the end, how long the next such step may be.
 
-    It was as long as had been learnt, or longer ones were rejected; one that errs 1e-4 of what it may is far too short.
+    It was as long as had been learnt, or longer ones were rejected; one that errs 2e-4 of what it may is far too short.
     """
     if rejected:
         run.clock[H_BEGIN] = max(h, run.clock[H_RESTART])

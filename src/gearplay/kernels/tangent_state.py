@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.roster import Roster, make_roster, state_of
+from gearplay.kernels.roster import Roster, copy_list, make_roster, state_of
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.slopes import Slopes, make_slopes
@@ -55,13 +54,6 @@ def make_tangent(system: System, run: Run, changes: Floats, *, divergence: bool 
         traces=np.zeros(STAGES),
         totals=np.array([0.0, 1.0 if divergence else 0.0]),
     )
-
-
-@compiled_inline
-def copy_list(source: Ints, target: Ints) -> None:
-    """Copy a list that starts with its length."""
-    for c in range(source[0] + 1):
-        target[c] = source[c]
 
 
 @compiled_once
