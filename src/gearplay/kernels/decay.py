@@ -14,7 +14,8 @@ SHORT = 0.1  # z below which the series below is exact to rounding
 def short_decay(z: float) -> float:
     """Return phi2(z) for 0 <= z < ``SHORT``, by its power series."""
     return 0.5 - z * (
-        1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z / 362880)))))
+        1 / 6
+        - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z * (1 / 5040 - z * (1 / 40320 - z * (1 / 362880))))))
     )
 
 

@@ -220,7 +220,7 @@ class Loads(Group):
 # Columns of the contact table that the right-hand side fills, one row per contact.
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = range(6)
 CONTACT_COLUMNS = 6
-OUT_SIZE = 28  # of the longest scratch: `mesh_geometry`
+OUT_SIZE = 29  # of the longest scratch: `mesh_geometry`
 MEMORY = 12  # of the longest memory: `elements.mesh`
 
 # Columns of a sampled row, per rotor.

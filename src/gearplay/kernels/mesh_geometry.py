@@ -19,15 +19,17 @@ P_D, P_B, P_D_RATE, P_B_RATE, N_D_X, N_D_Y, N_B_X, N_B_Y = range(8)
 DISTANCE, SIN_W, B_T, ROLLED, PSI, PSI_RATE, ARM_A_X, ARM_A_Y, ARM_B_X, ARM_B_Y = range(8, 18)
 # dg/dt [m/s] of a fixed line of action, cos and sin of psi, direction of the line of centres, dA/dt, de/dt [m/s];
 G_RATE, COS_PSI, SIN_PSI, E_X, E_Y, DISTANCE_RATE, ERROR_RATE = range(18, 25)
-# speed squared of the toothing centre of b against that of a, 1/A, dg/dtheta [m] of the carrier that turns a fixed line.
-SPEED_SQUARED, INV_A, BY_FRAME = range(25, 28)
+# speed squared of the toothing centre of b against that of a, 1/A, dg/dtheta [m] of the carrier that turns a fixed line, opening
+# c0 (inv(alpha_w) - inv(alpha_0)) [m].
+SPEED_SQUARED, INV_A, BY_FRAME, OPENING = range(25, 29)
 
 # Slots of a mesh's memory, each the first of an (angle, cosine, sine): toothings of a and b, psi; how far the reference of
 # phi has followed an orbiting gear.
 KNOWN_A, KNOWN_B, KNOWN_PSI, TURNED = 0, 3, 6, 9
-FRESH = (math.nan,) * 9 + (0.0, 1.0, 0.0)  # a memory that knows no angle
+FRESH = (math.inf,) * 9 + (0.0, 1.0, 0.0)  # a memory that knows no angle: none is near
 
 NEARBY = 0.03  # rad, within which the series of `nearby_angle` is exact to rounding
+GRID, PER_GRID = 0.05, 20.0  # rad, of angles that samples in flight are computed from, and how many in one
 
 
 @compiled_inline
@@ -52,8 +54,8 @@ def nearby_angle(angle: float, known: Floats, e: int, slot: int) -> tuple[float,
     if not abs(d) < NEARBY:
         return math.cos(angle), math.sin(angle)
     q = d * d
-    sine = d * (1.0 - q * (1 / 6 - q * (1 / 120 - q / 5040)))
-    cosine = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q / 40320)))
+    sine = d * (1.0 - q * (1 / 6 - q * (1 / 120 - q * (1 / 5040))))
+    cosine = 1.0 - q * (0.5 - q * (1 / 24 - q * (1 / 720 - q * (1 / 40320))))
     c, s = known[e, slot + 1], known[e, slot + 2]
     return c * cosine - s * sine, s * cosine + c * sine
 
@@ -93,14 +95,55 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
 
 
 @compiled_inline
-def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
-    """Note mesh n's angles at (t, y) with their cosines and sines, for `nearby_angle`."""
+def know_next(angle: float, known: Floats, e: int, slot: int) -> None:
+    """Note that angle [rad] of a grid which is next to a given one: what is computed from it depends on nothing known before."""
+    nearest = GRID * math.floor(angle * PER_GRID + 0.5)
+    if known[e, slot] != nearest:
+        know_angle(nearest, known, e, slot)
+
+
+@compiled_inline
+def angles_of(system: System, n: int, t: float, y: Floats) -> tuple[float, float, float]:
+    """Return the angles [rad] of the toothings of mesh n and its phase at (t, y)."""
     mesh = system.records[MESH][n]
-    a, b, e = mesh.a, mesh.b, mesh.element
+    a, b = mesh.a, mesh.b
     psi, _ = mesh_phase(mesh, system, t, y)
-    know_angle(toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a), memory, e, KNOWN_A)
-    know_angle(toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b), memory, e, KNOWN_B)
-    know_angle(psi, memory, e, KNOWN_PSI)
+    return (
+        toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a),
+        toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b),
+        psi,
+    )
+
+
+@compiled_inline
+def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
+    """Note those of mesh n's angles at (t, y) that count with their cosines and sines, for `nearby_angle`."""
+    mesh = system.records[MESH][n]
+    angle_a, angle_b, psi = angles_of(system, n, t, y)
+    if mesh.runout_a != 0.0:
+        know_angle(angle_a, memory, mesh.element, KNOWN_A)
+    if mesh.runout_b != 0.0:
+        know_angle(angle_b, memory, mesh.element, KNOWN_B)
+    know_angle(psi, memory, mesh.element, KNOWN_PSI)
+
+
+@compiled_inline
+def know_angles_next(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
+    """Do what `know_angles` does with the angles of a grid that are next to them."""
+    mesh = system.records[MESH][n]
+    angle_a, angle_b, psi = angles_of(system, n, t, y)
+    if mesh.runout_a != 0.0:
+        know_next(angle_a, memory, mesh.element, KNOWN_A)
+    if mesh.runout_b != 0.0:
+        know_next(angle_b, memory, mesh.element, KNOWN_B)
+    if mesh.error_count > 0:
+        know_next(psi, memory, mesh.element, KNOWN_PSI)
+
+
+@compiled_inline
+def fill_psi(mesh: Any, memory: Floats, out: Floats) -> None:
+    """Fill cosine and sine of the mesh phase that is in ``out``; `mesh_gaps` has done so only where its teeth have errors."""
+    out[COS_PSI], out[SIN_PSI] = nearby_angle(out[PSI], memory, mesh.element, KNOWN_PSI)
 
 
 @compiled_inline
@@ -133,7 +176,7 @@ def small_angle(across: float, length: float) -> float:
     if abs(x) > 0.01 or length <= 0.0:
         return math.atan2(across, length)
     q = x * x
-    return x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0 - q / 9.0))))
+    return x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0 - q * (1.0 / 9.0)))))
 
 
 @compiled_inline
@@ -151,11 +194,14 @@ def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: 
     lx_b, ly_b = toothing_arm(mesh.runout_b, angle_b, memory, e, KNOWN_B)
     dx, dy = y[x_of(b)] + lx_b - (y[x_of(a)] + lx_a), y[y_of(b)] + ly_b - (y[y_of(a)] + ly_a)
     out[ARM_A_X], out[ARM_A_Y], out[ARM_B_X], out[ARM_B_Y] = lx_a, ly_a, lx_b, ly_b
-    psi, psi_rate = mesh_phase(mesh, system, t, y)
-    cos_psi, sin_psi = nearby_angle(psi, memory, e, KNOWN_PSI)
-    out[COS_PSI], out[SIN_PSI] = cos_psi, sin_psi
-    _, error, slope = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
-    out[PSI], out[PSI_RATE], out[ERROR_RATE] = psi, psi_rate, slope * psi_rate
+    out[PSI], psi_rate = mesh_phase(mesh, system, t, y)
+    error, slope = 0.0, 0.0
+    if mesh.error_count > 0:
+        fill_psi(mesh, memory, out)
+        _, error, slope = harmonics(
+            system.terms, mesh.error_start, mesh.error_count, out[COS_PSI], out[SIN_PSI]
+        )
+    out[PSI_RATE], out[ERROR_RATE] = psi_rate, slope * psi_rate
     s, sigma = mesh.s, mesh.sigma
     roll = sigma * (mesh.rho_a * y[theta_of(a)] + mesh.rho_b * y[theta_of(b)])
 
@@ -181,6 +227,7 @@ def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: 
     opening = mesh.c0 * involute_difference(
         A, mesh.c0, mesh.inv_alpha0, u, mesh.u_series, system.involutes, n
     )
+    out[OPENING] = opening
     inv_A = 1.0 / A
     out[INV_A] = inv_A
     out[SIN_W] = math.sqrt(A_squared - mesh.c0 * mesh.c0) * inv_A

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.base_motion import KIND, NONE
+from gearplay.kernels.block import BLOCK, STATES_OF_ROTOR
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.elements.table import KINDS
+from gearplay.kernels.elements.table import KINDS, SHOWN
 from gearplay.kernels.implicit import Implicit, make_implicit
-from gearplay.kernels.layout import AX, AY, PER_ROTOR, Branch, Loads, System
+from gearplay.kernels.layout import AX, AY, PER_ROTOR, VX, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
@@ -61,7 +63,11 @@ class Run(Group):
     wanted_rotors: Ints  # lists (first entry: length) of what those signals are computed from
     wanted_elements: Ints
     row: Floats
+    needed: Ints  # whether the wanted signals are computed from a state, 6 of each rotor
     times: Floats  # [s] of a block of samples
+    flown: Rows  # [6 of each rotor, sample] states in a block that is flown through
+    looked: Rows  # memory of elements for looks in flight
+    shown: Rows  # [signal, sample] what an element shows in a block
     rows: Floats  # [columns, sample] sampled signals
     log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
 
@@ -95,6 +101,22 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
         groups = {int(system.rotors["group"][i]) for i in rotors if i >= 0} - {-1}
         rotors.update(np.flatnonzero(np.isin(system.rotors["group"], list(groups))).tolist())
     return _listed(rotors - {-1}), _listed(elements), forces
+
+
+def _needed(system: System, columns: Ints, rotors: Ints, *, whole: bool) -> Ints:
+    """Return which states in flight the kept columns are computed from; where ``whole`` all of the wanted rotors."""
+    needed = np.zeros((system.rotors.size, STATES_OF_ROTOR), dtype=np.int64)
+    if whole:
+        needed[rotors[1:]] = 1
+    of_rotors = columns[columns < PER_ROTOR * system.rotors.size]
+    signals = of_rotors % PER_ROTOR
+    known = signals <= AY
+    # An acceleration follows from velocities, both of them on a housing that shakes.
+    needed[(of_rotors // PER_ROTOR)[known], np.where(signals >= AX, signals - AX + VX, signals)[known]] = 1
+    turning = np.isin(np.arange(system.rotors.size), (of_rotors // PER_ROTOR)[signals >= AX])
+    if system.base[KIND] != NONE:
+        needed[turning, VX:] = 1
+    return needed.reshape(-1)
 
 
 def make_run(
@@ -156,7 +178,11 @@ def make_run(
         wanted_rotors=rotors,
         wanted_elements=elements,
         row=np.zeros(signal_count(system)),
-        times=np.zeros(256),
+        needed=_needed(system, columns, rotors, whole=bool(elements[0]) or forces == 2),
+        times=np.zeros(BLOCK),
+        flown=np.zeros((STATES_OF_ROTOR * system.rotors.size, BLOCK if columns.size else 0)),
+        looked=branch.memory.copy(),
+        shown=np.zeros((max(SHOWN), BLOCK if elements[0] else 0)),
         rows=rows,
         log=np.zeros((log_capacity, LOG_COLUMNS)),
     )

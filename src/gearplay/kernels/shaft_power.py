@@ -8,20 +8,27 @@ import math
 
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.base_motion import pull
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import excitation, positioner, servo
 from gearplay.kernels.layout import Branch, System, spin_of, turn_of, vx_of, vy_of
 from gearplay.kernels.smooth_sign import smooth_sign
 
 
+@compiled_inline
+def braking(drag: float, friction: float, friction_speed: float, spin: float) -> float:
+    """Return the torque [N m] against a spin [rad/s] of drag and dry friction."""
+    torque = drag * spin
+    if friction > 0.0:
+        torque += friction * smooth_sign(spin / friction_speed)
+    return torque
+
+
 @compiled_once
 def applied_torque(system: System, i: int, y: Floats) -> float:
     """Return the torque [N m] on rotor i of what is not an element: constant, drag, dry friction."""
     r, spin = system.rotors[i], spin_of(system, i, y)
-    torque = r.torque - r.drag * spin
-    if r.friction > 0.0:
-        torque -= r.friction * smooth_sign(spin / r.friction_speed)
-    return torque
+    return float(r.torque - braking(r.drag, r.friction, r.friction_speed, spin))
 
 
 @compiled_once
@@ -60,7 +67,12 @@ def shaft_power(
             h_x, h_y = pull(system, t)
             drive += r.unbalance * (math.cos(psi) * (a_y - h_y) - math.sin(psi) * (a_x - h_x))
     v_x, v_y = y[vx_of(system, i)], y[vy_of(system, i)]
-    lost = r.drag * spin * spin + r.radial_damping * (v_x * v_x + v_y * v_y)
-    if r.friction > 0.0:
-        lost += r.friction * smooth_sign(spin / r.friction_speed) * spin
-    return drive, load, lost
+    lost = braking(r.drag, r.friction, r.friction_speed, spin) * spin
+    return drive, load, lost + r.radial_damping * (v_x * v_x + v_y * v_y)
+
+
+@compiled_inline
+def is_plain(system: System, i: int) -> bool:
+    """Return whether rotor i's torques and lost power follow from its speeds and its drive's acceleration alone."""
+    r = system.rotors[i]
+    return bool(r.group < 0 and r.excitation < 0 and r.controller < 0 and r.unbalance == 0.0)

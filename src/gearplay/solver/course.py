@@ -59,8 +59,8 @@ class Course:
         What moves; ``packed`` is read only and may be shared.
     state
         Start, shape [state].
-    places, samples
-        Columns of a full row to keep, and how many samples of them (`sample_from`).
+    places, rows
+        Columns of a full row to keep, and where samples of them go, shape [column, sample] (`sample_from`).
     changes
         Small changes of the start that are moved on to first order, shape [change, state + latched speed]; they may be
         replaced in place between pieces.
@@ -82,7 +82,7 @@ class Course:
         state: Floats,
         *,
         places: Ints | None = None,
-        samples: int = 0,
+        rows: Floats | None = None,
         changes: Floats | None = None,
         divergence: bool = False,
         stop: threading.Event | None = None,
@@ -103,7 +103,7 @@ class Course:
             packed.restart_step,
             packed.stops,
             wanted,
-            np.empty((len(wanted), samples)),
+            np.empty((len(wanted), 0)) if rows is None else rows,
             log,
             settings.tolerance,
             settings.fixed_step,
@@ -114,8 +114,8 @@ class Course:
         if changes is None and not divergence:
             return
         refuse_fixed_steps(case)
-        rows = self._no_changes() if changes is None else changes.copy()
-        self.tangent = tangent_state.make_tangent(self.system, self.run, rows, divergence=divergence)
+        moved = self._no_changes() if changes is None else changes.copy()
+        self.tangent = tangent_state.make_tangent(self.system, self.run, moved, divergence=divergence)
 
     def _no_changes(self) -> Floats:
         return np.zeros((0, self.run.y.size + self.run.branch.latch.size))

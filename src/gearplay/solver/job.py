@@ -78,7 +78,8 @@ class Job:
             course = Course(self.case, packed, start, log=log)
         else:
             samples = max(1, int(self.duration * self.sampling + 0.5))
-            course = Course(self.case, packed, start, places=self.kept[1], samples=samples, log=log)
+            rows = np.empty((len(self.kept[1]), samples))
+            course = Course(self.case, packed, start, places=self.kept[1], rows=rows, log=log)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course

@@ -40,7 +40,11 @@ _ASKED = (
     "wanted_rotors",
     "wanted_elements",
     "row",
+    "needed",
     "times",
+    "flown",
+    "looked",
+    "shown",
     "rows",
     "log",
     "tallies",
@@ -148,8 +152,7 @@ class KeptMotion:
                 raise out_of_time(count, len(places))
 
         def fill(piece: tuple[_Mark, int, int]) -> None:
-            mark, first, last = piece
-            values[:, first:last] = self._follow(mark, places, start, step, first, last, look)
+            self._follow(piece, places, start, step, values, look)
 
         if len(pieces) == 1:
             fill(pieces[0])
@@ -180,20 +183,19 @@ class KeptMotion:
 
     def _follow(
         self,
-        mark: _Mark,
+        piece: tuple[_Mark, int, int],
         places: Ints,
         start: float,
         step: float,
-        first: int,
-        last: int,
+        values: Floats,
         look: Callable[[], None],
-    ) -> Floats:
-        """Return samples ``first`` to ``last`` - 1, shape [column, sample], following the motion on from a mark.
+    ) -> None:
+        """Fill samples ``first`` to ``last`` - 1 of ``values``, shape [column, sample], following the motion on from a mark.
 
         ``look`` is called about every 50 ms and raises where nobody waits for them any more.
         """
-        packed = self.packed
-        course = Course(self.case, packed, np.zeros(packed.state_size), places=places, samples=last - first)
+        packed, (mark, first, last) = self.packed, piece
+        course = Course(self.case, packed, np.zeros(packed.state_size), places=places, rows=values)
         run = course.run
         forces = run.counts[kernel.FORCES]
         for array, kept in zip(_states(run), mark.arrays, strict=True):
@@ -202,20 +204,19 @@ class KeptMotion:
         run.implicit.numbers[implicit.FACTORED], run.implicit.sizes[implicit.WEIGHED_H] = 0, 0.0
         run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
-        run.counts[kernel.ROWS] = run.counts[kernel.LOGGED] = 0
+        run.counts[kernel.ROWS], run.counts[kernel.LOGGED] = first, 0
         # A run that stopped may have none of the last.
-        run.rows[:, max(0, int((self.reached - start) / step) - first) :] = np.nan
+        values[:, min(last, max(first, int((self.reached - start) / step))) : last] = np.nan
         chunk = FIRST_STEPS
         for end in self.ends:
             status = Status.PAUSED
-            while status == Status.PAUSED and run.counts[kernel.ROWS] < last - first and course.time < end:
+            while status == Status.PAUSED and run.counts[kernel.ROWS] < last and course.time < end:
                 look()
                 began = time.perf_counter()
                 status = course.take_chunk(end, chunk, keep_log=False)
                 chunk = next_steps(chunk, time.perf_counter() - began)
             if status not in (Status.PAUSED, Status.DONE):
                 break
-        return np.asarray(run.rows)
 
 
 def out_of_time(count: int, columns: int) -> ResourceError:

@@ -27,7 +27,13 @@ def fields(value: Any) -> Iterator[np.ndarray]:
 def course() -> Course:
     case = gp.load_case("pinion-idler-ring")
     packed = pack(case)
-    return Course(case, packed, np.arange(packed.state_size, dtype=float), samples=7, places=np.array([1, 4]))
+    return Course(
+        case,
+        packed,
+        np.arange(packed.state_size, dtype=float),
+        rows=np.empty((2, 7)),
+        places=np.array([1, 4]),
+    )
 
 
 @pytest.mark.parametrize(("of", "apart"), [("system", 1), ("run", LANES)])

@@ -90,7 +90,9 @@ def test_a_member_goes_on_from_an_end(device: Emulated) -> None:
 
 def test_memory_for_few_runs_takes_several_waves(device: Emulated) -> None:
     case = gp.load_case("han2021", QUICK)
-    course = Course(case, pack(case), np.zeros(12), places=np.zeros(0, dtype=np.int64), samples=200, log=256)
+    course = Course(
+        case, pack(case), np.zeros(12), places=np.zeros(0, dtype=np.int64), rows=np.empty((0, 200)), log=256
+    )
     device.size = int(10.5 / 0.8 * 8 * Words(course.run).size)
     found = run_batch([(case, range(25))], signals=[], device="cuda")[0]
     assert max(device.threads) == 10

@@ -15,6 +15,7 @@ from gearplay.kernels.advancement import (
     rotor_bounds,
 )
 from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.block import place_rotor
 from gearplay.kernels.carried import carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -332,3 +333,17 @@ def observe(
         return
     sleeve_geometry(system, n, t, y, loads.out)
     row[at], row[at + 1], row[at + 2], row[at + 3] = loads.out[DELTA], 0.0, 0.0, 0.0
+
+
+@compiled_once
+def show(
+    system: System, n: int, times: Floats, count: int, flown: Rows, y: Floats, out: Floats, shown: Rows
+) -> None:
+    """Fill sleeve n's signals in a block in which nothing touches it."""
+    sleeve = system.records[KIND][n]
+    for s in range(count):
+        place_rotor(system, sleeve.journal, flown, s, y)
+        if sleeve.bush >= 0:
+            place_rotor(system, sleeve.bush, flown, s, y)
+        sleeve_geometry(system, n, times[s], y, out)
+        shown[0, s], shown[1, s], shown[2, s], shown[3, s] = out[DELTA], 0.0, 0.0, 0.0

@@ -8,7 +8,8 @@ of elements e and never of a kind; a file knows the records n of its own kind.
 from dataclasses import dataclass
 from types import ModuleType
 
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.block import place_members
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import coupling, excitation, housing, mesh, positioner, servo, sleeve, support
@@ -57,6 +58,8 @@ KINDS = (
     Kind("base", housing),
     Kind("positioner", positioner),
 )
+SHOWN = tuple(len(kind.file.SIGNALS) for kind in KINDS)
+"""How many signals an element has, by its kind."""
 
 
 @compiled_once
@@ -273,3 +276,22 @@ def observe(
         positioner.observe(system, n, t, y, branch, loads, acting, row)
     else:
         servo.observe(system, n, t, y, branch, loads, acting, row)
+
+
+@compiled_inline
+def show(
+    system: System, e: int, times: Floats, count: int, flown: Rows, y: Floats, branch: Branch, loads: Loads, acting: bool,
+    looked: Rows, row: Floats, shown: Rows,
+) -> None:  # fmt: skip
+    """Fill element e's signals, shape [signal, sample], in a block in which all rotors fly; y and ``row`` are scratch."""
+    kind, n = system.elements[e].kind, system.elements[e].index
+    if kind == SLEEVE and not acting:
+        sleeve.show(system, n, times, count, flown, y, loads.out, shown)
+    elif kind == MESH and not acting:
+        mesh.show(system, n, times, count, flown, y, branch, looked, loads.out, shown)
+    else:
+        for s in range(count):
+            place_members(system, e, flown, s, y)
+            observe(system, e, times[s], y, branch, loads, acting, row)
+            for k in range(SHOWN[kind]):
+                shown[k, s] = row[system.elements[e].signal + k]

@@ -4,7 +4,7 @@ Two contacts, drive then back. Each flank has a switch of its own, the end of it
 one for the mesh, its next edge. Gears on a carrier roll in its frame.
 """
 
-from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, stay_open
+from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, show, stay_open
 from gearplay.kernels.elements.mesh.record import KIND, MEMORY, MODES, PER_CONTACT, RECORD, SIGNALS
 from gearplay.kernels.elements.mesh.slopes import SLOPES, add_change, crossing, linearise
 from gearplay.kernels.elements.mesh.switches import (
@@ -36,6 +36,7 @@ __all__ = [
     "press",
     "settle",
     "settle_touch",
+    "show",
     "stay_open",
     "switch_own",
 ]

@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from gearplay.kernels.advancement import FAILS, RESOLUTION, STAYS_OPEN, TOUCHES, open_span, rotor_bounds
-from gearplay.kernels.arrays import Floats
+from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.block import place_rotor
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.friction import add_friction, friction_loss
@@ -38,6 +39,7 @@ from gearplay.kernels.mesh_geometry import (
     N_B_Y,
     N_D_X,
     N_D_Y,
+    OPENING,
     P_B,
     P_B_RATE,
     P_D,
@@ -48,8 +50,11 @@ from gearplay.kernels.mesh_geometry import (
     SIN_PSI,
     SIN_W,
     SPEED_SQUARED,
+    TURNED,
+    fill_psi,
     is_coupled,
     is_printed,
+    know_angles_next,
     mesh_gaps,
     mesh_geometry,
     mesh_phase,
@@ -73,6 +78,8 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
         return 1
     mesh = system.records[KIND][n]
     segment = modes[mesh.mode + SEGMENT]
+    if mesh.error_count == 0:
+        fill_psi(mesh, branch.memory, out)
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], segment)
     printed = is_printed(mesh)
     for flank in range(2):
@@ -207,6 +214,7 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
     damping takes; the rotors give F (p' - e') of it.
     """
     mesh, out, modes = system.records[KIND][n], loads.out, branch.modes
+    fill_psi(mesh, branch.memory, out)
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], modes[mesh.mode + SEGMENT])
     k_slope = stiffness_slope(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI])
     lost, put_in = 0.0, 0.0
@@ -227,8 +235,7 @@ def observe(
 ) -> None:
     """Fill mesh n's signals of a full ``row``; where it acts its rows of the contact table are of (t, y).
 
-    A flank force never pulls: the last ulp before a located release is cut at zero. contact_state counts 1 for a
-    touching drive flank and 2 for a touching back flank.
+    A flank force never pulls: the last ulp before a located release is cut at zero.
     """
     mesh = system.records[KIND][n]
     out, modes = loads.out, branch.modes
@@ -243,9 +250,48 @@ def observe(
         for flank in range(2):
             force = loads.contacts[k + flank, FORCE]
             row[at + 2 + flank] = 0.0 if force < 0.0 and out[P_D + flank] < 1e-15 else force
-    row[at + 4], row[at + 5] = out[B_T], math.asin(out[SIN_W])
+    row[at + 4], row[at + 5] = out[B_T], pressure_angle(mesh, out)
     row[at + 6], row[at + 7] = out[DISTANCE], out[ROLLED]
     row[at + 9], row[at + 10] = 0.0, 0.0
     if whole:
         row[at + 9], row[at + 10] = mesh_powers(system, n, y, branch, loads)
-    row[at + 8] = (1.0 if modes[k + DRIVE] != OPEN else 0.0) + (2.0 if modes[k + BACK] != OPEN else 0.0)
+    row[at + 8] = contact_state(modes, k)
+
+
+@compiled_inline
+def pressure_angle(mesh: Any, out: Floats) -> float:
+    """Return the working pressure angle [rad], its gaps found: its tangent less its involute."""
+    return float(out[SIN_W] * out[DISTANCE] / mesh.c0 - (mesh.inv_alpha0 + out[OPENING] / mesh.c0))
+
+
+@compiled_inline
+def contact_state(modes: Ints, k: int) -> float:
+    """Return 1 for a touching drive flank plus 2 for a touching back flank, of the contacts k and k + 1."""
+    return (1.0 if modes[k + DRIVE] != OPEN else 0.0) + (2.0 if modes[k + BACK] != OPEN else 0.0)
+
+
+@compiled_once
+def show(
+    system: System, n: int, times: Floats, count: int, flown: Rows, y: Floats, branch: Branch, looked: Rows, out: Floats,
+    shown: Rows,
+) -> None:  # fmt: skip
+    """Fill mesh n's signals in a block in which its flanks do not touch; ``looked`` is a memory of such looks alone."""
+    mesh = system.records[KIND][n]
+    a, b, frame, e = mesh.a, mesh.b, mesh.frame, mesh.element
+    state = contact_state(branch.modes, mesh.contact)
+    for k in range(TURNED, TURNED + 3):
+        looked[e, k] = branch.memory[e, k]
+    for s in range(count):
+        t = times[s]
+        place_rotor(system, a, flown, s, y)
+        place_rotor(system, b, flown, s, y)
+        if frame >= 0:
+            place_rotor(system, frame, flown, s, y)
+        know_angles_next(system, n, t, y, looked)
+        if mesh_gaps(system, n, t, y, looked, out) != 0:
+            for k in range(SHOWN):
+                shown[k, s] = math.nan
+            continue
+        shown[0, s], shown[1, s], shown[2, s], shown[3, s] = out[P_D], out[P_B], 0.0, 0.0
+        shown[4, s], shown[5, s], shown[6, s] = out[B_T], pressure_angle(mesh, out), out[DISTANCE]
+        shown[7, s], shown[8, s], shown[9, s], shown[10, s] = out[ROLLED], state, 0.0, 0.0
