@@ -146,13 +146,21 @@ class KeptMotion:
         values = np.empty((len(places), count))
         step = 1.0 / sampling
         pieces = self._pieces(start, step, count)
+        idle: list[Course] = []
 
         def look() -> None:
             if stop.is_set() or time.monotonic() > until:  # the former is for nobody to see
                 raise out_of_time(count, len(places))
 
         def fill(piece: tuple[_Mark, int, int]) -> None:
-            self._follow(piece, places, start, step, values, look)
+            try:
+                course = idle.pop()  # to make one takes longer than to follow a short piece
+            except IndexError:
+                course = Course(
+                    self.case, self.packed, np.zeros(self.packed.state_size), places=places, rows=values
+                )
+            self._follow(course, piece, start, step, look)
+            idle.append(course)
 
         if len(pieces) == 1:
             fill(pieces[0])
@@ -183,20 +191,17 @@ class KeptMotion:
 
     def _follow(
         self,
+        course: Course,
         piece: tuple[_Mark, int, int],
-        places: Ints,
         start: float,
         step: float,
-        values: Floats,
         look: Callable[[], None],
     ) -> None:
-        """Fill samples ``first`` to ``last`` - 1 of ``values``, shape [column, sample], following the motion on from a mark.
+        """Fill samples ``first`` to ``last`` - 1 of a course's rows, following the motion on from a mark.
 
         ``look`` is called about every 50 ms and raises where nobody waits for them any more.
         """
-        packed, (mark, first, last) = self.packed, piece
-        course = Course(self.case, packed, np.zeros(packed.state_size), places=places, rows=values)
-        run = course.run
+        (mark, first, last), run = piece, course.run
         forces = run.counts[kernel.FORCES]
         for array, kept in zip(_states(run), mark.arrays, strict=True):
             array[...] = kept
@@ -206,7 +211,7 @@ class KeptMotion:
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
         run.counts[kernel.ROWS], run.counts[kernel.LOGGED] = first, 0
         # A run that stopped may have none of the last.
-        values[:, min(last, max(first, int((self.reached - start) / step))) : last] = np.nan
+        run.rows[:, min(last, max(first, int((self.reached - start) / step))) : last] = np.nan
         chunk = FIRST_STEPS
         for end in self.ends:
             status = Status.PAUSED
