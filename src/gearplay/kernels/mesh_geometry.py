@@ -95,49 +95,27 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
 
 
 @compiled_inline
-def know_next(angle: float, known: Floats, e: int, slot: int) -> None:
-    """Note that angle [rad] of a grid which is next to a given one: what is computed from it depends on nothing known before."""
-    nearest = GRID * math.floor(angle * PER_GRID + 0.5)
-    if known[e, slot] != nearest:
-        know_angle(nearest, known, e, slot)
+def note_angle(angle: float, known: Floats, e: int, slot: int, on_grid: bool) -> None:
+    """Do what `know_angle` does, or with the nearest angle of a grid: what comes of that depends on nothing known before."""
+    if on_grid:
+        angle = GRID * math.floor(angle * PER_GRID + 0.5)
+    if not on_grid or known[e, slot] != angle:
+        know_angle(angle, known, e, slot)
 
 
 @compiled_inline
-def angles_of(system: System, n: int, t: float, y: Floats) -> tuple[float, float, float]:
-    """Return the angles [rad] of the toothings of mesh n and its phase at (t, y)."""
+def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats, on_grid: bool) -> None:
+    """Note those of mesh n's angles at (t, y) that count, or the nearest of a grid, with their sines for `nearby_angle`."""
     mesh = system.records[MESH][n]
-    a, b = mesh.a, mesh.b
+    a, b, e = mesh.a, mesh.b, mesh.element
+    if mesh.runout_a != 0.0:
+        angle = toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a)
+        note_angle(angle, memory, e, KNOWN_A, on_grid)
+    if mesh.runout_b != 0.0:
+        angle = toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b)
+        note_angle(angle, memory, e, KNOWN_B, on_grid)
     psi, _ = mesh_phase(mesh, system, t, y)
-    return (
-        toothing_angle(system.rotors[a], t, y[theta_of(a)], mesh.runout_phase_a),
-        toothing_angle(system.rotors[b], t, y[theta_of(b)], mesh.runout_phase_b),
-        psi,
-    )
-
-
-@compiled_inline
-def know_angles(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
-    """Note those of mesh n's angles at (t, y) that count with their cosines and sines, for `nearby_angle`."""
-    mesh = system.records[MESH][n]
-    angle_a, angle_b, psi = angles_of(system, n, t, y)
-    if mesh.runout_a != 0.0:
-        know_angle(angle_a, memory, mesh.element, KNOWN_A)
-    if mesh.runout_b != 0.0:
-        know_angle(angle_b, memory, mesh.element, KNOWN_B)
-    know_angle(psi, memory, mesh.element, KNOWN_PSI)
-
-
-@compiled_inline
-def know_angles_next(system: System, n: int, t: float, y: Floats, memory: Floats) -> None:
-    """Do what `know_angles` does with the angles of a grid that are next to them."""
-    mesh = system.records[MESH][n]
-    angle_a, angle_b, psi = angles_of(system, n, t, y)
-    if mesh.runout_a != 0.0:
-        know_next(angle_a, memory, mesh.element, KNOWN_A)
-    if mesh.runout_b != 0.0:
-        know_next(angle_b, memory, mesh.element, KNOWN_B)
-    if mesh.error_count > 0:
-        know_next(psi, memory, mesh.element, KNOWN_PSI)
+    note_angle(psi, memory, e, KNOWN_PSI, on_grid)
 
 
 @compiled_inline

@@ -165,7 +165,7 @@ def start_step(system: System, e: int, t: float, y: Floats, branch: Branch) -> N
     """Let element e note what the stages of a step from (t, y) need."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        know_angles(system, n, t, y, branch.memory)
+        know_angles(system, n, t, y, branch.memory, False)
 
 
 @compiled_inline

@@ -54,7 +54,7 @@ from gearplay.kernels.mesh_geometry import (
     fill_psi,
     is_coupled,
     is_printed,
-    know_angles_next,
+    know_angles,
     mesh_gaps,
     mesh_geometry,
     mesh_phase,
@@ -287,7 +287,7 @@ def show(
         place_rotor(system, b, flown, s, y)
         if frame >= 0:
             place_rotor(system, frame, flown, s, y)
-        know_angles_next(system, n, t, y, looked)
+        know_angles(system, n, t, y, looked, True)
         if mesh_gaps(system, n, t, y, looked, out) != 0:
             for k in range(SHOWN):
                 shown[k, s] = math.nan
