@@ -37,7 +37,7 @@ from gearplay.kernels.layout import (
 from gearplay.kernels.ripple import ripple
 from gearplay.kernels.roster import state_of
 from gearplay.kernels.run import LAST_SAMPLE, NEXT_SAMPLE, ROWS, SAMPLE_INTERVAL, SAMPLE_START, Run
-from gearplay.kernels.shaft_power import applied_torque, braking, is_plain, shaft_power
+from gearplay.kernels.shaft_power import applied_torque, braking, is_plain, lost_power, shaft_power
 from gearplay.kernels.shaken import behind
 
 
@@ -198,8 +198,8 @@ def fill_power(system: System, run: Run, i: int, signal: int, samples: Floats) -
     if signal == ROTOR_LOSS:
         for s in range(samples.size):
             spin = nominal + turning[s]
-            samples[s] = braking(drag, friction, friction_speed, spin) * spin + damping * (
-                v_x[s] * v_x[s] + v_y[s] * v_y[s]
+            samples[s] = lost_power(
+                braking(drag, friction, friction_speed, spin), spin, damping, v_x[s], v_y[s]
             )
     elif signal == DRIVE_TORQUE and r.inv_inertia == 0.0:
         for s in range(samples.size):
@@ -281,12 +281,3 @@ def joined_torque(system: System, run: Run, i: int, t: float) -> float:
     loads.rotors[i, 2] = 0.0
     table.act(system, run.roster.joining, t, run.y_try, run.branch, loads, run.dy_try)
     return float(loads.rotors[i, 2])
-
-
-@compiled_inline
-def observe_elements(system: System, run: Run, t: float) -> None:
-    """Fill ``row`` for the wanted elements from y_try."""
-    for c in range(1, run.wanted_elements[0] + 1):
-        e = run.wanted_elements[c]
-        acting = run.roster.doings[e] == ACTING
-        table.observe(system, e, t, run.y_try, run.branch, run.loads_try, acting, run.row)

@@ -29,7 +29,7 @@ KNOWN_A, KNOWN_B, KNOWN_PSI, TURNED = 0, 3, 6, 9
 FRESH = (math.inf,) * 9 + (0.0, 1.0, 0.0)  # a memory that knows no angle: none is near
 
 NEARBY = 0.03  # rad, within which the series of `nearby_angle` is exact to rounding
-GRID, PER_GRID = 0.05, 20.0  # rad, of angles that samples in flight are computed from, and how many in one
+GRID, PER_GRID = 0.05, 20.0  # rad, of angles that samples in flight come from, and how many in a radian
 
 
 @compiled_inline

@@ -3,8 +3,9 @@
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.flown import accelerations, observe_elements, record_flights
+from gearplay.kernels.flown import accelerations, record_flights
 from gearplay.kernels.layout import (
+    ACTING,
     ACTIVE,
     AX,
     AY,
@@ -102,3 +103,12 @@ def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
         row[at + DRIVE_TORQUE], row[at + LOAD_TORQUE], row[at + ROTOR_LOSS] = shaft_power(
             system, i, t, y, run.branch, torque, a_x, a_y, alpha
         )
+
+
+@compiled_inline
+def observe_elements(system: System, run: Run, t: float) -> None:
+    """Fill ``row`` for the wanted elements from y_try."""
+    for c in range(1, run.wanted_elements[0] + 1):
+        e = run.wanted_elements[c]
+        acting = run.roster.doings[e] == ACTING
+        table.observe(system, e, t, run.y_try, run.branch, run.loads_try, acting, run.row)

@@ -8,7 +8,7 @@ from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.base_motion import KIND, NONE
 from gearplay.kernels.block import BLOCK, STATES_OF_ROTOR
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.elements.table import KINDS, SHOWN
+from gearplay.kernels.elements.table import SHOWN
 from gearplay.kernels.implicit import Implicit, make_implicit
 from gearplay.kernels.layout import AX, AY, PER_ROTOR, VX, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
@@ -75,7 +75,7 @@ class Run(Group):
 def signal_count(system: System) -> int:
     """Return the length of a full row: the signals of every rotor, then of every element (names in their tables)."""
     kinds = system.elements["kind"].tolist()
-    return int(PER_ROTOR * system.rotors.size + sum(len(KINDS[kind].file.SIGNALS) for kind in kinds))
+    return int(PER_ROTOR * system.rotors.size + sum(SHOWN[kind] for kind in kinds))
 
 
 def _listed(items: set[int]) -> Ints:
@@ -91,7 +91,7 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
         system.elements[["kind", "signal", "a", "b", "c"]].tolist() if len(of_rotors) < len(wanted) else []
     )
     for e, (kind, signal, *members) in enumerate(joined):
-        if any(0 <= c - signal < len(KINDS[kind].file.SIGNALS) for c in wanted):
+        if any(0 <= c - signal < SHOWN[kind] for c in wanted):
             elements.add(e)
             rotors.update(members)
     # Accelerations need the forces, torques of drives and loads their sums too.

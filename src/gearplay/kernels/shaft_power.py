@@ -24,6 +24,12 @@ def braking(drag: float, friction: float, friction_speed: float, spin: float) ->
     return torque
 
 
+@compiled_inline
+def lost_power(brake: float, spin: float, damping: float, v_x: float, v_y: float) -> float:
+    """Return the power [W] that a rotor loses to a torque [N m] against its spin and to the damping of its centre."""
+    return brake * spin + damping * (v_x * v_x + v_y * v_y)
+
+
 @compiled_once
 def applied_torque(system: System, i: int, y: Floats) -> float:
     """Return the torque [N m] on rotor i of what is not an element: constant, drag, dry friction."""
@@ -67,8 +73,8 @@ def shaft_power(
             h_x, h_y = pull(system, t)
             drive += r.unbalance * (math.cos(psi) * (a_y - h_y) - math.sin(psi) * (a_x - h_x))
     v_x, v_y = y[vx_of(system, i)], y[vy_of(system, i)]
-    lost = braking(r.drag, r.friction, r.friction_speed, spin) * spin
-    return drive, load, lost + r.radial_damping * (v_x * v_x + v_y * v_y)
+    brake = braking(r.drag, r.friction, r.friction_speed, spin)
+    return drive, load, lost_power(brake, spin, r.radial_damping, v_x, v_y)
 
 
 @compiled_inline
