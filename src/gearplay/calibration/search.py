@@ -38,7 +38,6 @@ class Search:
         self.trials: list[Trial] = []
         self._tried: set[tuple[tuple[float, ...], bool]] = set()
         self._studies = [self._new_study() for _ in self.comparisons]
-        self._asked: tuple[optuna.Study, optuna.Trial] | None = None
         self._near: dict[
             int, tuple[int, tuple[Emulator, Floats]]
         ] = {}  # by turn: after how many trials, and what
@@ -51,24 +50,19 @@ class Search:
         return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
     def tell(self, trial: Trial) -> None:
-        """Take in a finished trial."""
+        """Take in a finished trial, at the place where it was simulated: all that a search that goes on knows of it."""
         import optuna
 
-        asked, self._asked = self._asked, None
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
-            known = asked[1] if asked is not None and asked[0] is study else None
             value = None
             if trial.good:
                 value = float(comparison.objective(*comparison.logs_of([trial]))[0])
             state = optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL
-            if known is not None:
-                study.tell(known, value, state=state)
-            else:
-                params = dict(zip(self.names, trial.unit, strict=True)) if trial.good else {}
-                space = self._space() if trial.good else {}
-                study.add_trial(
-                    optuna.trial.create_trial(state=state, params=params, distributions=space, value=value)
-                )
+            params = dict(zip(self.names, trial.unit, strict=True)) if trial.good else {}
+            space = self._space() if trial.good else {}
+            study.add_trial(
+                optuna.trial.create_trial(state=state, params=params, distributions=space, value=value)
+            )
         self.trials.append(trial)
         self._tried.add(trial.same_as)
 
@@ -112,7 +106,8 @@ class Search:
         study = self._studies[turn]
         study.sampler = sampler
         asked = study.ask(self._space())
-        self._asked = study, asked
+        # It is known only once it has been simulated, at its rounded place (`tell`).
+        study.tell(asked, state=optuna.trial.TrialState.FAIL)
         return tuple(float(asked.params[name]) for name in self.names)
 
     def _refined(self, number: int, turn: int) -> tuple[float, ...] | None:

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from calibration_problems import KnownProblem, ListStore, small_plan
+from gearplay.calibration import search
 from gearplay.calibration.objective import Comparison, data_of, printed_measurements
-from gearplay.calibration.search import run_search
+from gearplay.calibration.search import Search, run_search
 from gearplay.calibration.trials import POLISH, SEARCH, STARTUP, Seen, Trial, distinct
 
 PLAN = small_plan()
@@ -35,6 +36,20 @@ def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) 
         break
     assert kills >= 20
     assert store.trials == whole.trials
+
+
+@pytest.mark.parametrize("turn", [1, 3])
+def test_a_search_that_goes_on_asks_for_the_very_point_of_one_that_never_stopped(
+    turn: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the last bit: points that differ in the seventh digit are rounded to different ones now and then."""
+    monkeypatch.setattr(search, "TURN", turn)  # 1: each is TPE's
+    never, trials = Search(PROBLEM, COMPARISONS, []), []
+    for number in range(40):
+        point = never.ask()
+        assert Search(PROBLEM, COMPARISONS, trials).ask() == point
+        trials.append(PROBLEM.run(number, point, phase=never.phase(number)))
+        never.tell(trials[-1])
 
 
 class Cornered(KnownProblem):
