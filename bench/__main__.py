@@ -286,7 +286,7 @@ def diagram(ross_step):
         directions=["up"], carry=False,
     )  # fmt: skip
     seconds = time.perf_counter() - began
-    failed = int(np.sum(found["reason"].values != ""))
+    failed = int(np.sum(found.ds["reason"].values != ""))
     revolutions = 500 / 20  # of the pinion with 20 teeth
     steps = values.size * revolutions * ross_peer.POINTS
     return (
@@ -302,19 +302,23 @@ def ross():
     reason = module.missing()
     if reason:
         return [f"Missing: ROSS: {reason}."]
-    value, what = module.seconds_per_simulated_second()
     case = gp.replace(gp.load_case("external-pair"), {"run.tolerance": 1e-6})
     prepare(case)
-    span = 1.0
-    seconds = (
-        best(lambda: run_members(case, [0], signals=["output.ax"], duration=span, transient=0.0, threads=1))
-        / span
-    )
+
+    def own(span=1.0):
+        run_members(case, [0], signals=["output.ax"], duration=span, transient=0.0, threads=1)
+
+    theirs, ours, what = [], [], ""
+    for _ in range(3):
+        value, what = module.seconds_per_simulated_second()
+        theirs.append(value)
+        ours.append(best(own))
+    ratios = sorted(a / b for a, b in zip(theirs, ours, strict=True))
     return [
-        f"{what}: {value:.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both gears in"
-        f" linear bearings), {seconds:.3f} s: {value / seconds:.0f} times less.",
+        f"{what}: {min(theirs):.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both"
+        f" gears in linear bearings), {min(ours):.3f} s: least of three in turn, {ratios[0]:.0f} to {ratios[-1]:.0f} times less.",
         "",
-        diagram(value * 2.0 * np.pi / (ross_peer.SPEED * ross_peer.POINTS)),
+        diagram(min(theirs) * 2.0 * np.pi / (ross_peer.SPEED * ross_peer.POINTS)),
     ]
 
 

@@ -61,6 +61,15 @@ class Records(list):
         self.size = len(array)
 
 
+def counting(part):
+    """Return a part of a system whose numbers give way to counting ones: a table, several, or an array; others as they are."""
+    if isinstance(part, tuple):
+        return tuple(counting(each) for each in part)
+    if not isinstance(part, np.ndarray):
+        return part
+    return plain(part) if part.dtype.names is None else Records(part)
+
+
 def plain(array):
     """Return an array of Python numbers."""
     return np.array(array.tolist(), dtype=object).reshape(array.shape)
@@ -77,13 +86,7 @@ def main():
     y = LIVELY.start(1)
     for e in range(system.elements.size):
         table.start_step(system, e, 0.0, y, branch)
-    tables = ("rotors", "elements", "contacts", "switches")
-    system = SimpleNamespace(
-        records=tuple(Records(array) for array in system.records),
-        spline=system.spline,
-        **{name: Records(getattr(system, name)) for name in tables},
-        **{name: plain(getattr(system, name)) for name in ("terms", "involutes", "gravity")},
-    )
+    system = SimpleNamespace(**{name: counting(part) for name, part in vars(system).items()})
     for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
         loaded = importlib.import_module(module.name)
         if hasattr(loaded, "math"):

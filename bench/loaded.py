@@ -8,7 +8,7 @@ import numpy as np
 
 import gearplay as gp
 from bench.peers import numbalsoda_peer, scipy_peer
-from bench.problem import Problem
+from bench.problem import Problem, spread
 from gearplay.kernels import run as kernel
 from gearplay.kernels.implicit import FIRST_PATIENCE, PATIENCE
 from gearplay.solver.compiling import prepare
@@ -21,6 +21,8 @@ SHORT = {"pinion-idler-ring": 0.002}
 LEAD = 0.3
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 REPEATS = 5
+AT_A_TIME = 3
+"""Runs of a method within a repeat, of which the least time counts: what else the machine does comes in bursts."""
 WANTED = 1e-8  # m
 
 
@@ -234,14 +236,14 @@ def against_peers():
         for _ in range(REPEATS):
             for name, solve in solvers.items():
                 if tolerances[name] is not None:
-                    times[name].append(solve(problem, 0, tolerances[name])[1])
+                    times[name].append(min(solve(problem, 0, tolerances[name])[1] for _ in range(AT_A_TIME)))
         own = times["gearplay"]
         for name, found in times.items():
             if not found:
                 cells[name].append("not reached")
                 continue
             ratios = [theirs / ours for theirs, ours in zip(found, own, strict=True)]
-            words = "" if name == "gearplay" else f", {min(ratios):.2g} to {max(ratios):.2g} times"
+            words = "" if name == "gearplay" else f", {spread(ratios)} times"
             cells[name].append(f"{1e3 * min(found):.3g} ms{words}")
     return lines + [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()]
 

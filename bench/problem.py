@@ -71,6 +71,13 @@ def derivative(system, roster, branch, loads, t, y, dy):
         right_hand_side(system, roster, t, y, branch, dy, loads)
 
 
+def spread(ratios):
+    """Return the least and the largest of some ratios in words, as "2.2 to 13" times."""
+    return " to ".join(
+        f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:.0f}" for ratio in (min(ratios), max(ratios))
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """One span of motion from given states."""
