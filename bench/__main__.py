@@ -202,6 +202,7 @@ def starting():
     )
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or each process compiles its libraries anew
         run = [sys.executable, "-m", "gearplay.cli.main", "run", "han2021", "--set", "run.duration=0.1"]
         for words, command in (
             ("the first `gearplay run` ever, kernels compiled", run),
