@@ -21,7 +21,7 @@ from numba import njit
 import gearplay as gp
 from bench import device, joined, loaded, page, plain, trains, work_precision
 from bench.peers import ross_peer
-from bench.problem import LIVELY, QUIET
+from bench.problem import LIVELY, QUIET, spread
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.compiler import jitted
@@ -306,18 +306,18 @@ def ross():
     case = gp.replace(gp.load_case("external-pair"), {"run.tolerance": 1e-6})
     prepare(case)
 
-    def own(span=1.0):
-        run_members(case, [0], signals=["output.ax"], duration=span, transient=0.0, threads=1)
+    def own():
+        run_members(case, [0], signals=["output.ax"], duration=1.0, transient=0.0, threads=1)
 
     theirs, ours, what = [], [], ""
     for _ in range(3):
         value, what = module.seconds_per_simulated_second()
         theirs.append(value)
         ours.append(best(own))
-    ratios = sorted(a / b for a, b in zip(theirs, ours, strict=True))
+    ratios = [a / b for a, b in zip(theirs, ours, strict=True)]
     return [
         f"{what}: {min(theirs):.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both"
-        f" gears in linear bearings), {min(ours):.3f} s: least of three in turn, {ratios[0]:.0f} to {ratios[-1]:.0f} times less.",
+        f" gears in linear bearings), {min(ours):.3f} s: least of three in turn, {spread(ratios)} times less.",
         "",
         diagram(min(theirs) * 2.0 * np.pi / (ross_peer.SPEED * ross_peer.POINTS)),
     ]

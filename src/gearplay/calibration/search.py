@@ -54,15 +54,15 @@ class Search:
         import optuna
 
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
-            value = None
             if trial.good:
-                value = float(comparison.objective(*comparison.logs_of([trial]))[0])
-            state = optuna.trial.TrialState.COMPLETE if trial.good else optuna.trial.TrialState.FAIL
-            params = dict(zip(self.names, trial.unit, strict=True)) if trial.good else {}
-            space = self._space() if trial.good else {}
-            study.add_trial(
-                optuna.trial.create_trial(state=state, params=params, distributions=space, value=value)
-            )
+                told = optuna.trial.create_trial(
+                    params=dict(zip(self.names, trial.unit, strict=True)),
+                    distributions=self._space(),
+                    value=float(comparison.objective(*comparison.logs_of([trial]))[0]),
+                )
+            else:
+                told = optuna.trial.create_trial(state=optuna.trial.TrialState.FAIL)
+            study.add_trial(told)
         self.trials.append(trial)
         self._tried.add(trial.same_as)
 

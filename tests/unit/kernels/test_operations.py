@@ -21,12 +21,7 @@ def test_a_right_hand_side_divides_seldom_and_asks_for_no_sine() -> None:
     )
     assert done.returncode == 0, done.stderr
     counts = json.loads(done.stdout)
-    assert set(counts) == {
-        "add",
-        "mul",
-        "sub",
-        "truediv",
-        "sqrt",
-    }  # sines come from those at the step's start
+    # Sines come from those at the step's start.
+    assert set(counts) == {"add", "mul", "sub", "truediv", "sqrt"}
     assert 100 < sum(counts.values()) < 330  # found 297
     assert counts["truediv"] <= 5
