@@ -92,7 +92,7 @@ from scipy.integrate import DOP853, quad
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq, minimize_scalar
 
-from cross.reference_friction import ToothFriction, about, pitch_point, tooth_friction_of
+from cross.reference_friction import ToothFriction, about, pitch_point, sliding, tooth_friction_of
 from cross.reference_laws import (
     Base,
     Body,
@@ -118,6 +118,7 @@ TWO_PI = 2.0 * math.pi
 MIN_TIME_STEP = 1e-16  # s: a shorter way to a stop is taken in one linear step
 LENGTH_TOLERANCE = 1e-16  # m: an indicator of length has left zero beyond this
 ANGLE_TOLERANCE = 1e-15  # rad: same, for the ends of a coupling's play
+SLIDING_TOLERANCE = 1e-9  # of the sliding of teeth over its speed, a difference of much larger velocities
 RATIO_TOLERANCE = 1e-12  # same, for the dimensionless indicators
 PUSH_TOLERANCE = 1e-9  # same, for F / (K p) of a flank: the rounding of p (1e-17 m) over p
 
@@ -1079,18 +1080,27 @@ class Reference:
         friction, mesh = self.tooth_friction[k], self.meshes[k]
         if friction is None or normal == (0.0, 0.0):
             return []
-        pitch, half = self._pitch_point(mesh, motion, z), self.signs[("mesh", k, "half")]
-        smooth = self._smooth_sign("mesh", k, self._tooth_slip(friction, mesh, z))
-        flanks = (1.0, normal[0], motion.grad_d), (-1.0, normal[1], motion.grad_b)
-        return [
-            friction.acting(flank, half, motion.psi, smooth, force, gradient, pitch)
-            for flank, force, gradient in flanks
-            if force != 0.0
-        ]
+        found = []
+        for flank, force in zip(("drive", "back"), normal, strict=True):
+            if force != 0.0:
+                point, gradient, slip = self._tooth_slip(k, flank, motion, z)
+                smooth = self._smooth_sign("mesh", (k, flank), slip)
+                found.append((point, friction.force(force, smooth, gradient)))
+        return found
 
-    def _tooth_slip(self, friction: ToothFriction, mesh: _Mesh, z: Sequence[float]) -> float:
-        omegas = [self.rotors[i].nominal_speed + z[3 * (self.n + i) + 2] for i in (mesh.a, mesh.b)]
-        return friction.slip(*omegas)
+    def _tooth_slip(
+        self, k: int, flank: str, motion: _MeshMotion, z: Sequence[float]
+    ) -> tuple[Pair, Pair, float]:
+        """Return where a flank touches (m), its gradient, and its sliding speed over the speed of full friction."""
+        friction, mesh = self.tooth_friction[k], self.meshes[k]
+        assert friction is not None
+        sense, gradient = (1.0, motion.grad_d) if flank == "drive" else (-1.0, motion.grad_b)
+        pitch, parity = self._pitch_point(mesh, motion, z), self.signs[("mesh", k, "parity")]
+        point = friction.point(sense, parity, motion.psi, gradient, pitch)
+        one, two = self.body(mesh.a, 0.0, z), self.body(mesh.b, 0.0, z)
+        velocities, spins = ((one.vx, one.vy), (two.vx, two.vy)), (one.omega, two.omega)
+        slip = sliding(self._centre(mesh.a, z), self._centre(mesh.b, z), velocities, spins, point, gradient)
+        return point, gradient, slip / friction.speed
 
     def _sleeve_force(self, k: int, motion: _SleeveMotion) -> tuple[float, float]:
         """Return the normal (along -u) and tangential force (N) of a sleeve on its journal."""
@@ -1110,7 +1120,7 @@ class Reference:
             tangential = -sleeve.friction * normal * self._smooth_sign("sleeve", k, relative)
         return normal, tangential
 
-    def _smooth_sign(self, kind: str, k: int, u: float) -> float:
+    def _smooth_sign(self, kind: str, k: int | tuple[int, str], u: float) -> float:
         if self.signs[(kind, k, "above")] > 0.0:
             return 1.0
         if self.signs[(kind, k, "below")] < 0.0:
@@ -1306,12 +1316,16 @@ class Reference:
                     slope = self._stiffness(k, motion.psi) + self._damping(k, flank, p) * rate  # F / p
                     values[("mesh", k, "push " + flank)] = slope / mesh.mean
             friction = self.tooth_friction[k]
-            depths = (("drive", motion.p_d), ("back", motion.p_b))
+            depths = ("drive", motion.p_d), ("back", motion.p_b)
             if friction is not None and any(signs.get(("mesh", k, flank), p) > 0.0 for flank, p in depths):
-                slip = self._tooth_slip(friction, mesh, z)
-                values[("mesh", k, "half")] = friction.wave(motion.psi)
-                values[("mesh", k, "above")] = slip - 1.0
-                values[("mesh", k, "below")] = slip + 1.0
+                values[("mesh", k, "parity")] = friction.wave(motion.psi)
+                if ("mesh", k, "parity") not in signs:
+                    signs[("mesh", k, "parity")] = 1.0 if friction.wave(motion.psi) >= 0.0 else -1.0
+                for flank, p in depths:
+                    if signs.get(("mesh", k, flank), p) > 0.0:
+                        _, _, slip = self._tooth_slip(k, flank, motion, z)
+                        values[("mesh", (k, flank), "above")] = slip - 1.0
+                        values[("mesh", (k, flank), "below")] = slip + 1.0
         for k, sleeve in enumerate(self.sleeves):
             touch = self._sleeve_motion(sleeve, t, z)
             key = ("sleeve", k, "contact")
@@ -1372,6 +1386,8 @@ class Reference:
             return LENGTH_TOLERANCE
         if key[0] == "mesh" and name.startswith("push"):
             return PUSH_TOLERANCE
+        if key[0] == "mesh" and name in ("above", "below"):
+            return SLIDING_TOLERANCE
         return RATIO_TOLERANCE
 
     def _refresh(self, t: float, state: NDArray[np.float64]) -> None:
@@ -1381,7 +1397,7 @@ class Reference:
         for key, value in values.items():
             if key in self.signs:
                 kept[key] = self.signs[key]
-            elif key[2] == "half" or (self.published and key[2] == "drive"):
+            elif key[2] == "parity" or (self.published and key[2] == "drive"):
                 kept[key] = 1.0 if value >= 0.0 else -1.0
             else:
                 kept[key] = 1.0 if value > 0.0 else -1.0
@@ -1394,6 +1410,10 @@ class Reference:
         self._armed.discard(key)
         self.events.append((t, key, sign))
         kind, k, name = key
+        if name == "parity":  # the sliding of the next pair has a sense of its own
+            self.signs = {
+                other: s for other, s in self.signs.items() if other[1] not in ((k, "drive"), (k, "back"))
+            }
         if kind == "sleeve" and name == "contact" and sign > 0.0:
             touch = self._sleeve_motion(self.sleeves[k], t, state.tolist())
             self.impact_speeds[k] = max(touch.rate, self.sleeves[k].minimum_speed)

@@ -2,8 +2,8 @@
 
 One pair of teeth stands for all: it passes the pitch point where the mesh phase ``psi`` and ``friction_phase``
 make whole turns, moves along the line of action by one base pitch a tooth, and gives way to the next one half
-a pitch behind the pitch point.  The force follows Coulomb's law, smoothed within ``friction_speed``; its sense
-is that of the sliding of two gears that roll on fixed centres.
+a pitch behind the pitch point.  The force opposes the velocity of the flank of b against that of a at the point
+of contact, across the line of action, by Coulomb's law smoothed within ``friction_speed``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cross.reference_laws import TWO_PI, Pair, Wrench, number
 
 @dataclass(frozen=True, slots=True)
 class ToothFriction:
-    """Friction of one mesh; ``half`` is +1 in the half-waves that begin at a pitch point, -1 in the others."""
+    """Friction of one mesh; pairs of teeth are counted, ``parity`` is +1 for those of even number, else -1."""
 
     coefficient: float
     phase: float  # rad
@@ -26,34 +26,30 @@ class ToothFriction:
     way: float  # m/rad of the mesh phase: how the contact of the drive flank goes on along its normal on b
 
     def wave(self, psi: float) -> float:
-        """Return a function that has the sign of the half-wave and is zero at its ends."""
-        return math.sin(psi + self.phase)
+        """Return a function with the sign of the parity of the pair in contact, zero at its ends."""
+        return math.cos(0.5 * (psi + self.phase))
 
-    def wrapped(self, psi: float, half: float) -> float:
-        """Return the phase since the nearest pitch point [rad]: 0 to pi in a half-wave +1, -pi to 0 in -1.
+    def wrapped(self, psi: float, parity: float) -> float:
+        """Return the phase since the pitch point of the nearest pair of this parity [rad].
 
-        The half-wave is given, so that the formula goes on smoothly where a step passes its end.
+        The parity is given, so that the formula goes on smoothly where a step passes the hand-over.
         """
         y = psi + self.phase
-        return y - TWO_PI * round((y - 0.5 * math.pi * half) / TWO_PI)
+        odd = 0.0 if parity > 0.0 else TWO_PI
+        return y - odd - 2.0 * TWO_PI * round((y - odd) / (2.0 * TWO_PI))
 
-    def slip(self, omega_a: float, omega_b: float) -> float:
-        """Return the mean sliding speed of gears that turn so, over `speed` and with the sign of b against a."""
-        return (omega_b - omega_a) * 0.5 * math.pi * abs(self.way) / self.speed
+    def point(self, flank: float, parity: float, psi: float, gradient: Pair, pitch: Pair) -> Pair:
+        """Return where the flanks touch [m]; ``flank`` is +1 for the drive flank, -1 for the back flank.
 
-    def acting(
-        self, flank: float, half: float, psi: float, smooth: float, normal: float, gradient: Pair, pitch: Pair
-    ) -> tuple[Pair, Pair]:
-        """Return where friction acts [m] and the force on b [N]; a feels its opposite there.
-
-        ``flank`` is +1 for the drive flank, -1 for the back flank, ``normal`` its normal force [N], ``gradient``
-        that of its penetration by the place of b; ``smooth`` is the smoothed sign of `slip`.
+        ``gradient`` is that of the flank's penetration by the place of b.
         """
-        nx, ny = gradient
-        x = flank * self.way * self.wrapped(psi, half)
-        sense = half * flank * math.copysign(1.0, self.way) * smooth
-        size = -self.coefficient * normal * sense
-        return (pitch[0] - x * nx, pitch[1] - x * ny), (size * ny, -size * nx)
+        x = flank * self.way * self.wrapped(psi, parity)
+        return pitch[0] - x * gradient[0], pitch[1] - x * gradient[1]
+
+    def force(self, normal: float, smooth: float, gradient: Pair) -> Pair:
+        """Return the force on b [N] under a normal force [N]; ``smooth`` is the smoothed sign of what slides across."""
+        size = -self.coefficient * normal * smooth
+        return -size * gradient[1], size * gradient[0]
 
 
 def tooth_friction_of(
@@ -70,6 +66,19 @@ def tooth_friction_of(
         speed=number(table, "friction_speed", 1e-3),
         way=0.5 * forwards * float(table["module"]) * math.cos(float(table["pressure_angle"])),
     )
+
+
+def sliding(
+    a: Pair, b: Pair, velocities: tuple[Pair, Pair], spins: Pair, point: Pair, gradient: Pair
+) -> float:
+    """Return the speed [m/s] of b's material against a's at a point, across the gradient turned by 90 degrees.
+
+    ``a``, ``b`` are the bodies' centres, ``velocities`` theirs.
+    """
+    (va, vb), (wa, wb) = velocities, spins
+    x = vb[0] - wb * (point[1] - b[1]) - va[0] + wa * (point[1] - a[1])
+    y = vb[1] + wb * (point[0] - b[0]) - va[1] - wa * (point[0] - a[0])
+    return y * gradient[0] - x * gradient[1]
 
 
 def pitch_point(a: Pair, b: Pair, rho_a: float, rho_b: float) -> Pair:

@@ -32,7 +32,7 @@ def test_excited_systems_cover_the_branches() -> None:
     for name in ("forward", "backward"):
         assert {("coupling", name, 1.0), ("coupling", name, -1.0), ("coupling", f"push {name}", -1.0)} <= seen
     assert {("mesh", "drive", 1.0), ("mesh", "back", 1.0), ("sleeve", "contact", 1.0)} <= seen
-    assert {("mesh", "half", 1.0), ("mesh", "half", -1.0), ("mesh", "above", -1.0)} <= seen
+    assert {("mesh", "parity", 1.0), ("mesh", "parity", -1.0), ("mesh", "above", -1.0)} <= seen
     assert {("servo", "upper", 1.0), ("servo", "lower", 1.0), ("mesh", "double", 1.0)} <= seen
     reference = Reference(excited_case(4))
     reference.trajectory([0.01])

@@ -53,7 +53,7 @@ def _unphased(meshes: list[dict]) -> list[dict]:
 
 @pytest.mark.deep
 def test_planetary_systems_cover_the_branches() -> None:
-    """Both flanks, pins that touch and let go, edges of stiffness, pitch points, a servo's limit."""
+    """Both flanks, pins that touch and let go, edges of stiffness, hand-overs, a servo's limit."""
     seen = set()
     for seed in (6, 7, 10, 11):
         reference = Reference(begun(planetary_case(seed)))
@@ -62,4 +62,4 @@ def test_planetary_systems_cover_the_branches() -> None:
     for sign in (1.0, -1.0):
         assert {("mesh", "drive", sign), ("mesh", "back", sign), ("sleeve", "contact", sign)} <= seen
         assert ("mesh", "double", sign) in seen
-    assert {("mesh", "half"), ("servo", "lower")} <= {key[:2] for key in seen}
+    assert {("mesh", "parity"), ("servo", "lower")} <= {key[:2] for key in seen}

@@ -106,7 +106,7 @@ def pressed_and_rolling(
 def test_friction_acts_on_the_line_of_action_and_takes_what_slides(
     inner: bool, ring_drives: bool, back: bool, speed: float
 ) -> None:
-    """Power -mu F |x| |omega_b - omega_a|, smoothed; the contact goes with both flanks."""
+    """Power -mu F |s|, smoothed, with s = (omega_b - omega_a) x of rolling gears; the contact goes with both flanks."""
     rng = np.random.default_rng([1, inner, ring_drives, back])
     reference = Reference(rubbing(inner, ring_drives, friction_speed=5e-3))
     mesh = reference.meshes[0]
@@ -127,7 +127,7 @@ def test_friction_acts_on_the_line_of_action_and_takes_what_slides(
         assert x <= 0.5 * PITCH * (1.0 + 1e-12)
         assert friction @ nu == pytest.approx(0.0, abs=1e-12)
         turn = now["bodies"]["b"].omega - now["bodies"]["a"].omega
-        u = abs(turn) * PITCH / 4.0 / 5e-3
+        u = abs(turn) * x / 5e-3
         smooth = 1.0 if u >= 1.0 else 1.5 * u - 0.5 * u**3
         sliding = speed_at(now, "b", point) - speed_at(now, "a", point)
         assert friction @ sliding == pytest.approx(-MU * force * x * abs(turn) * smooth, rel=1e-9, abs=1e-16)
@@ -143,15 +143,13 @@ def test_friction_acts_on_the_line_of_action_and_takes_what_slides(
     assert sides == {-1.0, 1.0}
 
 
-def test_half_waves_begin_at_multiples_of_pi() -> None:
+def test_pairs_of_teeth_hand_over_half_a_pitch_behind_the_pitch_point() -> None:
     friction = ToothFriction(0.1, 0.3, 1e-3, 2e-3)
     for y in np.random.default_rng(5).uniform(-40.0, 40.0, 200):
-        k = math.floor(y / math.pi)
-        half = 1.0 if friction.wave(y - 0.3) >= 0.0 else -1.0
-        assert half == (-1.0) ** k
-        expected = y - 2.0 * math.pi * ((k + 1) // 2)
-        assert friction.wrapped(y - 0.3, half) == pytest.approx(expected, abs=1e-12)
-        assert (expected >= 0.0) == (half > 0.0)
+        pair = math.floor(y / (2.0 * math.pi) + 0.5)
+        parity = 1.0 if friction.wave(y - 0.3) >= 0.0 else -1.0
+        assert parity == (-1.0) ** pair
+        assert friction.wrapped(y - 0.3, parity) == pytest.approx(y - 2.0 * math.pi * pair, abs=1e-12)
 
 
 # ---------------------------------------------------------------------- free pairs
@@ -184,15 +182,12 @@ def test_a_free_pair_keeps_its_momentum_and_loses_energy(inner: bool, ring_drive
         pressed += 1
         ((point, force),) = now["frictions"]
         power = force @ (speed_at(now, "b", point) - speed_at(now, "a", point))
-        apart = speed_at(now, "b", now["pitch"]) - speed_at(now, "a", now["pitch"])
-        assert power - force @ apart < 0.0  # the part of rolling; free centres may slide otherwise
+        assert power <= 0.0
         rate, h = np.array(reference._right_hand_side(float(t), y)), 1e-8
         gained = reference.energy(y + h * rate, t + h) - reference.energy(y - h * rate, t - h)
         assert gained / (2.0 * h) == pytest.approx(power, rel=1e-4, abs=1e-4)
     assert pressed >= 5
-    assert not {key for _, key, _ in reference.events} - {
-        ("mesh", 0, name) for name in ("drive", "back", "half")
-    }
+    assert {key[2] for _, key, _ in reference.events} <= {"drive", "back", "parity", "above", "below"}
 
 
 # ---------------------------------------------------------------------- steady rolling
@@ -236,10 +231,10 @@ def mean_force(case: dict[str, Any], first: int, samples: int) -> float:
     meshes = [reference.forces(t, y)["mesh"] for t, y in zip(times, motion["state"], strict=True)]
     forces = [next(iter(mesh.values())) for mesh in meshes]
     assert all(each["F_d"] > 0.0 and each["F_b"] == 0.0 for each in forces)
-    changes = [t for t, key, _ in reference.events if key == ("mesh", 0, "half")]
+    changes = [t for t, key, _ in reference.events if key == ("mesh", 0, "parity")]
     k = np.arange(1, len(changes) + 1)
-    np.testing.assert_allclose(changes, (math.pi * k - 0.4) / 12000.0, rtol=1e-12)
-    assert len(changes) in (2 * first + 1, 2 * first + 2)
+    np.testing.assert_allclose(changes, (math.pi * (2 * k - 1) - 0.4) / 12000.0, rtol=1e-12)
+    assert len(changes) in (first, first + 1)
     return float(np.mean([each["F_d"] for each in forces]))
 
 
@@ -247,10 +242,11 @@ def mean_force(case: dict[str, Any], first: int, samples: int) -> float:
 def test_a_slowly_vibrating_mesh_carries_the_load_over_the_mean_lever_arm(
     inner: bool, ring_drives: bool
 ) -> None:
+    """Friction shakes the mesh by some mm/s, which moves the zero of sliding off the pitch point by microns: 1e-4 of the force."""
     case, radius, sense = loaded(inner, ring_drives, 5.0, 1.0 / 15.0)
     expected = 5.0 / (radius - sense * MU * PITCH / 4.0)
     assert abs(expected * radius / 5.0 - 1.0) > 5e-3  # what friction changes
-    assert mean_force(case, 40, 100) == pytest.approx(expected, rel=4e-5)
+    assert mean_force(case, 40, 100) == pytest.approx(expected, rel=1.5e-4)
 
 
 @PAIRS

@@ -205,7 +205,7 @@ def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> Non
             if attempt(system, run, h) != 0 or error_norm(roster, h, run.stages, run.scale) > 1.0:
                 continue
             switch_values(system, roster, run.clock[T] + h, run.y_new, run.branch, run.loads, run.g_1)
-            _, place = first_switch(system, run, h)
+            _, place = first_switch(system, run, h, True)
             for s in roster.switches[1 : roster.switches[0] + 1]:
                 if run.g_0[s] > 0.0 or run.g_1[s] > 0.0:
                     continue

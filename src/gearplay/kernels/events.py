@@ -1,5 +1,7 @@
 """Finding the first switch inside a step, on its interpolant, and taking the step again so that it ends there."""
 
+import math
+
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -73,15 +75,18 @@ def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
 
 @compiled_inline
 def allowance(system: System, run: Run, s: int) -> float:
-    """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error."""
+    """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error.
+
+    At most ``DEEPEST`` of the contact's natural size: at a touch that deep the force is still zero.
+    """
     switch = system.switches[s]
-    return (
-        0.1 * (run.clock[FINENESS] * run.clock[TOLERANCE] * system.contacts[switch.contact].natural)
-        if switch.role == TOUCH
-        else 0.0
-    )
+    if switch.role != TOUCH:
+        return 0.0
+    share = min(0.1 * run.clock[FINENESS] * run.clock[TOLERANCE], DEEPEST)
+    return float(share * system.contacts[switch.contact].natural)
 
 
+DEEPEST = 1e-6  # natural sizes, 1e-10 m
 SECANTS = 20
 """Tries of a root by secants; bisection goes on from there."""
 
@@ -90,11 +95,11 @@ SECANTS = 20
 def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high: float) -> float:
     """Return the end x of the smallest bracket in (0, high] on which switch k turns positive (Illinois)."""
     low, g_low = 0.0, min(run.g_0[k], 0.0)
-    side = 0
+    beyond, side = g_high, 0  # the value at ``high``, which the method's weight g_high is not
     width = max(1e-14, 4e-16 * abs(run.clock[T]) / h)
     close = 0.1 * allowance(system, run, k)
     for n in range(80):
-        if high - low <= width or 0.0 <= g_high <= close:
+        if high - low <= width or 0.0 <= beyond <= close:
             break
         x = (low * g_high - high * g_low) / (g_high - g_low) if g_high > g_low else 0.5 * (low + high)
         if n >= SECANTS:  # a start that is 0 but for rounding keeps the secant there
@@ -106,7 +111,7 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
             return x
         g = run.g_try[k]
         if g > 0.0:
-            high, g_high = x, g
+            high, g_high, beyond = x, g, g
             if side == 1:
                 g_low *= 0.5
             side = 1
@@ -119,16 +124,16 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
 
 
 @compiled_once
-def locate_peak(system: System, run: Run, h: float, s: int) -> float:
-    """Return the x in (0, 1) where touch switch s peaks, by bisection on its rate, or 1 if it stays negative.
+def locate_peak(system: System, run: Run, h: float, s: int, low: float, high: float) -> float:
+    """Return the x in (low, high) where touch switch s peaks, by bisection on its rate, or 1 if it stays negative.
 
-    Called only when the rate changes sign inside the step while both ends are negative: the grazing touch that
-    looking at step ends alone would skip. Stops as soon as a positive value is seen; that is where it was looked at last.
+    The bracket is that of `graze_bracket`: a grazing touch is negative at both ends of the step. Stops at the first positive
+    value, which is the last one evaluated.
     """
     k = system.switches[s].contact
     sign = 1.0 if run.branch.modes[k] == OPEN else -1.0
-    low, high = 0.0, 1.0
     reach = abs(run.loads_0.contacts[k, RATE]) + abs(run.loads.contacts[k, RATE])
+    reach += 3.0 * abs(run.g_1[s] - run.g_0[s]) / h  # bounds the cubic's rate
     for _ in range(60):
         x = 0.5 * (low + high)
         if not look(system, run, h, x, s):
@@ -176,17 +181,37 @@ def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> flo
 
 
 @compiled_inline
-def may_graze(system: System, run: Run, s: int) -> bool:
-    """Return whether touch switch s, negative at both ends of the step, rises and falls in between."""
-    k = system.switches[s].contact
-    sign = 1.0 if run.branch.modes[k] == OPEN else -1.0
-    start, end = run.loads_0.contacts[k, RATE], run.loads.contacts[k, RATE]
-    return bool(run.g_0[s] < 0.0 and sign * start > 0.0 and sign * end < 0.0)
+def graze_bracket(system: System, run: Run, h: float, s: int) -> tuple[float, float]:
+    """Return where in (0, 1) touch switch s, negative at both ends of a step of h [s], may have a positive maximum; (1, 0) if nowhere.
+
+    Its rate is positive at the lower end and negative at the upper one. Where it has one sign at both ends of the step, the cubic
+    through values and rates decides: its maximum lies on one side of its inflection.
+    """
+    k, g_0, g_1 = system.switches[s].contact, run.g_0[s], run.g_1[s]
+    sign = h if run.branch.modes[k] == OPEN else -h
+    rise_0, rise_1 = sign * run.loads_0.contacts[k, RATE], sign * run.loads.contacts[k, RATE]
+    if g_0 >= 0.0 or rise_0 * rise_1 < 0.0:
+        return (0.0, 1.0) if g_0 < 0.0 and rise_0 > 0.0 else (1.0, 0.0)
+    # g = g_0 + rise_0 x + b x^2 + c x^3
+    b, c = 3.0 * (g_1 - g_0) - 2.0 * rise_0 - rise_1, rise_0 + rise_1 - 2.0 * (g_1 - g_0)
+    root = b * b - 3.0 * c * rise_0
+    if root <= 0.0 or c == 0.0:
+        return 1.0, 0.0
+    x = -(b + math.sqrt(root)) / (3.0 * c)
+    higher = x * (rise_0 + x * (b + c * x))
+    # The interpolant is of order 4: twice as high as the cubic stands above the ends.
+    if not 0.0 < x < 1.0 or max(g_0, g_1) + 2.0 * (g_0 + higher - max(g_0, g_1)) <= 0.0:
+        return 1.0, 0.0
+    bend = -b / (3.0 * c)
+    return (0.0, min(bend, 1.0)) if rise_0 > 0.0 else (max(bend, 0.0), 1.0)
 
 
 @compiled_once
-def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
-    """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one."""
+def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int, float]:
+    """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one.
+
+    With ``hidden`` the step is also searched for pulls and own switches that are negative at both of its ends.
+    """
     first, place = -1, 1.0
     roster = run.roster
     for c in range(1, roster.switches[0] + 1):
@@ -201,20 +226,20 @@ def first_switch(system: System, run: Run, h: float) -> tuple[int, float]:
             x = high if run.g_0[s] > 0.0 else locate_root(system, run, h, s, high, g_high)
             if first < 0 or x < place:
                 first, place = s, x
-        elif system.switches[s].role == TOUCH and may_graze(system, run, s):
-            peak = locate_peak(system, run, h, s)
+        elif system.switches[s].role == TOUCH:
+            low, high = graze_bracket(system, run, h, s)
+            peak = locate_peak(system, run, h, s, low, high) if low < high else 1.0
             if peak < 1.0:  # behind its root, which alone says whether it is the first
                 x = locate_root(system, run, h, s, peak, run.g_try[s])
                 if x < place:
                     first, place = s, x
     searched = False
-    for c in range(1, roster.hiding[0] + 1):
+    for c in range(1, (roster.hiding[0] if hidden else 0) + 1):
         s = roster.hiding[c]
         e, local, k = system.switches[s].element, system.switches[s].local, system.switches[s].contact
         if k >= 0 and run.branch.modes[k] == OPEN:
             continue  # nothing of an open contact is hidden
-        hidden = run.g_0[s] <= 0.0 and run.g_1[s] <= 0.0
-        if hidden and table.may_return(
+        if max(run.g_0[s], run.g_1[s]) <= 0.0 and table.may_return(
             system, e, local, h, run.branch, run.loads_0, run.loads, run.g_0, run.g_1, run.stages
         ):
             searched = True
@@ -260,3 +285,46 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
         short += nudge
         nudge *= 8.0
     return taken
+
+
+RETAKES = 10  # of one step; each is shorter than the one before
+NARROW = 1e-6  # of a step: what a retake overshoots by where it cannot be made shorter
+
+
+@compiled_inline
+def passes_touch(system: System, run: Run, first: int) -> bool:
+    """Return whether a touch other than switch ``first`` is passed at the end of the step by more than it may be."""
+    for c in range(1, run.roster.switches[0] + 1):
+        s = run.roster.switches[c]
+        if s != first and run.g_0[s] <= 0.0 and run.g_1[s] > 0.0:
+            if system.switches[s].role != TOUCH or run.g_1[s] > allowance(system, run, s):
+                return True
+    return False
+
+
+@compiled_once
+def end_at_switch(system: System, run: Run, h: float, first: int, place: float) -> tuple[int, float]:
+    """Take a step of h [s] again so that it ends at its first switch; return that switch, -1 for none, and the length [s].
+
+    A retaken step may show that the switch is not reached (it touches zero on the interpolant alone), or pass another one that
+    the interpolant had later. Then the retaken step is searched in turn: none of its switches is passed unseen. The length is
+    negative where a pair cannot mesh.
+    """
+    taken = h
+    for _ in range(RETAKES):
+        if place >= 1.0:
+            break  # it was positive from the start, and changes over at the end
+        taken = retake(system, run, taken, first, place)
+        if taken < 0.0:
+            break
+        reached = run.g_0[first] > 0.0 or run.g_1[first] >= 0.0
+        if reached and not passes_touch(system, run, first):
+            break
+        earlier, place = first_switch(system, run, taken, False)
+        if earlier < 0:
+            first = first if reached else -1
+            break
+        if reached and earlier == first and place > 1.0 - NARROW:
+            break  # the other one is passed at the same instant
+        first = earlier
+    return first, taken

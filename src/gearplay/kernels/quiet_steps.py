@@ -104,7 +104,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if watch(system, run, t_new, run.y_new, run.loads) != 0:
         return give_up(run, twice)
     switch_values(system, run.roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
-    first, _ = first_switch(system, run, part)
+    first, _ = first_switch(system, run, part, True)
     if first >= 0:
         return give_up(run, FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else twice)
     status = accept(system, run, part, t_new, -1)

@@ -18,7 +18,7 @@ from gearplay.kernels.switches import make_branch
 
 # Status of a run; the solver turns it into words.
 DONE, PAUSED = 0, 1
-NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP = 10, 11, 12, 13, 14
+NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP, MISSED_SWITCH = 10, 11, 12, 13, 14, 15
 
 # Slots of Run.clock [s, 1] and Run.counts.
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, FINENESS = range(9)
@@ -28,9 +28,9 @@ STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, F
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
 TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX, WEDGED = range(8)
-# Behind them what a peak between the ends of steps is found from: length of the last step [s], force and depth at its two ends.
-LAST_STEP, LAST_FORCE, LAST_DEPTH, NOW_FORCE, NOW_DEPTH = range(8, 13)
-TALLIES = 13
+# Behind them what bounds a peak inside a step: length [s] and initial force of the step before, 0 where there is none.
+LAST_STEP, LAST_FORCE = range(8, 10)
+TALLIES = 10
 LOG_COLUMNS = 4
 
 

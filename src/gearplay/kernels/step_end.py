@@ -4,10 +4,10 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import MARGIN, PENETRATION, RATE, TOUCH, System
+from gearplay.kernels.layout import FORCE, MARGIN, PENETRATION, RATE, TOUCH, System
 from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import change_mode, check_state
-from gearplay.kernels.run import DONE, STEPS, Run, T
+from gearplay.kernels.run import DONE, FIXED, MISSED_SWITCH, STEPS, TOLERANCE, Run, T
 from gearplay.kernels.runge_kutta import STAGES
 from gearplay.kernels.tallies import tally_step
 
@@ -21,6 +21,26 @@ def change_modes(system: System, run: Run, t: float, first: int) -> None:
             change_mode(system, run, s, t, run.y_new, run.loads)
 
 
+DEEPEST = 1e-6  # natural sizes that a contact's mode and gap may disagree by where the tolerance is no looser, 1e-10 m
+
+
+@compiled_inline
+def misses_touch(system: System, run: Run, first: int) -> bool:
+    """Return whether a contact stays open though it presses, or closed though it gapes, at the end of a step.
+
+    By more than the error of a touch, and not switched there by `change_modes`. Touches and releases are located (`events`), so
+    this means that one was passed: from here on the motion would be false.
+    """
+    most = max(run.clock[TOLERANCE], DEEPEST)
+    for c in range(1, run.roster.switches[0] + 1):
+        s = run.roster.switches[c]
+        switch = system.switches[s]
+        if switch.role == TOUCH and run.g_1[s] > most * system.contacts[switch.contact].natural:
+            if first < 0 or (s != first and run.g_0[s] > 0.0):
+                return True
+    return False
+
+
 @compiled_once
 def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     """Make the state at the end t [s] of a step of h [s] the present one, with what switches there; return a status.
@@ -28,6 +48,8 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     ``first`` is the switch that ended the step, -1 for none.
     """
     roster, status = run.roster, DONE
+    if run.clock[FIXED] == 0.0 and misses_touch(system, run, first):
+        return MISSED_SWITCH
     if sample_is_due(run, t):
         record_samples(system, run, h, t)
     tally_step(system, run, h)
@@ -47,10 +69,11 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
 
 @compiled_inline
 def copy_contact(source: Floats, target: Floats, k: int) -> None:
-    """Copy what a step's search for switches reads of contact k."""
+    """Copy what the search for switches and peaks reads of contact k at the start of a step."""
     target[k, PENETRATION] = source[k, PENETRATION]
     target[k, RATE] = source[k, RATE]
     target[k, MARGIN] = source[k, MARGIN]
+    target[k, FORCE] = source[k, FORCE]
 
 
 @compiled

@@ -12,7 +12,7 @@ from gearplay.kernels.base_motion import RATE, shakes
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.events import attempt, first_switch, retake
+from gearplay.kernels.events import attempt, end_at_switch, first_switch
 from gearplay.kernels.fineness import refine
 from gearplay.kernels.fixed_steps import take_fixed_step
 from gearplay.kernels.implicit import H_EXPLICIT, QUIET
@@ -156,16 +156,14 @@ def take_step(system: System, run: Run) -> int:
 
     t_new = stop if to_stop else t + h
     switch_values(system, roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
-    first, place = first_switch(system, run, h)
+    first, place = first_switch(system, run, h, True)
     taken = h
     if first >= 0 and place < 1.0:
-        taken = retake(system, run, h, first, place)
+        first, taken = end_at_switch(system, run, h, first, place)
         if taken < 0.0:
             return CANNOT_MESH
         t_new = t + taken
         to_stop = False
-        if run.g_0[first] <= 0.0 and run.g_1[first] < 0.0:
-            first = -1  # it was not reached
     status = accept(system, run, taken, t_new, first)
     if status != DONE:
         return status

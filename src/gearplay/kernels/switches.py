@@ -160,7 +160,7 @@ def switch_mode(system: System, s: int, t: float, y: Floats, branch: Branch, loa
         if modes[k] == OPEN:
             latch_speed(system, k, loads.contacts[k, RATE], branch)
             modes[k] = LOADED
-            table.settle_touch(system, e, k, t, y, branch)
+            table.settle_touch(system, e, k, t, y, branch, loads)
         else:
             modes[k] = OPEN
         settle_partners(system, e, branch, loads)
@@ -168,4 +168,4 @@ def switch_mode(system: System, s: int, t: float, y: Floats, branch: Branch, loa
         if modes[k] != OPEN:
             modes[k] = SEPARATING if modes[k] == LOADED else LOADED
     else:
-        table.switch_own(system, e, switch.local, t, y, branch)
+        table.switch_own(system, e, switch.local, t, y, branch, loads)

@@ -1,16 +1,24 @@
-"""What contacts of a run leave behind: tallies, and the log of onsets and releases."""
+"""Statistics of the contacts of a run, and the log of onsets and releases.
 
+Peaks are those of the motion itself: where one may lie inside a step and above the largest value so far, the step's interpolant
+is searched for it.
+"""
+
+import math
+
+from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, System
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.elements import table
+from gearplay.kernels.events import interpolate_element
+from gearplay.kernels.implicit import QUIET
+from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, RATE, System
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
-    LAST_DEPTH,
     LAST_FORCE,
     LAST_STEP,
     LOGGED,
-    NOW_DEPTH,
-    NOW_FORCE,
     ONSETS,
     SPEED_MAX,
     SPEED_SQUARES,
@@ -18,55 +26,132 @@ from gearplay.kernels.run import (
     TIME,
     WEDGED,
     Run,
+    T,
 )
 from gearplay.kernels.switches import is_overruled
+
+PARTS = 4  # of a step, at whose ends a peak is looked for
+PEAK_LOOKS = 20  # beyond them, to narrow it down
+NARROW = 1e-5  # of a step: the value at a smooth peak is then exact to about the square of that
+FAINT = 0.05  # of the largest force: smaller ones at both ends of a first step after an event have no peak above it
 
 
 @compiled_inline
 def tally_step(system: System, run: Run, h: float) -> None:
-    """Add one accepted step to the contact statistics."""
+    """Add one accepted step of h [s] to the contact statistics."""
     for c in range(1, run.roster.acting[0] + 1):
-        element = system.elements[run.roster.acting[c]]
+        e = run.roster.acting[c]
+        element = system.elements[e]
         for k in range(element.contact, element.contact + element.contacts):
-            tally_contact(system, run, k, h)
+            tally_contact(system, run, e, k, h)
 
 
 @compiled_inline
-def peak_between(before: float, now: float, after: float, last: float, h: float) -> float:
-    """Return the top of the parabola through three values, ``last`` and ``h`` apart, where the middle one is the highest.
-
-    >>> peak_between(0.0, 3.0, 3.0, 1.0, 1.0), peak_between(3.0, 2.0, 1.0, 1.0, 1.0)
-    (3.375, 2.0)
+def tally_contact(system: System, run: Run, e: int, k: int, h: float) -> None:
+    """Add a step of h [s] to contact k of element e: its time, largest force and depth where it is closed, else whether it is
+    overruled.
     """
-    if now < before or now < after or before + after == 2.0 * now:
-        return now
-    rise, fall = (now - before) / last, (now - after) / h
-    slope = (rise * h - fall * last) / (last + h)
-    return now + 0.25 * slope * slope * (last + h) / (rise + fall)
-
-
-@compiled_inline
-def tally_contact(system: System, run: Run, k: int, h: float) -> None:
-    """Add h [s] to contact k's time if it touches, and note its largest force and depth; or to that in which it should."""
-    tally = run.tallies[k]
+    tally, start, end = run.tallies[k], run.loads_0.contacts[k], run.loads.contacts[k]
     if run.branch.modes[k] == OPEN:
-        if run.loads.contacts[k, PENETRATION] > 0.0 and is_overruled(system, k, run.branch):
+        if end[PENETRATION] > 0.0 and is_overruled(system, k, run.branch):
             tally[WEDGED] += h
         tally[LAST_STEP] = 0.0
         return
     tally[TIME] += h
-    force, depth = run.loads.contacts[k, FORCE], run.loads.contacts[k, PENETRATION]
-    highest, deepest, last = force, depth, tally[LAST_STEP]
-    if last > 0.0:
-        highest = max(highest, peak_between(tally[LAST_FORCE], tally[NOW_FORCE], force, last, h))
-        deepest = max(deepest, peak_between(tally[LAST_DEPTH], tally[NOW_DEPTH], depth, last, h))
-        tally[LAST_FORCE], tally[LAST_DEPTH] = tally[NOW_FORCE], tally[NOW_DEPTH]
-    else:
-        tally[LAST_FORCE] = run.loads_0.contacts[k, FORCE]
-        tally[LAST_DEPTH] = run.loads_0.contacts[k, PENETRATION]
-    tally[FORCE_MAX] = max(tally[FORCE_MAX], highest)
-    tally[DEPTH_MAX] = max(tally[DEPTH_MAX], deepest)
-    tally[LAST_STEP], tally[NOW_FORCE], tally[NOW_DEPTH] = h, force, depth
+    tally[FORCE_MAX] = max(tally[FORCE_MAX], start[FORCE], end[FORCE])
+    tally[DEPTH_MAX] = max(tally[DEPTH_MAX], start[PENETRATION], end[PENETRATION])
+    if depth_may_exceed(start, end, tally[DEPTH_MAX], h):
+        tally[DEPTH_MAX] = max(tally[DEPTH_MAX], find_peak(system, run, e, k, PENETRATION, h))
+    if force_may_exceed(run, k, h):
+        tally[FORCE_MAX] = max(tally[FORCE_MAX], find_peak(system, run, e, k, FORCE, h))
+    tally[LAST_STEP], tally[LAST_FORCE] = h, start[FORCE]
+
+
+@compiled_inline
+def depth_may_exceed(start: Floats, end: Floats, largest: float, h: float) -> bool:
+    """Return whether the penetration may be above ``largest`` inside a step of h [s].
+
+    Twice the rise of a parabola with the rates at both ends.
+    """
+    if not start[RATE] > 0.0 > end[RATE]:
+        return False
+    rise = start[RATE] * start[RATE] * h / (start[RATE] - end[RATE])
+    return bool(max(start[PENETRATION] + rise, end[PENETRATION] + rise) > largest)
+
+
+@compiled_inline
+def force_may_exceed(run: Run, k: int, h: float) -> bool:
+    """Return whether the force of contact k may be above the largest one so far inside a step of h [s].
+
+    Its second derivative is taken from three ends of steps, with a factor of four; a first step after an event has no such.
+    """
+    tally = run.tallies[k]
+    force_0, force, last = run.loads_0.contacts[k, FORCE], run.loads.contacts[k, FORCE], tally[LAST_STEP]
+    most = max(force_0, force)
+    if last == 0.0 or run.implicit.numbers[QUIET] == 0:
+        return bool(most > FAINT * tally[FORCE_MAX])
+    slope = (force - force_0) / h
+    bend = 2.0 * (slope - (force_0 - tally[LAST_FORCE]) / last) / (h + last)
+    if slope - 2.0 * abs(bend) * h > 0.0 or slope + 2.0 * abs(bend) * h < 0.0:
+        return False  # it rises, or falls, all the way
+    return bool(most + 0.5 * abs(bend) * h * h > tally[FORCE_MAX])
+
+
+@compiled_inline
+def value_inside(system: System, run: Run, e: int, k: int, column: int, h: float, x: float) -> float:
+    """Return a column of contact k's row at t + x h on the step's interpolant; -inf where its geometry fails."""
+    t = run.clock[T] + x * h
+    interpolate_element(system, run, e, h, x)
+    if table.press(system, e, t, run.y_try, run.branch, run.loads_try) != 0:
+        return -math.inf
+    return float(run.loads_try.contacts[k, column])
+
+
+@compiled_once
+def find_peak(system: System, run: Run, e: int, k: int, column: int, h: float) -> float:
+    """Return the largest value of a column of contact k of element e inside a step of h [s], on its interpolant.
+
+    The step is looked at in equal parts; the best of their ends is the middle of a bracket that parabolas narrow.
+    """
+    before, best, after, x = -math.inf, -math.inf, -math.inf, 0.0
+    last = run.loads_0.contacts[k, column]
+    for part in range(1, PARTS + 1):
+        value = run.loads.contacts[k, column]
+        if part < PARTS:
+            value = value_inside(system, run, e, k, column, h, part / PARTS)
+            if value > best:
+                before, best, x = last, value, part / PARTS
+                after = -math.inf
+        if after == -math.inf and part / PARTS > x > 0.0:
+            after = value
+        last = value
+    low, high = x - 1.0 / PARTS, x + 1.0 / PARTS
+    if best < max(before, after):
+        return max(best, before, after)  # largest at an end of the step
+    g_low, g_high = before, after
+    for _ in range(PEAK_LOOKS):
+        if high - low < NARROW:
+            break
+        # The vertex of the parabola through the bracket, or the middle of its larger part.
+        left, right = (best - g_low) * (high - x), (best - g_high) * (x - low)
+        at = x
+        if left + right > 0.0:
+            at = x + 0.5 * (right * (low - x) + left * (high - x)) / (left + right)
+        least = 0.01 * (high - low)
+        if not low + least < at < high - least or abs(at - x) < 0.5 * NARROW:
+            at = x + 0.4 * (high - x) if high - x > x - low else x - 0.4 * (x - low)
+        value = value_inside(system, run, e, k, column, h, at)
+        if value > best:
+            if at > x:
+                low, g_low = x, best
+            else:
+                high, g_high = x, best
+            x, best = at, value
+        elif at > x:
+            high, g_high = at, value
+        else:
+            low, g_low = at, value
+    return best
 
 
 @compiled_inline

@@ -152,7 +152,8 @@ def pack_meshes(
             Contact("drive"),
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
-        edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE) + int(mesh.friction_coefficient > 0.0)
+        edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
+        edges += mesh_element.FRICTION_SWITCHES if mesh.friction_coefficient > 0.0 else 0
         mobility = sum(
             r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )

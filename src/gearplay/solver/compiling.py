@@ -33,7 +33,7 @@ FEW = 6
 """So few kernels are not worth a word: the first call of each compiles it."""
 OFTEN = 20.0  # s between words where there is no bar
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance", "linear")
-_SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_powers", "mesh_powers", "friction_loss")
+_SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_powers", "mesh_powers")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
 _OF_JOINED = ("land_together", "fill_joined_states", "joined_torque")
 """Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""

@@ -15,6 +15,7 @@ class Status(IntEnum):
     CHATTER = kernel.CHATTER
     CANNOT_MESH = kernel.CANNOT_MESH
     BLOW_UP = kernel.BLOW_UP
+    MISSED_SWITCH = kernel.MISSED_SWITCH
     TOO_MANY_STEPS = 20
     OUT_OF_TIME = 21
     INTERRUPTED = 22
@@ -30,6 +31,8 @@ WORDS = {
     Status.CANNOT_MESH: "A pair of gears left mesh: its centre distance went out of the range that can mesh."
     " Reduce the radial clearances or the loads, or stiffen the sleeves.",
     Status.BLOW_UP: "The motion grew beyond all reason. Check loads, supports and drives: something accelerates for ever.",
+    Status.MISSED_SWITCH: "A touch or release was passed without being located, so the motion beyond it would be false."
+    " This is a fault of gearplay: please report the case. A tighter `run.tolerance` may avoid it.",
     Status.TOO_MANY_STEPS: "The limit on steps was reached. Raise `run.max_steps` or loosen `run.tolerance`.",
     Status.OUT_OF_TIME: "The limit on wall time was reached. Raise `run.max_wall_time` or shorten `run.duration`.",
     Status.INTERRUPTED: "Interrupted. What was computed so far is kept.",

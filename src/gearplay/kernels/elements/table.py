@@ -188,11 +188,11 @@ def own_switch(system: System, e: int, s: int, t: float, y: Floats, branch: Bran
 
 
 @compiled_inline
-def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Branch) -> None:
-    """Change the mode that switch s of element e guards."""
+def switch_own(system: System, e: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Change the mode that switch s of element e guards, its rows of the contact table filled."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        mesh.switch_own(system, n, s, t, y, branch)
+        mesh.switch_own(system, n, s, t, y, branch, loads)
     elif kind == POSITIONER:
         positioner.switch_own(system, n, s, t, y, branch)
     else:
@@ -247,11 +247,11 @@ def takes_samples(system: System, e: int) -> bool:
 
 
 @compiled_inline
-def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch) -> None:
-    """Set the own modes of element e with which a touch of its contact k begins."""
+def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set the own modes of element e with which a touch of its contact k begins, its rows of the contact table filled."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        mesh.settle_touch(system, n, k, t, y, branch)
+        mesh.settle_touch(system, n, k, t, y, branch, loads)
 
 
 @compiled_inline

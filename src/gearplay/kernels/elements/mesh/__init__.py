@@ -1,11 +1,20 @@
 """A mesh: two gears, external or internal, whose drive and back flanks are one-sided contacts (docs/theory, section 2).
 
 Two contacts, drive then back. Each flank has a switch of its own, the end of its damping ramp; a square wave of stiffness adds
-one for the mesh, its next edge. Gears on a carrier roll in its frame.
+one for the mesh, its next edge; friction adds the hand-over to the next pair of teeth and, for each flank, the edge of the band
+in which its sliding is slow. Gears on a carrier roll in its frame.
 """
 
 from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, show, stay_open
-from gearplay.kernels.elements.mesh.record import KIND, MEMORY, MODES, PER_CONTACT, RECORD, SIGNALS
+from gearplay.kernels.elements.mesh.record import (
+    FRICTION_SWITCHES,
+    KIND,
+    MEMORY,
+    MODES,
+    PER_CONTACT,
+    RECORD,
+    SIGNALS,
+)
 from gearplay.kernels.elements.mesh.slopes import SLOPES, add_change, crossing, linearise
 from gearplay.kernels.elements.mesh.switches import (
     jump,
@@ -17,6 +26,7 @@ from gearplay.kernels.elements.mesh.switches import (
 )
 
 __all__ = [
+    "FRICTION_SWITCHES",
     "KIND",
     "MEMORY",
     "MODES",

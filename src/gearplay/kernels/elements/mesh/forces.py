@@ -8,7 +8,7 @@ from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.block import place_rotor
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.mesh.friction import add_friction, friction_loss
+from gearplay.kernels.elements.mesh.friction import add_friction, fill_sliding, friction_loss
 from gearplay.kernels.elements.mesh.record import BACK, DRIVE, KIND, SEGMENT, SHOWN
 from gearplay.kernels.flank import flank_force
 from gearplay.kernels.layout import (
@@ -89,6 +89,8 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
         contacts[row, PENETRATION], contacts[row, RATE] = p, out[P_D_RATE + flank]
         contacts[row, MARGIN] = 1.0 if printed else margin
         contacts[row, FORCE] = f if modes[row] == LOADED else 0.0
+    if mesh.friction > 0.0:
+        fill_sliding(system, n, y, modes, loads)
     return 0
 
 
@@ -115,7 +117,7 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
     force[a, 1] -= f_y
     force[a, 2] += twist * mesh.rho_a - (out[ARM_A_X] * f_y - out[ARM_A_Y] * f_x)
     if mesh.friction > 0.0:
-        add_friction(system, n, y, branch.modes, loads)
+        add_friction(system, n, branch.modes, loads)
     if mesh.frame >= 0:  # a line of action that the carrier turns
         force[mesh.frame, 2] -= (f_d - f_b) * out[BY_FRAME]
     return 0
@@ -225,7 +227,7 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
         lost += (force - k_mesh * p) * out[P_D_RATE + flank]
         put_in += force * (1.0 - 2.0 * flank) * out[ERROR_RATE] + 0.5 * k_slope * out[PSI_RATE] * p * p
     if mesh.friction > 0.0:
-        lost += friction_loss(system, n, y, modes, loads)
+        lost += friction_loss(mesh, loads)
     return lost, put_in
 
 
@@ -235,7 +237,7 @@ def observe(
 ) -> None:
     """Fill mesh n's signals of a full ``row``; where it acts its rows of the contact table are of (t, y).
 
-    A flank force never pulls: the last ulp before a located release is cut at zero.
+    A flank force never pulls, but as printed: what it is just before a located release is cut at zero.
     """
     mesh = system.records[KIND][n]
     out, modes = loads.out, branch.modes
@@ -249,7 +251,7 @@ def observe(
     if acting:
         for flank in range(2):
             force = loads.contacts[k + flank, FORCE]
-            row[at + 2 + flank] = 0.0 if force < 0.0 and out[P_D + flank] < 1e-15 else force
+            row[at + 2 + flank] = force if is_printed(mesh) else max(force, 0.0)
     row[at + 4], row[at + 5] = out[B_T], pressure_angle(mesh, out)
     row[at + 6], row[at + 7] = out[DISTANCE], out[ROLLED]
     row[at + 9], row[at + 10] = 0.0, 0.0

@@ -52,7 +52,7 @@ RECORD = np.dtype(
         ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
         ("error_bend", "f8"),
         ("friction", "f8"),  # Coulomb coefficient of the teeth
-        ("friction_speed", "f8"),  # m/s
+        ("friction_speed", "f8"),  # m/s, sliding speed from which on friction is full
         ("pitch_phase", "f8"),  # rad, a pair passes the pitch point where psi and it make 0
         ("way", "f8"),  # m/rad, of the contact along the drive flanks' line of action
         ("a", "i8"),  # rotor at the foot of the vector of centres
@@ -104,9 +104,12 @@ SHOWN = len(SIGNALS)
 MEMORY = FRESH
 PER_CONTACT = 3  # switches: touch, pull, end of the damping ramp
 
-# Modes of its own: 1 for each flank beyond the damping ramp, then the half-waves passed by a square wave, and by friction.
+# Modes of its own: 1 for each flank beyond the damping ramp; half-waves passed by a square wave; pair of teeth whose sliding
+# friction opposes; for each flank the sense of its sliding, 0 while it is slower than ``friction_speed``.
 DRIVE, BACK = 0, 1
-SEGMENT, HALF_WAVE = 2, 3
-MODES = 4
-# Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, and that of friction's half-wave.
+SEGMENT, PAIR, SENSE = 2, 3, 4
+MODES = 6
+# Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, if any; then, with friction, the
+# hand-over to the next pair and for each flank the edge of the band in which its sliding is slower than ``friction_speed``.
 EDGE = 2 * PER_CONTACT
+FRICTION_SWITCHES = 3

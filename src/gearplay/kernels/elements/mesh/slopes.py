@@ -6,8 +6,8 @@ from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.forces import damping_rate, press
-from gearplay.kernels.elements.mesh.friction import COLUMNS, GRIP, GRIP_SLOPE, WAY, grip_of, way_of
-from gearplay.kernels.elements.mesh.record import BACK, EDGE, HALF_WAVE, KIND, PER_CONTACT, SEGMENT
+from gearplay.kernels.elements.mesh.friction import SLIDING, lever_arms
+from gearplay.kernels.elements.mesh.record import BACK, EDGE, KIND, PAIR, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import flank_slopes
 from gearplay.kernels.layout import (
     FORCE,
@@ -44,6 +44,7 @@ from gearplay.kernels.mesh_geometry import (
     SIN_W,
     is_coupled,
 )
+from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
 from gearplay.kernels.tooth_stiffness import (
     harmonic_bends,
     harmonics,
@@ -61,7 +62,10 @@ S_BY_FRAME, SPIN_F, ALONG = range(17, 20)
 FLANK = 20
 NU_X, NU_Y, P_RATE, F, F_P, F_R, F_PSI = range(7)
 FLANK_SLOPES = 7
-# Then for each flank what friction needs, and the length of the line of centres.
+# Then for each flank friction over normal force, its slope by the sliding speed [s/m] and both lever arms [m]; and the length of
+# the line of centres.
+GRIP, GRIP_SLOPE, Q_A, Q_B = range(4)
+COLUMNS = 4
 RUBBING = FLANK + 2 * FLANK_SLOPES
 S_LENGTH = RUBBING + 2 * COLUMNS
 SLOPES = S_LENGTH + 1
@@ -117,9 +121,11 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
             row[at + F_P], row[at + F_R] = flank_slopes(mesh, k_mesh, p, rate, past, flank)
             row[at + F_PSI] = k_slope * p
             if mesh.friction > 0.0:
-                half_wave, rubbing = modes[mesh.mode + HALF_WAVE], RUBBING + COLUMNS * flank
-                row[rubbing + GRIP], row[rubbing + GRIP_SLOPE] = grip_of(system, mesh, flank, half_wave, y)
-                row[rubbing + WAY] = way_of(mesh, flank, out[PSI], half_wave)
+                rubbing, u = RUBBING + COLUMNS * flank, loads.contacts[contact, SLIDING] / mesh.friction_speed
+                row[rubbing + GRIP] = -mesh.friction * smooth_sign(u)
+                row[rubbing + GRIP_SLOPE] = -mesh.friction * smooth_sign_slope(u) / mesh.friction_speed
+                q_a, q_b = lever_arms(mesh, flank, modes[mesh.mode + PAIR], out)
+                row[rubbing + Q_A], row[rubbing + Q_B] = q_a, q_b
     row[S_LENGTH] = out[DISTANCE]
     return 0
 
@@ -197,43 +203,60 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     return p, rate, row[FLANK + FLANK_SLOPES * flank + P_RATE]
 
 
+@compiled_inline
+def _lever_changes(
+    system: System, mesh: Any, flank: int, row: Floats, bend_x: float, bend_y: float, z: Floats
+) -> tuple[float, float]:
+    """Return what a change z of the state changes in the lever arms [m] of friction about both toothing centres.
+
+    The flank's direction changes by ``bend``.
+    """
+    e_x, e_y, A = row[S_E_X], row[S_E_Y], row[S_LENGTH]
+    at = FLANK + FLANK_SLOPES * flank
+    nu_x, nu_y = row[at + NU_X], row[at + NU_Y]
+    d_x, d_y, _, _, psi, _ = _mesh_changes(system, mesh, row, z)
+    along, across = d_x * e_x + d_y * e_y, -d_x * e_y + d_y * e_x
+    d_lever = (
+        along * (nu_x * e_x + nu_y * e_y)
+        + A * (bend_x * e_x + bend_y * e_y)
+        + across * (-nu_x * e_y + nu_y * e_x)
+    ) / (mesh.rho_a + mesh.rho_b)
+    d_way = (1.0 - 2.0 * flank) * mesh.way * psi
+    return d_way - d_lever * mesh.rho_a, d_way + d_lever * mesh.rho_b
+
+
+@compiled
+def _sliding_change(
+    system: System, mesh: Any, flank: int, row: Floats, bend_x: float, bend_y: float, z: Floats
+) -> float:
+    """Return what a change z of the state changes in a flank's sliding speed [m/s]; its direction changes by ``bend``."""
+    at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
+    _, _, v_x, v_y, _, _ = _mesh_changes(system, mesh, row, z)
+    dq_a, dq_b = _lever_changes(system, mesh, flank, row, bend_x, bend_y, z)
+    change = v_y * row[at + NU_X] - v_x * row[at + NU_Y] + row[DV_Y] * bend_x - row[DV_X] * bend_y
+    change -= (
+        z[omega_of(system, mesh.b)] * row[rubbing + Q_B] - z[omega_of(system, mesh.a)] * row[rubbing + Q_A]
+    )
+    return change - (row[SPIN_B] * dq_b - row[SPIN_A] * dq_a)
+
+
 @compiled_once
 def add_friction_change(
-    system: System,
-    n: int,
-    flank: int,
-    row: Floats,
-    d_x: float,
-    d_y: float,
-    bend_x: float,
-    bend_y: float,
-    grown: float,
-    psi: float,
-    z: Floats,
-    force: Rows,
-) -> None:
+    system: System, n: int, flank: int, row: Floats, bend_x: float, bend_y: float, grown: float, z: Floats, force: Rows
+) -> None:  # fmt: skip
     """Add to ``force`` what a change z of the state changes in the friction of a flank of mesh n.
 
-    Of z: what it changes in the vector between the toothing centres [m], the flank's direction, its force [N] and psi [rad].
+    The flank's direction changes by ``bend``, its normal force by ``grown`` [N].
     """
     mesh = system.records[KIND][n]
     a, b = mesh.a, mesh.b
     la_x, la_y, lb_x, lb_y = row[LA_X], row[LA_Y], row[LB_X], row[LB_Y]
-    e_x, e_y, A = row[S_E_X], row[S_E_Y], row[S_LENGTH]
     at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
     nu_x, nu_y, normal = row[at + NU_X], row[at + NU_Y], row[at + F]
-    grip, x = row[rubbing + GRIP], row[rubbing + WAY]
-    g = grip * normal
-    dg = grip * grown + row[rubbing + GRIP_SLOPE] * normal * (z[omega_of(system, b)] - z[omega_of(system, a)])
-    dx = (1.0 - 2.0 * flank) * mesh.way * psi
-    along, across = d_x * e_x + d_y * e_y, -d_x * e_y + d_y * e_x
-    share = 1.0 / (mesh.rho_a + mesh.rho_b)
-    lever = share * A * (nu_x * e_x + nu_y * e_y)
-    d_lever = share * (
-        along * (nu_x * e_x + nu_y * e_y)
-        + A * (bend_x * e_x + bend_y * e_y)
-        + across * (-nu_x * e_y + nu_y * e_x)
-    )
+    sliding = _sliding_change(system, mesh, flank, row, bend_x, bend_y, z)
+    dq_a, dq_b = _lever_changes(system, mesh, flank, row, bend_x, bend_y, z)
+    g = row[rubbing + GRIP] * normal
+    dg = row[rubbing + GRIP] * grown + row[rubbing + GRIP_SLOPE] * normal * sliding
     f_x, f_y = -g * nu_y, g * nu_x
     df_x, df_y = -dg * nu_y - g * bend_y, dg * nu_x + g * bend_x
     force[b, 0] += df_x
@@ -243,8 +266,8 @@ def add_friction_change(
     # The arms turn with their gears.
     force[b, 2] += lb_x * df_y - lb_y * df_x - z[theta_of(b)] * (lb_y * f_y + lb_x * f_x)
     force[a, 2] -= la_x * df_y - la_y * df_x - z[theta_of(a)] * (la_y * f_y + la_x * f_x)
-    force[b, 2] -= dg * (lever * mesh.rho_b + x) + g * (d_lever * mesh.rho_b + dx)
-    force[a, 2] += dg * (x - lever * mesh.rho_a) + g * (dx - d_lever * mesh.rho_a)
+    force[b, 2] -= dg * row[rubbing + Q_B] + g * dq_b
+    force[a, 2] += dg * row[rubbing + Q_A] + g * dq_a
 
 
 @compiled_once
@@ -279,7 +302,6 @@ def add_change(
         force[b, 2] += f * turn_b * (row[LB_X] * nu_x + row[LB_Y] * nu_y)
         force[a, 2] -= f * turn_a * (row[LA_X] * nu_x + row[LA_Y] * nu_y)
         if mesh.friction > 0.0:
-            d_x, d_y, _, _, _, _ = _mesh_changes(system, mesh, row, z)
-            add_friction_change(system, n, flank, row, d_x, d_y, bend_x, bend_y, grown, psi, z, force)
+            add_friction_change(system, n, flank, row, bend_x, bend_y, grown, z, force)
         if mesh.frame >= 0:
             force[mesh.frame, 2] -= sign * grown * row[S_BY_FRAME] + f * by_frame

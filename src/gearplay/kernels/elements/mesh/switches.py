@@ -5,8 +5,25 @@ from typing import Any
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.mesh.friction import half_wave_edge, half_wave_of
-from gearplay.kernels.elements.mesh.record import BACK, DRIVE, EDGE, HALF_WAVE, KIND, PER_CONTACT, SEGMENT
+from gearplay.kernels.elements.mesh.friction import (
+    SLIDING,
+    change_pair,
+    hand_over,
+    pair_of,
+    sense_of,
+    sense_switch,
+    switch_sense,
+)
+from gearplay.kernels.elements.mesh.record import (
+    BACK,
+    DRIVE,
+    EDGE,
+    KIND,
+    PAIR,
+    PER_CONTACT,
+    SEGMENT,
+    SENSE,
+)
 from gearplay.kernels.flank import RAMP_SMOOTH
 from gearplay.kernels.layout import (
     LOADED,
@@ -32,23 +49,33 @@ from gearplay.kernels.tooth_stiffness import (
 
 
 @compiled_inline
-def edges_of(mesh: Any, s: int, modes: Ints) -> tuple[int, float, float]:
-    """Return the slot of the mode that switch s of the whole mesh guards, and the phases psi [rad] between which it holds.
+def hand_over_switch(mesh: Any) -> int:
+    """Return the switch of the hand-over to the next pair of teeth; those of both flanks' senses follow it."""
+    return EDGE + 1 if mesh.stiffness_kind == STIFFNESS_SQUARE else EDGE
 
-    It is that of a square wave of stiffness where there is one, then that of friction's half-wave.
-    """
-    if s == EDGE and mesh.stiffness_kind == STIFFNESS_SQUARE:
+
+@compiled_inline
+def edges_of(mesh: Any, s: int, modes: Ints) -> tuple[int, float, float]:
+    """Return the slot of the mode that switch s of the mesh phase guards, and the phases psi [rad] between which it holds."""
+    if s < hand_over_switch(mesh):
         slot = mesh.mode + SEGMENT
         return slot, square_edge(mesh, modes[slot]), square_edge(mesh, modes[slot] + 1)
-    slot = mesh.mode + HALF_WAVE
-    return slot, half_wave_edge(mesh, modes[slot]), half_wave_edge(mesh, modes[slot] + 1)
+    slot = mesh.mode + PAIR
+    return slot, hand_over(mesh, modes[slot]), hand_over(mesh, modes[slot] + 1)
 
 
 @compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return the end of a flank's ramp [m], the edge of the square wave or of friction's half-wave [rad] as a switch function."""
+    """Return a switch function of mesh n that is neither touch nor pull.
+
+    The end of a flank's damping ramp [m], an edge of the square wave or the hand-over of friction's pair [rad], or the edge of
+    the sense of a flank's sliding [m/s].
+    """
     modes = branch.modes
     mesh = system.records[KIND][n]
+    first = hand_over_switch(mesh)
+    if s > first:
+        return sense_switch(mesh, s - first - 1, modes, loads.contacts)
     if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
         _, low, high = edges_of(mesh, s, modes)
@@ -61,26 +88,34 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 
 @compiled_once
-def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch) -> None:
-    """Pass the end of a flank's ramp, the edge of the square wave or that of friction's half-wave."""
+def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Change the mode that switch s of mesh n guards, its rows of the contact table filled."""
     modes = branch.modes
     mesh = system.records[KIND][n]
+    first = hand_over_switch(mesh)
+    if s > first:
+        switch_sense(mesh, s - first - 1, modes, loads.contacts)
+        return
     if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
         slot, low, high = edges_of(mesh, s, modes)
-        modes[slot] += 1 if psi > 0.5 * (low + high) else -1
+        step = 1 if psi > 0.5 * (low + high) else -1
+        if s == first:
+            change_pair(system, n, modes[slot] + step, y, modes, loads.contacts)
+        else:
+            modes[slot] += step
         return
     slot = mesh.mode + s // PER_CONTACT
     modes[slot] = 1 - modes[slot]
 
 
 @compiled_inline
-def _settle_segment(system: System, n: int, t: float, y: Floats, modes: Ints) -> None:
-    """Set the segment of mesh n's square wave and friction's half-wave from the state; while it is open nobody counts."""
+def _settle_phase(system: System, n: int, t: float, y: Floats, modes: Ints, contacts: Rows) -> None:
+    """Set the segment of mesh n's square wave, friction's pair and senses from the state; while it is open they are not kept."""
     mesh = system.records[KIND][n]
     if mesh.friction > 0.0:
         psi, _ = mesh_phase(mesh, system, t, y)
-        modes[mesh.mode + HALF_WAVE] = half_wave_of(mesh, psi)
+        change_pair(system, n, pair_of(mesh, psi), y, modes, contacts)
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         psi, _ = mesh_phase(mesh, system, t, y)
         modes[mesh.mode + SEGMENT] = square_segment(mesh, psi)
@@ -94,18 +129,20 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
     for flank in range(2):
         past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
         branch.modes[mesh.mode + flank] = 1 if past else 0
-    _settle_segment(system, n, t, y, branch.modes)
+    _settle_phase(system, n, t, y, branch.modes, loads.contacts)
 
 
 @compiled_once
-def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch) -> None:
-    """Set what the touch of contact k begins with: its ramp, and the segment if the mesh was open."""
+def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set what the touch of contact k begins with: its ramp and sense, and what follows the phase if the mesh was open."""
     mesh = system.records[KIND][n]
     modes = branch.modes
     flank = k - mesh.contact
     modes[mesh.mode + flank] = 0
     if modes[mesh.contact + 1 - flank] == OPEN:
-        _settle_segment(system, n, t, y, modes)
+        _settle_phase(system, n, t, y, modes, loads.contacts)
+    elif mesh.friction > 0.0:
+        modes[mesh.mode + SENSE + flank] = sense_of(mesh, loads.contacts[k, SLIDING])
 
 
 @compiled_inline
@@ -157,6 +194,8 @@ def may_return(
     modes, start, end = branch.modes, loads_0.contacts, loads.contacts
     mesh = system.records[KIND][n]
     at = mesh.switch + s
+    if s > hand_over_switch(mesh):
+        return False  # friction itself is continuous there
     if s >= EDGE:
         # A function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages.
         return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
@@ -186,6 +225,6 @@ def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
         if closed and before[mesh.mode + SEGMENT] != modes[mesh.mode + SEGMENT]:
             found = edge
         edge += 1
-    if mesh.friction > 0.0 and closed and before[mesh.mode + HALF_WAVE] != modes[mesh.mode + HALF_WAVE]:
+    if mesh.friction > 0.0 and closed and before[mesh.mode + PAIR] != modes[mesh.mode + PAIR]:
         found = edge
     return found
