@@ -30,8 +30,9 @@ from gearplay.kernels.run import (
 )
 from gearplay.kernels.switches import is_overruled
 
-PARTS = 4  # of a step, at whose ends a peak is looked for
-PEAK_LOOKS = 20  # beyond them, to narrow it down
+PARTS = 4  # of a step, at whose ends it is evaluated first
+ENDS = 4  # evaluations near an end that is the highest, each five times as close to it
+PEAK_LOOKS = 20  # evaluations at most to narrow a peak down
 NARROW = 1e-5  # of a step: the value at a smooth peak is then exact to about the square of that
 FAINT = 0.05  # of the largest force: smaller ones at both ends of a first step after an event have no peak above it
 
@@ -109,30 +110,46 @@ def value_inside(system: System, run: Run, e: int, k: int, column: int, h: float
 
 @compiled_once
 def find_peak(system: System, run: Run, e: int, k: int, column: int, h: float) -> float:
-    """Return the largest value of a column of contact k of element e inside a step of h [s], on its interpolant.
+    """Return the largest value of a column of contact k of element e in a step of h [s], on its interpolant.
 
-    The step is looked at in equal parts; the best of their ends is the middle of a bracket that parabolas narrow.
+    The step is evaluated in equal parts; parabolas narrow the bracket about the best of their ends.
     """
-    before, best, after, x = -math.inf, -math.inf, -math.inf, 0.0
-    last = run.loads_0.contacts[k, column]
+    x, best = 0.0, run.loads_0.contacts[k, column]
+    low, g_low, g_high, last = 0.0, best, -math.inf, best
     for part in range(1, PARTS + 1):
+        at = part / PARTS
         value = run.loads.contacts[k, column]
         if part < PARTS:
-            value = value_inside(system, run, e, k, column, h, part / PARTS)
-            if value > best:
-                before, best, x = last, value, part / PARTS
-                after = -math.inf
-        if after == -math.inf and part / PARTS > x > 0.0:
-            after = value
+            value = value_inside(system, run, e, k, column, h, at)
+        if value > best:
+            low, g_low, x, best = at - 1.0 / PARTS, last, at, value
+        elif at - x < 1.5 / PARTS:
+            g_high = value
         last = value
-    low, high = x - 1.0 / PARTS, x + 1.0 / PARTS
-    if best < max(before, after):
-        return max(best, before, after)  # largest at an end of the step
-    g_low, g_high = before, after
+    high = min(x + 1.0 / PARTS, 1.0)
+    if x == 0.0 or x == 1.0:  # a point inside that is higher than the end
+        way = 1.0 / PARTS if x == 0.0 else -1.0 / PARTS
+        edge, g_edge = x, best
+        for _ in range(ENDS):
+            way *= 0.2
+            value = value_inside(system, run, e, k, column, h, edge + way)
+            if value > g_edge:
+                x, best = edge + way, value
+                break
+            if way > 0.0:
+                high, g_high = edge + way, value
+            else:
+                low, g_low = edge + way, value
+        if x == edge:
+            return best
+        if way > 0.0:
+            low, g_low = edge, g_edge
+        else:
+            high, g_high = edge, g_edge
     for _ in range(PEAK_LOOKS):
         if high - low < NARROW:
             break
-        # The vertex of the parabola through the bracket, or the middle of its larger part.
+        # The vertex of the parabola through the bracket, or a point in its larger part.
         left, right = (best - g_low) * (high - x), (best - g_high) * (x - low)
         at = x
         if left + right > 0.0:
