@@ -82,7 +82,7 @@ class FourierStiffness(Part):
         return self
 
     def _lowest(self) -> tuple[float, float]:
-        """Return the minimum of the curve [N/m] and its mesh phase [rad]: the least of 64 samples a wave, then Newton's method."""
+        """Return the minimum of the curve [N/m] and its mesh phase [rad]: 64 samples a wave, then Newton's method."""
         order, amplitude, phase = np.array([(t.order, t.amplitude, t.phase) for t in self.terms]).T
         psi = 2.0 * np.pi * np.arange(64 * order.max()) / (64 * order.max())
         at = float(psi[np.argmin(amplitude @ np.cos(np.outer(order, psi) + phase[:, None]))])
