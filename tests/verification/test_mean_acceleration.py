@@ -73,7 +73,7 @@ def test_a_held_body_feels_the_mean_of_the_housing(kind: str) -> None:
 
 
 def test_the_mean_of_a_sine_is_that_of_its_integral() -> None:
-    """a (cos u_0 - cos u_1) / (w h); the trapezoid of two samples is off by |cos x - sin x / x|, x = pi f / f_s."""
+    """A (cos u_0 - cos u_1) / (w h); the trapezoid of two samples is off by |cos x - sin x / x|, x = pi f / f_s."""
     a, f, rate = 9.0, 230.0, 2000.0
     run = run_of({"kind": "harmonic", "amplitude": a, "frequency": f, "phase": 0.4}, rate)
     w, edges = 2.0 * math.pi * f, run.time
