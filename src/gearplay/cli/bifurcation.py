@@ -120,6 +120,7 @@ def bifurcation(
                     write_dataset(whole, tree, overwrite=overwrite)
                     write_bytes(picture, bifurcation_figure(found.ds, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
+                    document |= {"branches_missed": list(trees.missed)}
     except KeyboardInterrupt:
         said = f"{data} is written, its branches are not" if written else "nothing was written"
         raise CommandInterruptedError(f"Interrupted: {said}.") from None
@@ -173,6 +174,7 @@ def _words(d: dict[str, Any]) -> str:
     written = f"Written: {d['out']}, {d['picture']}"
     if "branches_error" in d:
         lines.append(d["branches_error"])
+    lines += [f"  {each}" for each in d.get("branches_missed", [])]
     for branch in d.get("branches", []):
         special = "".join(f", {s['kind']} at {s['value']:.6g}" for s in branch["special"])
         lines.append(
