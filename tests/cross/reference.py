@@ -89,7 +89,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853, quad
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
 from cross.reference_friction import ToothFriction, about, pitch_point, sliding, tooth_friction_of
@@ -240,6 +240,18 @@ class _Sleeve:
     bed: WinklerBed | None
 
 
+def _monotone_slopes(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the slopes of a periodic shape-preserving cubic at its points, the last of which is the first (T8a)."""
+    h, rise = np.diff(x), np.diff(y) / np.diff(x)
+    before, after = np.roll(h, 1), h
+    d_1, d_2 = np.roll(rise, 1), rise
+    slopes = np.zeros_like(h)
+    on = d_1 * d_2 > 0.0
+    w_1, w_2 = 2.0 * after[on] + before[on], after[on] + 2.0 * before[on]
+    slopes[on] = (w_1 + w_2) / (w_1 / d_1[on] + w_2 / d_2[on])
+    return np.append(slopes, slopes[0])
+
+
 @dataclass(slots=True)
 class _Mesh:
     label: str
@@ -269,7 +281,7 @@ class _Mesh:
     double: float = 0.0
     share: float = 0.0  # angle of double contact, rad
     phase: float = 0.0
-    spline: CubicSpline | None = None
+    spline: CubicHermiteSpline | None = None
     frame: int | None = None  # carrier of either gear
     psi0: float = 0.0  # phase where nothing has turned yet, rad
 
@@ -743,7 +755,9 @@ class Reference:
         elif kind == "table":
             psi = np.append(np.asarray(stiffness["phase"], float), stiffness["phase"][0] + TWO_PI)
             values = np.append(np.asarray(stiffness["stiffness"], float), stiffness["stiffness"][0])
-            mesh.spline = CubicSpline(psi, values, bc_type="periodic")
+            mesh.spline = CubicHermiteSpline(
+                psi, values, _monotone_slopes(psi, values), extrapolate="periodic"
+            )
             mesh.mean = float(np.mean(values[:-1]))
         else:
             raise ValueError(f"unknown stiffness kind {kind!r}")

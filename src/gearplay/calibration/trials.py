@@ -136,7 +136,7 @@ class Problem:
         stop = stop or threading.Event()
         runs = run_batch(
             [(case, range(1, count + 1)) for case in cases],
-            signals=acceleration_signals(cases[0], [self.plan.sensor.rotor]),
+            signals=acceleration_signals([self.plan.sensor.rotor]),
             duration=simulation.duration,
             transient=simulation.transient if transient is None else transient,
             sampling=simulation.sampling,

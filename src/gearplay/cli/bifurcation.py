@@ -13,6 +13,9 @@ from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.exit_codes import PARTLY
 
+MOST_TOLD = 5
+"""Values at which the state was not carried that are listed."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -117,6 +120,7 @@ def bifurcation(
                     write_dataset(whole, tree, overwrite=overwrite)
                     write_bytes(picture, bifurcation_figure(found.ds, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
+                    document |= {"branches_missed": list(trees.missed)}
     except KeyboardInterrupt:
         said = f"{data} is written, its branches are not" if written else "nothing was written"
         raise CommandInterruptedError(f"Interrupted: {said}.") from None
@@ -155,6 +159,7 @@ def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
         "title": found.case.title,
         "values": len(found.parameters),
         **found.account.as_document(),
+        "not_carried": list(found.interruptions),
         "out": str(data),
         "picture": str(picture),
     }
@@ -163,12 +168,16 @@ def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
 def _words(d: dict[str, Any]) -> str:
     lines = [f"{d['title'] or 'Bifurcation diagram'}: {d['values']} values up and down, {d['failed']} failed"]
     lines += [f"  {reason}" for reason in d["reasons"]]
+    lines += [f"  {where}" for where in d["not_carried"][:MOST_TOLD]]
+    if len(d["not_carried"]) > MOST_TOLD:
+        lines.append(f"  and {len(d['not_carried']) - MOST_TOLD} more: variable start of {d['out']}")
     written = f"Written: {d['out']}, {d['picture']}"
     if "branches_error" in d:
         lines.append(d["branches_error"])
+    lines += [f"  {each}" for each in d.get("branches_missed", [])]
     for branch in d.get("branches", []):
         special = "".join(f", {s['kind']} at {s['value']:.6g}" for s in branch["special"])
         lines.append(
-            f"  order {branch['order']}: {branch['orbits']} orbits, {branch['stable']} stable{special}"
+            f"  order {branch['order']}: {branch['orbits']} orbits, {branch['stable']} stable{special}; ends: {branch['ended']}"
         )
     return "\n".join([*lines, written + (f", {d['tree']}" if "tree" in d else "")])

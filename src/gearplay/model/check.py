@@ -17,6 +17,7 @@ from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.model.terms import largest_torque
 
 GYRATION: Final = (0.3, 1.5)
 """Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
@@ -121,14 +122,14 @@ def _excites(rotor: Rotor) -> bool:
     ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
     rippling = isinstance(drive, SpeedDrive) and any(term.amplitude for term in drive.ripple)
     return (
-        any((load.torque, load.drag, load.friction, load.terms, load.table))
+        any((load.drag, load.friction, largest_torque(load.torque, load.terms, load.table)))
         or rotor.unbalance is not None
         or rotor.runout.amplitude != 0.0
         or any(gear.runout.amplitude for gear in rotor.gears.values())
         or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
         or ramped
         or rippling
-        or (isinstance(drive, TorqueDrive) and (drive.torque != 0.0 or bool(drive.terms or drive.table)))
+        or (isinstance(drive, TorqueDrive) and largest_torque(drive.torque, drive.terms, drive.table) != 0.0)
         or isinstance(drive, PositionDrive)
     )
 

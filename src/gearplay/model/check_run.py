@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,9 @@ import numpy as np
 
 from gearplay.model import geometry, rolling
 from gearplay.model.finding import Finding
-from gearplay.model.rotor import Initial, ServoDrive, SpeedDrive
+from gearplay.model.mesh_stiffness import pack_stiffness
+from gearplay.model.rotor import Initial, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.model.terms import largest_torque
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -36,15 +39,14 @@ def _transient(case: Case) -> Iterator[Finding]:
     )
     if run.transient > 0.0 or meant:
         return
-    loads = [rotor.load.torque for rotor in case.rotors.values() if rotor.load.torque > 0.0]
-    loads += [
-        abs(getattr(rotor.drive, "torque", 0.0))
-        for rotor in case.rotors.values()
-        if rotor.drive is not None and rotor.drive.kind == "torque"
-    ]
+    loads = []
+    for rotor in case.rotors.values():
+        loads.append(largest_torque(rotor.load.torque, rotor.load.terms, rotor.load.table))
+        if isinstance(rotor.drive, TorqueDrive):
+            loads.append(largest_torque(rotor.drive.torque, rotor.drive.terms, rotor.drive.table))
     applied = (
         f": torques of up to {max(loads):.4g} N m act at once, which may double what they press with"
-        if loads and max(loads) > 0.0
+        if max(loads) > 0.0
         else ""
     )
     yield Finding(
@@ -103,7 +105,7 @@ def _meeting(case: Case, index: int, label: str) -> Iterator[Finding]:
     """Compare the first blow of teeth that meet at a given speed with the steady load on them."""
     mesh = case.meshes[index]
     given = [case.rotors[name].initial.omega for name in mesh.rotors]
-    if all(omega is None for omega in given) or not hasattr(mesh.stiffness, "mean"):
+    if all(omega is None for omega in given):
         return
     speeds = dict(zip(case.rotors, rolling.nominal_speeds(case), strict=True))
     gears = (mesh.driver, mesh.driven)
@@ -122,7 +124,8 @@ def _meeting(case: Case, index: int, label: str) -> Iterator[Finding]:
         (rotor.load.torque + rotor.load.drag * abs(float(speeds[name])) + rotor.load.friction) / radius
         for rotor, radius, name in zip(rotors, radii, mesh.rotors, strict=True)
     )
-    blow = (abs(off[0]) + abs(off[1])) * float(np.sqrt(mesh.stiffness.mean / sum(free))) if free else 0.0
+    mean = pack_stiffness(case, index).average
+    blow = (abs(off[0]) + abs(off[1])) * math.sqrt(mean / sum(free)) if free else 0.0
     if blow > steady > 0.0:
         yield Finding(
             "warning",

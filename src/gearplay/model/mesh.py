@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Order, Part, Problem, is_absent, refuse
@@ -72,14 +73,34 @@ class FourierStiffness(Part):
 
     @model_validator(mode="after")
     def _check(self) -> FourierStiffness:
-        if sum(abs(term.amplitude) for term in self.terms) >= self.mean:
-            rule = f"must have amplitudes whose sum is less than the mean, {self.mean:g} N/m"
-            refuse([Problem(("terms",), rule, "Lower the amplitudes or raise the mean")])
+        if sum(abs(term.amplitude) for term in self.terms) >= self.mean:  # else it cannot reach 0
+            lowest, phase = self._lowest()
+            if lowest <= 0.0:
+                where = f"at a mesh phase of {math.degrees(phase):.4g} deg it is {lowest:.4g} N/m"
+                rule = f"must keep the stiffness positive: {where}"
+                refuse([Problem(("terms",), rule, "Lower the amplitudes or raise the mean")])
         return self
+
+    def _lowest(self) -> tuple[float, float]:
+        """Return the minimum of the curve [N/m] and its mesh phase [rad]: 64 samples a wave, then Newton's method."""
+        order, amplitude, phase = np.array([(t.order, t.amplitude, t.phase) for t in self.terms]).T
+        psi = 2.0 * np.pi * np.arange(64 * order.max()) / (64 * order.max())
+        at = float(psi[np.argmin(amplitude @ np.cos(np.outer(order, psi) + phase[:, None]))])
+        for _ in range(4):
+            angle = order * at + phase
+            curvature = -float(order**2 * amplitude @ np.cos(angle))
+            if curvature <= 0.0:
+                break
+            at += float(order * amplitude @ np.sin(angle)) / curvature
+        return self.mean + float(amplitude @ np.cos(order * at + phase)), at % (2.0 * math.pi)
+
+
+CLOSEST = 1e-9
+"""Least distance [rad] of two points of a stiffness table: closer ones make a jump that rounding of psi could overshoot."""
 
 
 class TableStiffnessCurve(Part):
-    """Stiffness at given mesh phases; periodic between the last and the first."""
+    """Stiffness at given mesh phases, a periodic curve that stays between neighbouring points (shape-preserving cubic)."""
 
     kind: Literal["table"] = "table"
     phase: Annotated[tuple[TablePhase, ...], Listed(4, 4096, "mesh phases, rising")]
@@ -88,10 +109,12 @@ class TableStiffnessCurve(Part):
     @model_validator(mode="after")
     def _check(self) -> TableStiffnessCurve:
         problems = []
-        if any(b <= a for a, b in zip(self.phase, self.phase[1:], strict=False)):
-            problems.append(
-                Problem(("phase",), "must rise strictly from item to item", "Sort it, remove repeats")
+        ends = (*self.phase[1:], self.phase[0] + 2.0 * math.pi)
+        if any(b - a < CLOSEST for a, b in zip(self.phase, ends, strict=True)):
+            rule = (
+                f"must rise strictly from item to item, by {CLOSEST:g} rad or more, also around to the first"
             )
+            problems.append(Problem(("phase",), rule, "Sort it, remove repeats"))
         if len(self.phase) != len(self.stiffness):
             rule = f"must have as many items as phase, {len(self.phase)}"
             problems.append(Problem(("stiffness",), rule, "Add or remove items"))

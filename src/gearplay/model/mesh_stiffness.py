@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.model.geometry import mesh_contact_ratio, ring_of, teeth_of
+from gearplay.model.records import extremes
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
 STEEL = 206e9  # Pa, the modulus for which ISO 6336-1 gives its constants
+FINEST = 1024.0
+"""Highest order per mesh period that a table makes the step resolve, that of 4096 equal steps."""
 
 
 class PackedStiffness(NamedTuple):
@@ -35,17 +38,19 @@ class PackedStiffness(NamedTuple):
 
     @property
     def highest(self) -> float:
-        """An upper bound [N/m]."""
+        """An upper bound [N/m]; of a table its maximum."""
         if self.kind == STIFFNESS_FOURIER:
             return self.mean + float(np.sum(np.abs(self.rows[:, 1])))
-        return max(self.mean, self.single) if self.kind == STIFFNESS_SQUARE else 2.0 * self.mean
+        if self.kind == STIFFNESS_SPLINE:
+            return extremes(self.rows[:, 1:], _widths(self.rows[:, 0]))[1]
+        return max(self.mean, self.single)
 
     @property
     def highest_order(self) -> float:
         """The highest order per mesh period that a step must resolve."""
         if self.kind == STIFFNESS_FOURIER:
             return float(np.max(self.rows[:, 0], initial=0.0))
-        return float(len(self.rows)) / 4.0 if self.kind == STIFFNESS_SPLINE else 1.0
+        return _order_of_table(self.rows) if self.kind == STIFFNESS_SPLINE else 1.0
 
 
 def iso6336_mesh_stiffness(
@@ -73,13 +78,48 @@ def iso6336_mesh_stiffness(
     return single * (0.75 * contact_ratio + 0.25) * 1e9 * facewidth
 
 
-def _spline(phases: tuple[float, ...], values: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return the pieces of the periodic cubic spline through the points: rows (start, c0, c1, c2, c3)."""
-    from scipy.interpolate import CubicSpline
+def _widths(starts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the widths [rad] of the pieces of a periodic table that start at these mesh phases."""
+    return np.diff(np.append(starts, starts[0] + 2.0 * np.pi))
 
-    x = np.append(phases, phases[0] + 2.0 * np.pi)
-    curve = CubicSpline(x, np.append(values, values[0]), bc_type="periodic")
-    return np.column_stack([x[:-1], curve.c[::-1].T])
+
+def _pieces(phases: tuple[float, ...], values: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the periodic shape-preserving cubic through the points (T8a): rows (start, c0, c1, c2, c3).
+
+    Slopes of PCHIP depend on a point and its two neighbours, so two more points either side make it periodic.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    x, period = np.array(phases), 2.0 * np.pi
+    extended = np.concatenate([x[-2:] - period, x, x[:3] + period])
+    curve = PchipInterpolator(extended, np.take(values, np.arange(-2, len(values) + 3), mode="wrap"))
+    return np.column_stack([x, curve.c[::-1, 2:-2].T])
+
+
+def _order_of_table(rows: NDArray[np.float64]) -> float:
+    """Return the highest order of a table that a step must resolve: of its mean spacing, or for its narrowest peak or dip.
+
+    A step, 0.5 / order of psi at most, is no longer than a peak (dip) is wide from the middle of its rise to that of its fall:
+    then two stages or more lie within it, and the error estimate takes over. A monotone rise, however steep, shows in all
+    stages behind it.
+    """
+    rise = np.sign(np.diff(np.append(rows[:, 1], rows[0, 1])))
+    order = 0.25 * len(rows)
+    ends = np.append(rows[1:, 0], rows[0, 0] + 2.0 * np.pi)
+    runs: list[list[float]] = []  # direction, start and end of each monotone run
+    for direction, start, end in zip(rise, rows[:, 0], ends, strict=True):
+        if direction == 0.0:
+            continue
+        if runs and runs[-1][0] == direction:
+            runs[-1][2] = end
+        else:
+            runs.append([direction, start, end])
+    if len(runs) > 2 and runs[0][0] == runs[-1][0]:  # one run around the period
+        runs[0][1] = runs.pop()[1] - 2.0 * np.pi
+    if len(runs) > 1:
+        middles = np.array([0.5 * (start + end) for _, start, end in runs])
+        order = max(order, 0.5 / float(np.min(_widths(middles))))
+    return min(order, max(FINEST, 0.25 * len(rows)))
 
 
 def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
@@ -113,8 +153,8 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
         duty = max(ratio - 1.0, 0.0)
         return PackedStiffness(STIFFNESS_SQUARE, given.double, given.single, duty, given.phase, none)
     if given.kind == "table":
-        pieces = _spline(given.phase, given.stiffness)
-        widths = np.diff(np.append(pieces[:, 0], pieces[0, 0] + 2.0 * np.pi))
+        pieces = _pieces(given.phase, given.stiffness)
+        widths = _widths(pieces[:, 0])
         powers = np.array([widths ** (i + 1) / (i + 1) for i in range(4)])
         mean = float(np.sum(pieces[:, 1:].T * powers) / (2.0 * np.pi))
         return PackedStiffness(STIFFNESS_SPLINE, mean, 0.0, 1.0, 0.0, pieces)

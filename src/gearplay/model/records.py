@@ -1,4 +1,4 @@
-"""Records of equal steps as the kernels want them: cubic pieces."""
+"""Records of equal steps as cubic pieces, the kernels' format, and the extremes of cubic pieces."""
 
 import math
 
@@ -20,6 +20,25 @@ def cubic_pieces(values: Floats, *, periodic: bool = False) -> Floats:
 
     spline = CubicSpline(np.arange(values.size), values, bc_type="periodic" if periodic else "not-a-knot")
     return np.ascontiguousarray(spline.c[::-1].T)
+
+
+def extremes(pieces: Floats, widths: Floats | float = 1.0) -> tuple[float, float]:
+    """Return the minimum and maximum of cubic pieces c0 + c1 u + c2 u^2 + c3 u^3, shape [piece, 4], u from 0 to ``widths``.
+
+    A spline may pass beyond its points, so rules and peaks are those of the curve.
+
+    >>> extremes(np.array([[0.0, 1.0, -1.0, 0.0]]))
+    (0.0, 0.25)
+    """
+    c0, c1, c2, c3 = pieces.T
+    ends = np.broadcast_to(widths, c0.shape)
+    # Roots of the derivative in the form that keeps both where c3 is small: q / (3 c3) and c1 / q.
+    q = -(c2 + np.copysign(np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0)), c2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = np.nan_to_num(np.stack([q / (3.0 * c3), c1 / q]))
+    u = np.clip(np.concatenate([roots, np.zeros((1, c0.size)), ends[None]]), 0.0, ends)
+    values = c0 + u * (c1 + u * (c2 + u * c3))
+    return float(np.min(values)), float(np.max(values))
 
 
 def edges(start: float, end: float) -> set[float]:

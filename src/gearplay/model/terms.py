@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from gearplay.model.fields import Listed, Measure, Part, Problem, is_absent, refuse
+from gearplay.model.records import cubic_pieces, extremes
 from gearplay.vocabulary import quantities as q
 
 
@@ -45,6 +48,16 @@ class TorqueTable(Part):
     start: Annotated[float, Measure(q.TIME, "when it begins, from the start of the integration", ge=0.0)] = (
         0.0
     )
+
+    def largest(self) -> float:
+        """Return the largest magnitude of the curve [N m], which may pass beyond its values."""
+        return max(map(abs, extremes(cubic_pieces(np.array(self.values)))))
+
+
+def largest_torque(constant: float, terms: Iterable[Term], table: TorqueTable | None) -> float:
+    """Return a bound of the magnitude [N m] of a constant torque, its terms and its table together."""
+    swing = sum(abs(term.amplitude) for term in terms)
+    return abs(constant) + swing + (table.largest() if table is not None else 0.0)
 
 
 Table = Annotated[TorqueTable | None, Field(exclude_if=is_absent)]

@@ -17,12 +17,13 @@ from gearplay.nonlinear.orbits.period_map import common_period, section_period
 from gearplay.results.account import Account
 from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.solver.carry import ramp_speeds
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.solver.trajectory import all_columns
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-DEEPEST = 20e-6
-"""Deepest penetration [m] with which a motion is carried on to a changed case: a deeper one would be shot out of its contact."""
+REMARKABLE = 20e-6
+"""Rise of a penetration [m] by a step of the parameter alone from which on the result says so: contacts may throw it back."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,7 +40,9 @@ class Diagram(Answer, WasDataset):
     """A bifurcation diagram over a field: signals once per period, NaN where a value failed.
 
     ``values`` has shape [direction, parameter, period, signal], SI; ``parameters`` [SI] rise; ``reasons``, shape [direction,
-    parameter], says why a value failed. ``path`` is the field's, where the family is of one; ``settings`` is how it was made.
+    parameter], says why a value failed; ``starts``, of the same shape, what each value began with where that is not the plain
+    end of the one before it: a fresh start and why, or a state that the step of the parameter pressed deeper into a contact.
+    ``path`` is the field's, where the family is of one; ``settings`` is how it was made.
     """
 
     parameters: Floats
@@ -50,12 +53,13 @@ class Diagram(Answer, WasDataset):
     case: Case
     path: str
     settings: dict[str, Any] = field(default_factory=dict)
+    starts: tuple[tuple[str, ...], ...] = ()
 
     answer = "bifurcation"
 
     @property
     def ds(self) -> "xr.Dataset":
-        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` where a value failed."""
+        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` and ``start`` in words."""
         import xarray as xr
 
         name = self.path.rpartition(".")[2]
@@ -63,8 +67,17 @@ class Diagram(Answer, WasDataset):
             signal: (("direction", name, "section"), self.values[..., at], signal_words(signal))
             for at, signal in enumerate(self.names)
         }
-        reasons = np.array(self.reasons, dtype=object)
-        variables["reason"] = (("direction", name), reasons, {"long_name": "why a value failed"})
+        for variable, rows, words in (
+            ("reason", self.reasons, "why a value failed"),
+            (
+                "start",
+                self.starts,
+                "what a value began with, where not with the plain end of the one before it",
+            ),
+        ):
+            if rows:
+                texts = np.array(rows, dtype=object)
+                variables[variable] = (("direction", name), texts, {"long_name": words})
         coordinates = {
             "direction": ("direction", np.array(self.directions, dtype=object)),
             name: (name, self.parameters, {"units": unit_at(self.case, self.path), "long_name": self.path}),
@@ -75,7 +88,7 @@ class Diagram(Answer, WasDataset):
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the diagram whose ``ds`` it was."""
         check_kind(dataset, cls.answer)
-        names = tuple(str(name) for name in dataset.data_vars if name != "reason")
+        names = tuple(str(name) for name in dataset.data_vars if name not in ("reason", "start"))
         axis = dataset[dataset["reason"].dims[1]]
         known = ("settle", "keep", "period", "carried")
         return cls(
@@ -83,10 +96,11 @@ class Diagram(Answer, WasDataset):
             tuple(str(way) for way in dataset["direction"].values),
             np.stack([dataset[name].values for name in names], axis=-1),
             names,
-            tuple(tuple(str(each) for each in row) for row in dataset["reason"].values),
+            _texts(dataset["reason"].values),
             case_in(dataset),
             str(axis.attrs["long_name"]),
             {name: dataset.attrs[name] for name in known if name in dataset.attrs},
+            _texts(dataset["start"].values) if "start" in dataset else (),
         )
 
     @property
@@ -96,11 +110,27 @@ class Diagram(Answer, WasDataset):
         return Account.of(np.array(reasons != "", dtype=np.int64), reasons)
 
     @property
+    def interruptions(self) -> tuple[str, ...]:
+        """Where a carried state was not carried, or was pressed deeper by the step itself, in words: one a value."""
+        unit = unit_at(self.case, self.path)
+        return tuple(
+            f"{way} at {value:.6g} {unit}: {start}"
+            for way, row in zip(self.directions, self.starts, strict=False)
+            for value, start in zip(self.parameters, row, strict=True)
+            if start
+        )
+
+    @property
     def message(self) -> str:
-        """Range of the field, and how many values failed."""
+        """Range of the field, how many values failed, and where the state was not carried."""
         unit, (low, high) = unit_at(self.case, self.path), self.parameters[[0, -1]]
         ways = " and ".join(self.directions)
-        return f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"
+        said = f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"
+        found = self.interruptions
+        if found:
+            more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
+            said += f". {found[0][0].upper()}{found[0][1:]}{more}"
+        return said
 
     def plot(self, *, title: str = "") -> "Figure":
         """Draw every section of each signal over the field, both ways in their colours; returns the figure."""
@@ -119,11 +149,60 @@ def _whole(flow: Flow, time: float) -> float:
     return float(np.ceil(time / period * (1.0 - 1e-12)) * period)
 
 
-def _deepest(flow: Flow, state: Floats) -> float:
-    """Return the largest penetration [m] of a state at t = 0, NaN where its gears cannot mesh."""
-    wanted = ("sleeve_penetration", "drive_penetration", "back_penetration")
-    names = [f"{c.label}.{c.signal}" for c in all_columns(flow.packed) if c.signal in wanted]
-    return float(np.max(Observables(flow.packed, names)(0.0, state), initial=-np.inf))
+def _line(error: GearplayError) -> str:
+    return str(error).splitlines()[0]
+
+
+def _texts(rows: NDArray[Any]) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(str(each) for each in row) for row in rows)
+
+
+PENETRATIONS = ("sleeve_penetration", "drive_penetration", "back_penetration")
+
+
+def _penetrations(flow: Flow, state: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Return the penetrations [m] of a state at t = 0, NaN in a mesh whose gears cannot mesh, and their names."""
+    names = [f"{c.label}.{c.signal}" for c in all_columns(flow.packed) if c.signal in PENETRATIONS]
+    observe = Observables(flow.packed, names)
+    return observe(0.0, state), observe.names
+
+
+@dataclass(frozen=True)
+class _Last:
+    """Where the value before ended: its flow, the state at the end of a common period, and latched impact speeds."""
+
+    flow: Flow
+    state: Floats
+    latch: Floats
+
+
+ANEW = "began anew, "
+
+
+def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
+    """Return the start that the end of the value before is for a changed case, or None and why it can be none.
+
+    Rotations and speeds relative to the nominal ones go on; a prescribed shaft with a ramp begins at its start speed. Where the
+    change itself presses contacts deeper by more than `REMARKABLE`, the words beside the state say so.
+    """
+    if last is None:
+        return None, f"{ANEW}as the value before failed"
+    old, new = last.flow.packed, flow.packed
+    if old.labels != new.labels or last.flow.size != flow.size or last.flow.latches != flow.latches:
+        return None, f"{ANEW}as it is another mechanism than the value before"
+    state = last.state.copy()
+    ramp_speeds(state, new)
+    before, _ = _penetrations(last.flow, last.state)
+    now, names = _penetrations(flow, state)
+    if np.any(np.isnan(now)):
+        where = names[int(np.flatnonzero(np.isnan(now))[0])].rpartition(".")[0]
+        return None, f"{ANEW}as with the state of the value before the gears of {where} could not mesh"
+    rise = np.maximum(now, 0.0) - np.maximum(before, 0.0)
+    if not rise.size or np.max(rise) <= REMARKABLE:
+        return state, ""
+    at = int(np.argmax(rise))
+    depth = f"{names[at]} from {1e6 * max(before[at], 0.0):.4g} to {1e6 * now[at]:.4g} um"
+    return state, f"the step itself raised {depth}: take smaller ones if the motion jumps here"
 
 
 def bifurcation_diagram(
@@ -144,8 +223,9 @@ def bifurcation_diagram(
 
     ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value goes on from
     the end of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which start was
-    drawn; without, each starts as its case says, as it does where the carried state would begin deep inside a contact. What
-    excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
+    drawn; without, each starts as its case says. It does so too, and ``starts`` says why, after a value that failed, and where
+    the changed case is another mechanism, its gears could not mesh, or the motion from the carried state cannot be followed.
+    What excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
 
     Raises `InputError` for directions, signals or a case that cannot be.
     """
@@ -167,31 +247,42 @@ def bifurcation_diagram(
     prepare(first)
     table = np.full((len(directions), values.size, keep, len(names)), np.nan)
     reasons = [[""] * values.size for _ in directions]
+    starts = [[""] * values.size for _ in directions]
     asked = stop or threading.Event()
+
+    def value(way: int, at: int, flow: Flow, state: Floats, latch: Floats | None) -> _Last:
+        """Fill the sections of a value from a start; return its end."""
+        step, observe = section_period(flow.packed, period), Observables(flow.packed, signals)
+        course = flow.begin(state, latch=latch, stop=asked)
+        for n in range(settle + keep):
+            course.advance((n + 1) * step)
+            if n >= settle:
+                table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
+        course.advance(_whole(flow, (settle + keep) * step))
+        return _Last(flow, flow.frames.seen(course.time, course.state).copy(), course.latch.copy())
 
     def go(job: tuple[int, Sequence[int]], tick: Callable[[], None]) -> None:
         way, places = job
-        state: Floats | None = None
-        latch: Floats | None = None
-        for at in places:
+        last: _Last | None = None
+        for number, at in enumerate(places):
             if asked.is_set():
                 return
             try:
-                flow = Flow(family(float(values[at])))
-                step = section_period(flow.packed, period)
-                observe = Observables(flow.packed, signals)
-                if state is None or not carry or not _deepest(flow, state) <= DEEPEST:
-                    state, latch = flow.start(usual_member(flow.case)), None
-                course = flow.begin(state, latch=latch, stop=asked)
-                for n in range(settle + keep):
-                    course.advance((n + 1) * step)
-                    if n >= settle:
-                        table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
-                course.advance(_whole(flow, (settle + keep) * step))
-                state, latch = flow.frames.seen(course.time, course.state).copy(), course.latch.copy()
+                flow, state = Flow(family(float(values[at]))), None
+                if carry and number:
+                    state, starts[way][at] = _carried(last, flow)
+                if state is not None and last is not None:
+                    try:
+                        last = value(way, at, flow, state, last.latch)
+                    except SimulationError as error:
+                        if asked.is_set():
+                            raise
+                        state, table[way, at] = None, np.nan
+                        starts[way][at] = f"{ANEW}from the state of the value before: {_line(error)}"
+                if state is None:
+                    last = value(way, at, flow, flow.start(usual_member(flow.case)), None)
             except GearplayError as error:
-                reasons[way][at] = str(error).splitlines()[0]
-                state, latch = None, None
+                table[way, at], reasons[way][at], last = np.nan, _line(error), None
             tick()
 
     ways = [list(range(values.size))[:: 1 if way == "up" else -1] for way in directions]
@@ -201,5 +292,5 @@ def bifurcation_diagram(
     total = table.shape[0] * values.size
     share_out(jobs, go, total=total, threads=threads, stop=asked, progress=progress)
     settings = {"settle": settle, "keep": keep, "period": period, "carried": int(carry)}
-    said = tuple(tuple(row) for row in reasons)
-    return Diagram(values, tuple(directions), table, names, said, first, "", settings)
+    said, began = (tuple(tuple(row) for row in rows) for rows in (reasons, starts))
+    return Diagram(values, tuple(directions), table, names, said, first, "", settings, began)

@@ -72,8 +72,8 @@ def bifurcation(
     Returns
     -------
     Diagram
-        ``ds`` has a variable for each signal over ``direction``, the field's name and ``section``, and ``reason`` where a
-        value failed.
+        ``ds`` has a variable for each signal over ``direction``, the field's name and ``section``, ``reason`` where a value
+        failed, and ``start`` where one did not go on from the end of the one before it, with the reason.
 
     Raises
     ------

@@ -192,7 +192,7 @@ def _lasting(
     later = run_members(
         case,
         [run.member for run in runs],
-        signals=acceleration_signals(case, ["ring"]),
+        signals=acceleration_signals(["ring"]),
         duration=settings.duration,
         transient=settings.transient + LATER,
         sampling=settings.sampling,
@@ -225,7 +225,7 @@ def run_condition(
     runs = run_members(
         case,
         range(1, settings.members + 1),
-        signals=acceleration_signals(case, ["ring"]),
+        signals=acceleration_signals(["ring"]),
         duration=settings.duration,
         transient=settings.transient,
         sampling=settings.sampling,

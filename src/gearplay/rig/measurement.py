@@ -101,7 +101,7 @@ def measure(
     run = run_members(
         case,
         [member],
-        signals=acceleration_signals(case, rotors),
+        signals=acceleration_signals(rotors),
         # One velocity more than means, and what the symmetric filter of the ideal acceleration needs past the end.
         duration=((settling + size + HALF_TAPS) * factor + 1) / (rate * factor),
         transient=(lead - settling) / rate,

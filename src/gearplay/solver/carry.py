@@ -40,11 +40,17 @@ def start_from(end: End, packed: Packed) -> Floats:
     n = rotors.size
     y = end.state.copy()
     y[3 * n + 2 : 6 * n : 3] -= rotors.nominal_speed
-    for i in range(n):
-        if rotors[i].drive == DRIVE_SPEED:
-            own = rotors[i].ramp_start if rotors[i].ramp_time > 0.0 else rotors[i].nominal_speed
-            y[omega_of(packed.system, i)] = own - rotors[i].nominal_speed
+    for i in np.flatnonzero(rotors.drive == DRIVE_SPEED).tolist():
+        y[omega_of(packed.system, i)] = 0.0
+    ramp_speeds(y, packed)
     return y
+
+
+def ramp_speeds(y: Floats, packed: Packed) -> None:
+    """Set the speeds of prescribed shafts with a ramp in a state at t = 0, relative to the nominal ones, to its start."""
+    rotors: Any = packed.system.rotors
+    for i in np.flatnonzero((rotors.drive == DRIVE_SPEED) & (rotors.ramp_time > 0.0)).tolist():
+        y[omega_of(packed.system, i)] = rotors[i].ramp_start - rotors[i].nominal_speed
 
 
 def go_on_from(course: Course, end: End) -> None:

@@ -14,6 +14,7 @@ from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.course import LOG_CAPACITY, Course
+from gearplay.solver.housing import HousingMotion
 from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import (
@@ -128,6 +129,7 @@ class Job:
             final_state=run.y.copy(),
             end=end_of(course),
             wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
+            housing=HousingMotion.of(packed.system),
         )
 
     def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:

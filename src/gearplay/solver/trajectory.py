@@ -19,10 +19,10 @@ from gearplay.kernels.run import (
     TIME,
     WEDGED,
 )
-from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
 from gearplay.solver.carry import End
+from gearplay.solver.housing import HousingMotion
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -194,7 +194,8 @@ class WrittenSamples:
 @dataclass(frozen=True)
 class Trajectory:
     """One member's run. ``values`` has shape [time, column], from ``samples``; ``log`` rows are (t, contact, 1 onset / 0
-    release, rate); ``wedged`` holds the share of time of meshes that were wedged as published.
+    release, rate); ``wedged`` holds the share of time of meshes that were wedged as published; ``housing`` is the motion of the
+    housing, where it moves.
     """
 
     member: int
@@ -211,6 +212,7 @@ class Trajectory:
     final_state: Floats = field(repr=False)
     end: End = field(repr=False)
     wedged: dict[str, float] = field(default_factory=dict)
+    housing: HousingMotion | None = field(default=None, repr=False)
 
     @property
     def time(self) -> Floats:
@@ -241,23 +243,30 @@ class Trajectory:
         raise KeyError(f"{label}.{name} was not kept")
 
     def mean_acceleration(self, rotor: str) -> Floats:
-        """Return a rotor's mean acceleration in each sampling interval [m/s^2], along x and y, shape [2, time - 1].
+        """Return the mean acceleration of a rotor's centre in each sampling interval [m/s^2], shape [2, time - 1].
 
-        Increments of the centre's velocity over the interval: exact whatever happens inside it, so that impacts of 0.1 ms are
-        not aliased. Where the housing moves its own acceleration is added: a sensor knows nothing of it. Needs
-        `acceleration_signals`.
+        Along x and y in space, as a sensor on the rotor feels it: the increments of its velocity beside the housing and of the
+        housing's own velocity, over the interval. Exact whatever happens in between, so that impacts of 0.1 ms do not alias.
+        Needs `acceleration_signals`.
         """
-        rise = np.array([np.diff(self.signal(name, rotor)) for name in ("vx", "vy")]) * self.sampling
-        if any(column.signal == "base_ax" for column in self.columns):
-            values = np.array([self.signal(name, "base") for name in ("base_ax", "base_ay")])
-            rise += 0.5 * (values[:, 1:] + values[:, :-1])
-        return rise
+        found = np.array([self.relative_mean_acceleration(name, rotor) for name in ACCELERATIONS])
+        return found if self.housing is None else found + self.housing.means(self.time)
+
+    def relative_mean_acceleration(self, signal: str, rotor: str) -> Floats:
+        """Return the mean of ``ax`` or ``ay`` in each sampling interval [m/s^2], relative to the housing, shape [time - 1].
+
+        Needs the velocity of the same axis (`ACCELERATIONS`).
+        """
+        return np.diff(self.signal(ACCELERATIONS[signal], rotor)) * self.sampling
 
 
-def acceleration_signals(case: Case, rotors: Iterable[str]) -> list[str]:
+ACCELERATIONS = {"ax": "vx", "ay": "vy"}
+"""The signal whose increments are the means of an acceleration."""
+
+
+def acceleration_signals(rotors: Iterable[str]) -> list[str]:
     """Return the signals that `Trajectory.mean_acceleration` of some rotors needs."""
-    own = ["base_ax", "base_ay"] if case.base is not None else []
-    return [f"{rotor}.{name}" for rotor in rotors for name in ("vx", "vy")] + own
+    return [f"{rotor}.{name}" for rotor in rotors for name in ACCELERATIONS.values()]
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,12 @@ def file_of(frame: bytes, form: str) -> bytes:
         if "units" in variable.attrs
     }
     words = {"value": dataset["value"].attrs["long_name"]} if "value" in dataset else {}
-    if not dataset["reason"].values.astype(bool).any():
-        dataset = dataset.drop_vars("reason")
+    empty = [
+        name
+        for name in ("reason", "start")
+        if name in dataset and not dataset[name].values.astype(bool).any()
+    ]
+    dataset = dataset.drop_vars(empty)
     table = dataset.to_dataframe().reset_index()
     table.columns = [
         f"{words.get(name, name)} [{units[name]}]" if name in units else str(name) for name in table.columns
@@ -79,8 +83,13 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
     else:
         rule = "must be a diagram or a map"
         raise InputError(Fault("result", document["kind"], rule, "Save a run from its case"))
-    reasons = np.full(shape, "", dtype=object)
-    for *place, reason in document.get("failures", []):
-        reasons[tuple(place)] = reason
-    variables["reason"] = (dims, reasons, {"long_name": "why a case failed"})
+    for name, field, long_name in (
+        ("reason", "failures", "why a case failed"),
+        ("start", "starts", "what a value began with, where not with the plain end of the one before it"),
+    ):
+        texts = np.full(shape, "", dtype=object)
+        for *place, text in document.get(field, []):
+            texts[tuple(place)] = text
+        if name == "reason" or field in document:
+            variables[name] = (dims, texts, {"long_name": long_name})
     return xr.Dataset(variables, coordinates, provenance(load_case(document["case"])) | more)

@@ -119,6 +119,8 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
             "up": words.values[0],
             "down": words.values[1],
             "failures": failures_of(np.array(found.reasons, dtype=object)),
+            "starts": failures_of(np.array(found.starts, dtype=object)),
+            "not_carried": list(found.interruptions[:5]),
             **found.account.as_document(),
         }
     )

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from tests.cross.random_systems import random_case
 
 import gearplay as gp
-from gearplay.nonlinear.diagrams import bifurcation_diagram
+from gearplay.nonlinear.diagrams import _carried, _Last, bifurcation_diagram
 from gearplay.nonlinear.families import along
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, common_period, section_period
@@ -17,7 +18,7 @@ from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_one
-from gearplay.vocabulary.errors import InputError, SimulationError
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 SPEED = "rotors.pinion.drive.speed"
 
@@ -199,8 +200,8 @@ def test_what_cannot_be_is_told(call: Any, words: str) -> None:
         call()
 
 
-def test_a_state_that_would_begin_deep_in_a_contact_is_not_carried() -> None:
-    """From 2.9 mm of clearance down to 10 um: the ring would be shot out of its sleeve; it starts as its case says."""
+def test_a_state_from_which_nothing_can_be_followed_is_not_carried() -> None:
+    """From 2.9 mm of clearance down to 10 um: the ring is shot out of its sleeve; it starts as its case says, and says so."""
     family = along(case_of(), "sleeves.ring.radial_clearance")
     found = bifurcation_diagram(
         family, [1e-5, 2.9e-3], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
@@ -209,6 +210,63 @@ def test_a_state_that_would_begin_deep_in_a_contact_is_not_carried() -> None:
         family, [1e-5], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
     )
     assert np.array_equal(found.values[0, 0], alone.values[0, 0])
+    assert found.starts[0][1] == ""
+    assert found.starts[0][0].startswith("began anew, from the state of the value before:")
+
+
+def test_a_step_that_presses_a_contact_is_told() -> None:
+    """From 200 um of clearance to 100 um the state is carried; the ring then begins up to 100 um within its sleeve."""
+    family = along(case_of(**{"gravity.1": -9.81}), "sleeves.ring.radial_clearance")
+    found = bifurcation_diagram(
+        family, [1e-4, 2e-4], ["ring.y"], settle=200, keep=1, period="mesh", directions=["down"]
+    )
+    assert "the step itself raised ring.sleeve_penetration from" in found.starts[0][0]
+    assert found.starts[0][1] == ""
+
+
+def test_another_mechanism_and_gears_that_cannot_mesh_begin_anew() -> None:
+    """Each says so, in the dataset too; what follows a value that failed as well."""
+    base = case_of()
+    more = base.resolved()
+    more["rotors"]["disc"] = {"mass": 1.0, "inertia": 1e-3}
+    other = gp.load_case(more)
+
+    def family(value: float) -> Any:
+        if value == 3.0:
+            raise InputError(Fault("value", value, "must not be 3", "Take another"))
+        return base if value in (0.0, 1.0) else other
+
+    found = bifurcation_diagram(
+        family, [0.0, 1.0, 2.0, 3.0, 4.0], ["ring.x"], settle=1, keep=1, period="mesh", directions=["up"]
+    )
+    assert found.starts[0][:2] == ("", "")
+    assert "as it is another mechanism" in found.starts[0][2]
+    assert found.reasons[0][3] != ""
+    assert "as the value before failed" in found.starts[0][4]
+    flow = Flow(base)
+    state = flow.start()
+    state[3] = 0.05  # m, of the ring along the line of centres
+    start, words = _carried(_Last(flow, state, np.zeros(flow.latches)), flow)
+    assert start is None
+    assert "the gears of pinion-ring could not mesh" in words
+
+
+def test_a_diagram_that_is_read_says_where_it_began_anew(tmp_path: Path) -> None:
+    """`start` of the dataset, the message and the file."""
+    found = gp.bifurcation(
+        case_of(),
+        "sleeves.ring.radial_clearance",
+        ["10 um", "2.9 mm"],
+        ["ring.x"],
+        settle=1,
+        keep=1,
+        period="mesh",
+    )
+    assert found.ds["start"].dims == ("direction", "radial_clearance")
+    assert "Down at 1e-05 m: began anew" in found.message
+    found.save(tmp_path / "diagram.nc")
+    read = gp.read_result(tmp_path / "diagram.nc")
+    assert (read.starts, read.message, read.names) == (found.starts, found.message, found.names)
 
 
 def test_a_course_that_runs_away_ends() -> None:

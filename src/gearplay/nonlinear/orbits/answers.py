@@ -71,12 +71,16 @@ class PeriodicOrbit(Orbit, Tabled):
 
 @dataclass(frozen=True, repr=False)
 class Branches(Answer):
-    """Branches of periodic orbits over a field of a case: a sequence of `Branch`, with what a verb's answer has."""
+    """Branches of periodic orbits over a field of a case: a sequence of `Branch`, with what a verb's answer has.
+
+    ``missed`` are the starts near which no orbit was found, and why.
+    """
 
     branches: tuple[Branch, ...]
     case: Case
     path: str
     keep_load: bool = False
+    missed: tuple[str, ...] = ()
 
     answer = "branches"
 
@@ -99,7 +103,10 @@ class Branches(Answer):
             kinds[special.kind] = kinds.get(special.kind, 0) + 1
         met = "".join(f", {count} × {kind}" for kind, count in kinds.items())
         several = "branches" if len(self) != 1 else "branch"
-        return f"{len(self)} {several} over {self.path}: {orbits} orbits, {stable} of them stable{met}"
+        missed = "".join(f"; {each}" for each in self.missed)
+        return (
+            f"{len(self)} {several} over {self.path}: {orbits} orbits, {stable} of them stable{met}{missed}"
+        )
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each branch."""
@@ -149,10 +156,9 @@ class Branches(Answer):
             values = np.concatenate([each[:, 0] for each in levels or self.levels(signals)])
             for at, signal in enumerate(signals):
                 variables[signal] = ("orbit", values[:, at], signal_words(signal))
-        ended = json.dumps([each.ended for each in self])
-        return xr.Dataset(
-            variables, attrs=provenance(self.case, ended=ended, path=self.path, keep_load=int(self.keep_load))
-        )
+        words = {"ended": json.dumps([each.ended for each in self]), "missed": json.dumps(self.missed)}
+        attributes = provenance(self.case, **words, path=self.path, keep_load=int(self.keep_load))
+        return xr.Dataset(variables, attrs=attributes)
 
     def dataset(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
         """Return `table` with all of every orbit beside it, so that a file holds the branches whole."""
@@ -186,7 +192,8 @@ class Branches(Answer):
             )
             found.append(Branch(tuple(every[k] for k in own), special, ended, int(orders[own[0]])))
         kept = bool(dataset.attrs.get("keep_load", 0))
-        return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]), kept)
+        missed = tuple(json.loads(dataset.attrs.get("missed", "[]")))
+        return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]), kept, missed)
 
     def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""

@@ -24,20 +24,21 @@ NEAR = 0.2
 
 def settled_orbits(
     period_map: StrobeMap, places: Sequence[float], *, order: int, settle: int
-) -> tuple[Orbit, ...]:
-    """Return the periodic orbits of an order near what the motion settles to at each of ``places``, where there is one.
+) -> tuple[tuple[Orbit, ...], tuple[str, ...]]:
+    """Return the periodic orbits of an order near what the motion settles to at each of ``places``, and where there is none, why.
 
     Raises `SimulationError` where there is none at all.
     """
-    found, last = [], None
+    found, missed, last = [], [], None
     for place in places:
         try:
             settled = period_map.settle(period_map.start(place), place, settle)
             found.append(find_orbit(period_map, settled, place, order=order))
         except SimulationError as error:
             last = error
+            missed.append(f"no start at {place:.6g}: {str(error).splitlines()[0]}")
     if found:
-        return tuple(found)
+        return tuple(found), tuple(missed)
     tried = ", ".join(f"{place:.6g}" for place in places)
     raise SimulationError(
         f"branch: near what the motion settles to there is no orbit of order {order} (tried at {tried}). "

@@ -135,7 +135,7 @@ def branch(
     settings = _settings(base, path, low, high, size, orbits)
     first = _first_value(base, path, start)
     family = StrobeMap(along(base, path, keep_load=keep_load), first)
-    (found,) = settled_orbits(family, [first], order=order, settle=settle)
+    (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
     tick = ticking(progress, "orbits")
     whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
     return OneBranch((whole,), base, path, keep_load)
@@ -171,7 +171,8 @@ def branches(
     Returns
     -------
     Branches
-        A sequence of branches; ``.table(signals)`` has signals at the sections of their orbits.
+        A sequence of branches; ``.table(signals)`` has signals at the sections of their orbits, ``.missed`` the starts near
+        which there is no such orbit, with the reason.
 
     Raises
     ------
@@ -198,9 +199,10 @@ def branches(
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
     family = StrobeMap(along(base, path), places[0])
-    starts = settled_orbits(family, places, order=order, settle=settle)
+    starts, missed = settled_orbits(family, places, order=order, settle=settle)
     tick = ticking(progress, "orbits")
-    return Branches(branch_tree(family, starts, settings, doublings=doublings, progress=tick), base, path)
+    found = branch_tree(family, starts, settings, doublings=doublings, progress=tick)
+    return Branches(found, base, path, missed=missed)
 
 
 def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:

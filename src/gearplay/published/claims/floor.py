@@ -43,7 +43,7 @@ def single_runs(
         runs = run_members(
             case,
             range(1, members + 1),
-            signals=acceleration_signals(case, ["ring"]),
+            signals=acceleration_signals(["ring"]),
             duration=duration,
             transient=settings.transient,
             sampling=settings.sampling,

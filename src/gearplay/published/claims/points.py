@@ -148,7 +148,7 @@ def run_point(
     cases = cases_at(problem, point, settings)
     runs = run_batch(
         [(case, members) for case in cases],
-        signals=acceleration_signals(cases[0], ["ring"]),
+        signals=acceleration_signals(["ring"]),
         duration=settings.duration,
         transient=settings.transient,
         sampling=settings.sampling,

@@ -17,7 +17,7 @@ from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.levels import band_level, band_levels
 from gearplay.signals.lines import find_hump, find_line
 from gearplay.signals.statistics import signal_statistics
-from gearplay.solver.trajectory import Trajectory, all_columns, choose_columns
+from gearplay.solver.trajectory import ACCELERATIONS, Trajectory, all_columns, choose_columns
 from gearplay.sweeps.plans.kept import (
     ContactReduction,
     HistoryReduction,
@@ -36,7 +36,6 @@ Floats = NDArray[np.float64]
 OfSignal = (
     StatisticReduction | LineReduction | HumpReduction | LevelReduction | SpectrumReduction | HistoryReduction
 )
-INCREMENTS = {"ax": "vx", "ay": "vy"}
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,7 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
         if names[0] not in packed.contact_labels:
             raise _unknown(reduction, "mesh", reduction.mesh, packed.labels.get("mesh", ()))
         return [f"{reduction.mesh}.contact_state"]
-    wanted = f"{reduction.at}.{INCREMENTS.get(reduction.signal, reduction.signal)}"
+    wanted = f"{reduction.at}.{ACCELERATIONS.get(reduction.signal, reduction.signal)}"
     try:
         choose_columns(packed, [wanted])
     except InputError:
@@ -213,7 +212,7 @@ def _pair(name: str, unit: str, words: str) -> list[Kept]:
 
 
 def _length(reduction: HistoryReduction, samples: int) -> int:
-    return samples - 1 if reduction.signal in INCREMENTS else samples
+    return samples - 1 if reduction.signal in ACCELERATIONS else samples
 
 
 def _edges(reduction: SpectrumReduction) -> Floats:
@@ -237,10 +236,9 @@ class _Record:
         """Return the samples of a reduction's signal, shape [time]; accelerations as increments of velocity."""
 
         def make() -> Floats:
-            velocity = INCREMENTS.get(of.signal)
-            if velocity is None:
-                return self.run.signal(of.signal, of.at)
-            return np.diff(self.run.signal(velocity, of.at)) * self.run.sampling
+            if of.signal in ACCELERATIONS:
+                return self.run.relative_mean_acceleration(of.signal, of.at)
+            return self.run.signal(of.signal, of.at)
 
         return cast(Floats, self._once("signal", of, make))
 
