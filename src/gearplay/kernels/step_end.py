@@ -26,17 +26,17 @@ DEEPEST = 1e-6  # natural sizes that a contact's mode and gap may disagree by wh
 
 @compiled_inline
 def misses_touch(system: System, run: Run, first: int) -> bool:
-    """Return whether a contact stays open though it presses, or closed though it gapes, at the end of a step.
+    """Return whether a contact was open though it pressed, or closed though it gaped, and no switch located where that began.
 
-    By more than the error of a touch, and not switched there by `change_modes`. Touches and releases are located (`events`), so
-    this means that one was passed: from here on the motion would be false.
+    By more than the error of a touch. Touches and releases are located (`events`), so the motion beyond it would be false: at a
+    touch that comes late a spring appears compressed, with energy from nothing.
     """
     most = max(run.clock[TOLERANCE], DEEPEST)
     for c in range(1, run.roster.switches[0] + 1):
         s = run.roster.switches[c]
         switch = system.switches[s]
         if switch.role == TOUCH and run.g_1[s] > most * system.contacts[switch.contact].natural:
-            if first < 0 or (s != first and run.g_0[s] > 0.0):
+            if first < 0 or run.g_0[s] > most * system.contacts[switch.contact].natural:
                 return True
     return False
 
