@@ -133,14 +133,18 @@ class Damping(Part):
     law: Annotated[
         Literal["ramp", "constant"],
         Field(
-            description="ramp: rises with penetration; constant: K p + C dp/dt, cut at zero", exclude_if=lambda law: law == "ramp"
+            description="ramp: rises with penetration; constant: K p + C dp/dt, cut at zero",
+            exclude_if=lambda law: law == "ramp",
         ),
     ] = "ramp"
     depth: (
         Annotated[
             float,
             Measure(
-                q.LENGTH, "penetration of full damping; the deflection under load if not given", gt=0.0, le=0.1
+                q.LENGTH,
+                "penetration of full damping; the deflection under load if not given",
+                gt=0.0,
+                le=0.1,
             ),
         ]
         | None
@@ -156,9 +160,13 @@ class Damping(Part):
         if self.ratio is not None and self.maximum > 0.0:
             problems.append(Problem(("ratio",), "must not be given beside maximum", "Remove one of the two"))
         if self.law == "constant" and self.depth is not None:
-            problems.append(Problem(("depth",), 'must not be given with law = "constant"', "Remove one of the two"))
+            problems.append(
+                Problem(("depth",), 'must not be given with law = "constant"', "Remove one of the two")
+            )
         if self.law == "constant" and self.ramp != "smooth":
-            problems.append(Problem(("ramp",), 'must not be given with law = "constant"', "Remove one of the two"))
+            problems.append(
+                Problem(("ramp",), 'must not be given with law = "constant"', "Remove one of the two")
+            )
         refuse(problems)
         return self
 

@@ -33,7 +33,9 @@ def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
     if mesh.damping.ratio is None:
         return mesh.damping.maximum or 0.0
     rotors = [case.rotors[name] for name in mesh.rotors]
-    mobilities = [r * r / rotor.inertia for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)]
+    mobilities = [
+        r * r / rotor.inertia for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)
+    ]
     free = [rotor.drive is None or rotor.drive.kind != "speed" for rotor in rotors]
     mobility = sum(m for m, moves in zip(mobilities, free, strict=True) if moves or not any(free))
     return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)

@@ -117,7 +117,9 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
     Orthonormal; none where everything is held.
     """
     rows = rolling_conditions(case)
-    fixed = [i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", "position")]
+    fixed = [
+        i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", "position")
+    ]
     matrix = np.vstack([rows, np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))])
     _, sizes, ways = np.linalg.svd(matrix)
     rank = int(np.sum(sizes > 1e-9 * max(float(sizes[0]), 1.0)))

@@ -42,14 +42,18 @@ def tooth_loads(case: "Case") -> Floats:
     """
     mobility = np.array(
         [
-            0.0 if rotor.drive is not None and rotor.drive.kind != "torque" else 1.0 / math.sqrt(rotor.inertia)
+            0.0
+            if rotor.drive is not None and rotor.drive.kind != "torque"
+            else 1.0 / math.sqrt(rotor.inertia)
             for rotor in case.rotors.values()
         ]
     )
     conditions = rolling.rolling_conditions(case) * mobility
     sizes = np.linalg.norm(conditions, axis=1)
     sizes[sizes == 0.0] = np.inf  # between prescribed rotations: no torque says what acts there
-    multipliers = np.linalg.lstsq((conditions / sizes[:, None]).T, mobility * _torques(case), rcond=1e-9)[0] / sizes
+    multipliers = (
+        np.linalg.lstsq((conditions / sizes[:, None]).T, mobility * _torques(case), rcond=1e-9)[0] / sizes
+    )
     forces = np.zeros(len(case.meshes))
     for j, mesh in enumerate(case.meshes):
         _, _, r_a, r_b = geometry.signed_radii(case, j)
@@ -61,7 +65,8 @@ def tooth_loads(case: "Case") -> Floats:
 def tooth_deflections(case: "Case") -> Floats:
     """Return the deflection F / k_m [m] of every mesh under its steady load, shape [mesh]; 0 without a load."""
     stiffness = [pack_stiffness(case, j).average for j in range(len(case.meshes))]
-    return tooth_loads(case) / np.array(stiffness)
+    deflections: Floats = tooth_loads(case) / np.array(stiffness)
+    return deflections
 
 
 def damping_depths(case: "Case") -> Floats:

@@ -152,7 +152,16 @@ def _phase_bend(system: System, mesh: Any, stages: Rows) -> float:
 
 @compiled_inline
 def _may_change_constant(
-    system: System, mesh: Any, s: int, k: int, h: float, start: Floats, end: Floats, g_0: Floats, g_1: Floats, stages: Rows
+    system: System,
+    mesh: Any,
+    s: int,
+    k: int,
+    h: float,
+    start: Floats,
+    end: Floats,
+    g_0: Floats,
+    g_1: Floats,
+    stages: Rows,
 ) -> bool:
     """Return whether the force K p + C dp/dt of flank contact k may change its sign twice within a step of h [s].
 
@@ -162,9 +171,13 @@ def _may_change_constant(
     for stage in range(stages.shape[0]):
         apart_x = stages[stage, vx_of(system, b)] - stages[stage, vx_of(system, a)]
         apart_y = stages[stage, vy_of(system, b)] - stages[stage, vy_of(system, a)]
-        roll = mesh.rho_a * stages[stage, omega_of(system, a)] + mesh.rho_b * stages[stage, omega_of(system, b)]
+        roll = (
+            mesh.rho_a * stages[stage, omega_of(system, a)] + mesh.rho_b * stages[stage, omega_of(system, b)]
+        )
         bend = max(bend, abs(roll) + abs(apart_x) + abs(apart_y))
-    bend += abs(end[k, RATE] - start[k, RATE]) / h  # what errors of the teeth and the turning line of action add
+    bend += (
+        abs(end[k, RATE] - start[k, RATE]) / h
+    )  # what errors of the teeth and the turning line of action add
     fastest = max(abs(start[k, RATE]), abs(end[k, RATE])) + 0.5 * h * bend
     at = mesh.switch + s
     return 0.5 * (g_0[at] + g_1[at] + h * (mesh.k_m * fastest + mesh.C_m * bend)) > 0.0
