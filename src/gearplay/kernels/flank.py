@@ -1,7 +1,7 @@
 """Force of one flank over penetration and rate, equations (15), (17), and its slopes: three damping laws.
 
 ``RAMP_SMOOTH`` raises the damping with the penetration (T7), ``RAMP_AS_PRINTED`` as (17) is printed, ``RAMP_CONSTANT`` has all
-of it from the first touch on (T7a).
+of it from the first touch on (T7c).
 """
 
 from typing import Any

@@ -22,6 +22,7 @@ from gearplay.solver.trajectory import (
     Samples,
     Trajectory,
     WrittenSamples,
+    mesh_that_left,
     statistics_of,
     wedged_meshes,
 )
@@ -128,6 +129,7 @@ class Job:
             final_state=run.y.copy(),
             end=end_of(course),
             wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
+            left_mesh=mesh_that_left(packed, run) if status == Status.CANNOT_MESH else "",
         )
 
     def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
