@@ -64,11 +64,17 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
                 "backlash": float(rng.uniform(2e-5, 1e-4)),
                 "stiffness": stiffness,
                 "transmission_error": [] if plain else [{"order": 1, "amplitude": 5e-6, "phase": 0.4}],
-                "damping": {"maximum": 300.0 if damped else 0.0, "depth": 2e-5},
+                "damping": _damping(rng, 300.0 if damped else 0.0),
             }
         ],
         "run": {"duration": 0.01, "sampling": 1e4},
     }
+
+
+def _damping(rng: np.random.Generator, maximum: float) -> Document:
+    """Return a damping of the ramp's law or of the constant one."""
+    law: Document = {"law": "constant"} if rng.integers(2) else {"depth": 2e-5}
+    return {"maximum": maximum, **law}
 
 
 def potential(packed: Packed, y: Floats) -> float:

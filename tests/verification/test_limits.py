@@ -101,7 +101,9 @@ def test_teeth_out_of_mesh() -> None:
     """Two free gears that fly apart stop where their tips leave each other, two modules off."""
     document = floating_document("external")
     document["rotors"]["wheel"]["initial"] = {"vx": 20.0}
-    assert "centre distance" in stopped(document, Status.CANNOT_MESH)
+    message = stopped(document, Status.CANNOT_MESH)
+    assert "centre distance" in message
+    assert message.endswith("It is pinion-wheel.")
     run = run_members(case_of(document), [0])[0]
     assert run.reached == pytest.approx(8e-3 / 20.0, rel=1e-6)
 

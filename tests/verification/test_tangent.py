@@ -83,6 +83,16 @@ def test_the_tangent_on_a_housing_that_shakes(seed: int, measured: Any) -> None:
     assert error < 1e-6
 
 
+@pytest.mark.parametrize("seed", [1, 3, 5, 9, 17])
+def test_the_tangent_over_jumps_of_constant_damping(seed: int, measured: Any) -> None:
+    """The force jumps to C dp/dt at every touch, as published at every release too: the saltation of T24."""
+    damping = {"maximum": 300.0, "law": "constant"}
+    changes = {f"meshes.{j}.damping": damping for j in range(len(random_case(seed)["meshes"]))}
+    error = tangent_error(flow_of(seed, **changes))
+    measured("derivative of the flow over jumps of constant damping against differences", error, "1e-6")
+    assert error < 1e-6
+
+
 @pytest.mark.parametrize("seed", [4, 6, 11, 12])
 def test_volumes_shrink_by_the_divergence(seed: int, measured: Any) -> None:
     """Liouville: the determinant is the exponential of the divergence on the way, where no sleeve remembers its impact speed."""

@@ -171,11 +171,11 @@ def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> flo
             x, at_left = right, False
         elif g_left > g_right:
             high, right, g_right = right, left, g_left
-            left = low + high - right
+            left = low + 0.381966 * (high - low)  # not low + high - right, whose rounding grows past the ends
             x, at_left = left, True
         else:
             low, left, g_left = left, right, g_right
-            right = low + high - left
+            right = low + 0.618034 * (high - low)
             x, at_left = right, False
     return 1.0
 

@@ -82,7 +82,7 @@ def take_fixed_step(system: System, run: Run, stop: float) -> int:
         table.start_step(system, roster.acting[c], t, run.y, run.branch)
     failed = judge_stages(system, run, h, 1, STAGES - 1) if is_judged(run) else attempt(system, run, h)
     if failed != 0:
-        return failure(run)
+        return failure(system, run)
     switch_values(system, roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first = -1
     for c in range(1, roster.switches[0] + 1):
@@ -96,5 +96,5 @@ def take_fixed_step(system: System, run: Run, stop: float) -> int:
         return DONE
     status = restart(system, run)
     if status == DONE and is_judged(run) and judge_stages(system, run, 0.0, 0, 0) != 0:
-        return failure(run)
+        return failure(system, run)
     return status

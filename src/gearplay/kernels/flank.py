@@ -1,20 +1,27 @@
-"""One flank of a mesh: its one-sided force over penetration and rate, equations (15), (17), and that force's slopes."""
+"""Force of one flank over penetration and rate, equations (15), (17), and its slopes: three damping laws.
+
+``RAMP_SMOOTH`` raises the damping with the penetration (T7), ``RAMP_AS_PRINTED`` as (17) is printed, ``RAMP_CONSTANT`` has all
+of it from the first touch on (T7c).
+"""
 
 from typing import Any
 
 from gearplay.kernels.compiled import compiled_inline
 
-RAMP_SMOOTH, RAMP_AS_PRINTED = 0, 1
+RAMP_SMOOTH, RAMP_AS_PRINTED, RAMP_CONSTANT = 0, 1, 2
 
 
 @compiled_inline
 def damping_ramp(u: float, past: int) -> float:
     """Return s(u) = u^2 (3 - 2u), the ramp that (17) means: 0 at first touch, 1 from u = p/d = 1 on.
 
-    >>> damping_ramp(0.5, 0)
-    0.5
+    It is 1 beyond its end before the switch is passed, too: the cubic would fall as u^3, and a stage that overshoots a steep
+    ramp by 1e4 depths would be pulled out of all range.
+
+    >>> damping_ramp(0.5, 0), damping_ramp(1e4, 0)
+    (0.5, 1.0)
     """
-    if past == 1:
+    if past == 1 or u >= 1.0:
         return 1.0
     if u <= 0.0:
         return 0.0
@@ -23,12 +30,12 @@ def damping_ramp(u: float, past: int) -> float:
 
 @compiled_inline
 def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
-    """Return C(p) [N s/m] at penetration p [m], eq. (17): smooth ramp, or the ramp as printed.
+    """Return C(p) [N s/m] at penetration p [m], eq. (17): smooth ramp, the ramp as printed, or the constant C_m.
 
     As printed: C_m (1 - b^2 (3 - 2b)) for 0 <= b = p/d < 1, C_m beyond, nothing on the back flank.
     """
-    if mesh.C_m == 0.0:
-        return 0.0
+    if mesh.C_m == 0.0 or mesh.ramp == RAMP_CONSTANT:
+        return float(mesh.C_m)
     if mesh.ramp == RAMP_SMOOTH:
         return mesh.C_m * damping_ramp(p * mesh.inv_depth, past)
     if back == 1:
@@ -42,13 +49,14 @@ def flank_force(
 ) -> tuple[float, float]:
     """Return the force K p + C(p) dp/dt [N] of a flank and its margin, positive while it presses.
 
-    On the smooth ramp the margin is F / p [N/m]: it keeps its sign where p vanishes, so that a flank which lets go and
-    takes hold again before it opens (the ramp ends with p^2) shows both.
+    On the smooth ramp the margin is F / p [N/m], beyond its end F / d: it keeps its sign where p vanishes, so that a flank
+    which lets go and takes hold again before it opens (the ramp ends with p^2) shows both.
     """
-    if past == 1 or mesh.ramp != RAMP_SMOOTH:
-        force = stiffness * p + flank_damping(mesh, p, past, back) * rate
-        return force, force
     u = max(p * mesh.inv_depth, 0.0)
+    on_ramp = past == 0 and mesh.ramp == RAMP_SMOOTH
+    if u >= 1.0 or not on_ramp:
+        force = stiffness * p + flank_damping(mesh, p, past, back) * rate
+        return force, force * mesh.inv_depth if on_ramp else force
     margin = stiffness + mesh.C_m * mesh.inv_depth * u * (3.0 - 2.0 * u) * rate
     return p * margin, margin
 
@@ -61,7 +69,7 @@ def flank_slopes(
     damping = flank_damping(mesh, p, past, back)
     steepness = 0.0
     u = p * mesh.inv_depth
-    if past == 0 and u > 0.0:
+    if past == 0 and 0.0 < u < 1.0 and mesh.ramp != RAMP_CONSTANT:
         steepness = 6.0 * mesh.C_m * mesh.inv_depth * u * (1.0 - u)
         if mesh.ramp != RAMP_SMOOTH:
             steepness = 0.0 if back == 1 else -steepness

@@ -8,9 +8,22 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import watch
 from gearplay.kernels.implicit import IN_USE, QUIET
-from gearplay.kernels.layout import DRIVE_SPEED, KNOWN, OPEN, RATE, TOUCH, Loads, System, omega_of, ramp_of
+from gearplay.kernels.layout import (
+    DRIVE_SPEED,
+    KNOWN,
+    OPEN,
+    RATE,
+    TOUCH,
+    Loads,
+    System,
+    members,
+    omega_of,
+    ramp_of,
+    vx_of,
+    x_of,
+)
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import copy_rotor, muster
+from gearplay.kernels.roster import copy_rotor, muster, states_of
 from gearplay.kernels.run import (
     BEGUN,
     BLOW_UP,
@@ -24,6 +37,7 @@ from gearplay.kernels.run import (
     H_BEGIN,
     H_RESTART,
     NOT_FINITE,
+    STEP_TOO_SMALL,
     H,
     Run,
     T,
@@ -45,12 +59,34 @@ def check_state(run: Run, i: int) -> int:
 
 
 @compiled_inline
-def failure(run: Run) -> int:
-    """Return why the step tried into y_new failed: a state that is not finite, else gears that cannot mesh."""
-    for s in range(1, run.roster.states[0] + 1):
-        if not math.isfinite(run.y_new[run.roster.states[s]]):
+def leaves_mesh(system: System, run: Run, e: int) -> bool:
+    """Return whether element e fails where its rotors, from the accepted state, would be after a restart step."""
+    y = run.y_try
+    states_of(system, run.roster, e, run.clock[T], run.y, y)
+    for i in members(system, e):
+        if i >= 0:
+            for axis in range(3):
+                y[x_of(i) + axis] += run.clock[H_RESTART] * y[vx_of(system, i) + axis]
+    return bool(table.press(system, e, run.clock[T], y, run.branch, run.loads_try) != 0)
+
+
+@compiled_once
+def failure(system: System, run: Run) -> int:
+    """Return why the step tried into y_new failed: a state that is not finite, gears that leave mesh, or its length.
+
+    A stage of a step that is far too long may fail anywhere: gears leave mesh only where the accepted motion takes them there.
+    """
+    roster = run.roster
+    for s in range(1, roster.states[0] + 1):
+        if not math.isfinite(run.y_new[roster.states[s]]):
             return NOT_FINITE
-    return CANNOT_MESH
+    for c in range(1, roster.acting[0] + 1):
+        if leaves_mesh(system, run, roster.acting[c]):
+            return CANNOT_MESH
+    for c in range(1, roster.watched[0] + 1):
+        if leaves_mesh(system, run, roster.watched[c]):
+            return CANNOT_MESH
+    return STEP_TOO_SMALL
 
 
 @compiled

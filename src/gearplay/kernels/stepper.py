@@ -141,7 +141,7 @@ def take_step(system: System, run: Run) -> int:
         if h <= 1e-15 * max(abs(t), 1e-6):
             return reason
         if attempt(system, run, h) != 0:
-            reason = failure(run)
+            reason = failure(system, run)
             counts[REJECTED] += 1
             h *= 0.25
             continue
@@ -161,7 +161,7 @@ def take_step(system: System, run: Run) -> int:
     if first >= 0 and place < 1.0:
         first, taken = end_at_switch(system, run, h, first, place)
         if taken < 0.0:
-            return CANNOT_MESH
+            return failure(system, run)
         t_new = t + taken
         to_stop = False
     status = accept(system, run, taken, t_new, first)

@@ -91,7 +91,8 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     still.__dict__.pop("sha256", None)
     packed = pack(still)
     meshes, moving = packed.system.records[MESH], pack(hot).system.records[MESH]
-    for name in ("sigma", "way"):  # which flanks drive is a matter of how the case turns
+    # Which flanks drive, and what they are pressed by, is a matter of how the case turns.
+    for name in ("sigma", "way", "C_m", "depth", "inv_depth"):
         meshes[name] = moving[name]
     carriers = tuple(
         names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names

@@ -8,6 +8,7 @@ from typing import Final
 
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
+from gearplay.model.check_damping import damping_findings
 from gearplay.model.check_elements import element_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_teeth import teeth_findings
@@ -59,6 +60,7 @@ def check_case(case: Case) -> list[Finding]:
     found += element_findings(case)
     found += teeth_findings(case)
     found += run_findings(case)
+    found += damping_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [

@@ -143,13 +143,35 @@ Stiffness = Annotated[
 
 
 class Damping(Part):
-    """Damping that rises with penetration: `maximum` from the depth `depth` on, or as a damping ratio."""
+    """Damping of the teeth: `maximum`, or a damping `ratio`, that rises with penetration or is constant.
 
-    maximum: Annotated[float, Measure(q.DAMPING, "damping from the given depth on", ge=0.0)] = 0.0
+    `law = "ramp"` has all of it from the penetration `depth` on, `law = "constant"` from the first touch on. Without `depth` it
+    is the deflection under the load of the case, at least 0.01 um, or 1 um where there is no load.
+    """
+
+    maximum: Annotated[float, Measure(q.DAMPING, "damping from the depth on", ge=0.0)] = 0.0
     ratio: Annotated[float, Measure(q.RATIO, "damping ratio, instead of maximum", ge=0.0, le=2.0)] | None = (
         None
     )
-    depth: Annotated[float, Measure(q.LENGTH, "penetration of full damping", gt=0.0, le=0.1)] = 1e-6
+    law: Annotated[
+        Literal["ramp", "constant"],
+        Field(
+            description="ramp: rises with penetration; constant: K p + C dp/dt, cut at zero",
+            exclude_if=lambda law: law == "ramp",
+        ),
+    ] = "ramp"
+    depth: (
+        Annotated[
+            float,
+            Measure(
+                q.LENGTH,
+                "penetration of full damping; the deflection under load if not given",
+                gt=0.0,
+                le=0.1,
+            ),
+        ]
+        | None
+    ) = Field(default=None, exclude_if=lambda depth: depth is None)
     ramp: Annotated[
         Literal["smooth", "literal"],
         Field(description="smooth: cubic ramp; literal: as the article prints it"),
@@ -157,8 +179,18 @@ class Damping(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Damping:
+        problems = []
         if self.ratio is not None and self.maximum > 0.0:
-            refuse([Problem(("ratio",), "must not be given beside maximum", "Remove one of the two")])
+            problems.append(Problem(("ratio",), "must not be given beside maximum", "Remove one of the two"))
+        if self.law == "constant" and self.depth is not None:
+            problems.append(
+                Problem(("depth",), 'must not be given with law = "constant"', "Remove one of the two")
+            )
+        if self.law == "constant" and self.ramp != "smooth":
+            problems.append(
+                Problem(("ramp",), 'must not be given with law = "constant"', "Remove one of the two")
+            )
+        refuse(problems)
         return self
 
 

@@ -14,23 +14,37 @@ from gearplay.model import geometry
 from gearplay.model.assembly import Assembly, Contact, blank
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.phases import starting_phases
+from gearplay.model.tooth_loads import damping_depths
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
+    from gearplay.model.mesh import Damping
 
 Floats = NDArray[np.float64]
 
 
 def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
-    """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2."""
+    """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2.
+
+    A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count.
+    """
     mesh = case.meshes[j]
     if mesh.damping.ratio is None:
         return mesh.damping.maximum or 0.0
-    mobility = sum(
-        r * r / case.rotors[n].inertia for r, n in zip(geometry.base_radii(case, j), mesh.rotors, strict=True)
-    )
+    rotors = [case.rotors[name] for name in mesh.rotors]
+    mobilities = [
+        r * r / rotor.inertia for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)
+    ]
+    free = [rotor.drive is None or rotor.drive.kind != "speed" for rotor in rotors]
+    mobility = sum(m for m, moves in zip(mobilities, free, strict=True) if moves or not any(free))
     return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)
+
+
+def _damping_law(damping: "Damping") -> int:
+    if damping.law == "constant":
+        return flank.RAMP_CONSTANT
+    return flank.RAMP_AS_PRINTED if damping.ramp == "literal" else flank.RAMP_SMOOTH
 
 
 def _mesh_kind(case: "Case") -> int:
@@ -124,7 +138,7 @@ def pack_meshes(
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
-    phases = starting_phases(case, centres)
+    phases, depths = starting_phases(case, centres), damping_depths(case)
     for j, mesh in enumerate(case.meshes):
         m = blank(mesh_element.RECORD)
         _pack_mesh(case, j, m, centres, moving)
@@ -144,9 +158,9 @@ def pack_meshes(
         m.error_slope = sum(e.order * abs(e.amplitude) for e in mesh.transmission_error)
         m.error_bend = sum(e.order**2 * abs(e.amplitude) for e in mesh.transmission_error)
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
-        m.C_m, m.depth = damping_maximum(case, j, k), mesh.damping.depth
+        m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth
-        m.ramp = flank.RAMP_AS_PRINTED if mesh.damping.ramp == "literal" else flank.RAMP_SMOOTH
+        m.ramp = _damping_law(mesh.damping)
         # As printed there is one force, (19): the drive branch goes first.
         flanks = [
             Contact("drive"),

@@ -97,22 +97,30 @@ def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArr
     raise InputError(Fault(named, speeds_given, rule, "Drive fewer rotors, or change a speed"))
 
 
+def rolling_conditions(case: "Case") -> NDArray[np.float64]:
+    """Return the matrix A of the conditions A omega = 0 of rolling, shape [condition, rotor].
+
+    First a row for each mesh, pitch radii over the larger one, then those of couplings and of torsional springs that hold rotors.
+    """
+    places = {name: i for i, name in enumerate(case.rotors)}
+    rows = _conditions(case, places, held=True)
+    matrix = np.zeros((len(rows), len(places)))
+    for i, row in enumerate(rows):
+        for place, factor in row:
+            matrix[i, place] += factor
+    return matrix
+
+
 def free_turns(case: "Case") -> NDArray[np.float64]:
     """Return the speeds with which a train can turn as one, prescribed rotations and torsional springs held, shape [rotor, way].
 
     Orthonormal; none where everything is held.
     """
-    places = {name: i for i, name in enumerate(case.rotors)}
-    rows = [*_conditions(case, places, held=True)]
-    rows += [
-        ((places[n], 1.0),)
-        for n, r in case.rotors.items()
-        if r.drive is not None and r.drive.kind in ("speed", "position")
+    rows = rolling_conditions(case)
+    fixed = [
+        i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", "position")
     ]
-    matrix = np.zeros((max(len(rows), 1), len(places)))
-    for i, row in enumerate(rows):
-        for place, factor in row:
-            matrix[i, place] += factor
+    matrix = np.vstack([rows, np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))])
     _, sizes, ways = np.linalg.svd(matrix)
     rank = int(np.sum(sizes > 1e-9 * max(float(sizes[0]), 1.0)))
     return np.ascontiguousarray(ways[rank:].T)

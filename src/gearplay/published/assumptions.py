@@ -74,7 +74,7 @@ def assumptions(case: Case, packed: Packed, *, calibrated: bool) -> list[Assumpt
         Assumption(
             "mesh damping",
             f"C_m = {packed_mesh.C_m:.4g} N s/m, full from {_um(packed_mesh.depth)}",
-            "assumed: damping ratio 0.07" if mesh.damping.ratio is not None else "assumed",
+            "assumed",
         ),
         Assumption(
             "sleeve stiffness",

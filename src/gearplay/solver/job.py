@@ -23,6 +23,7 @@ from gearplay.solver.trajectory import (
     Samples,
     Trajectory,
     WrittenSamples,
+    mesh_that_left,
     statistics_of,
     wedged_meshes,
 )
@@ -130,6 +131,7 @@ class Job:
             end=end_of(course),
             wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
             housing=HousingMotion.of(packed.system),
+            left_mesh=mesh_that_left(packed, run) if status == Status.CANNOT_MESH else "",
         )
 
     def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:

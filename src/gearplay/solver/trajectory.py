@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.layout import OUT_SIZE
+from gearplay.kernels.mesh_geometry import DISTANCE, MESH, gaps_at
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
@@ -18,6 +20,8 @@ from gearplay.kernels.run import (
     SPEED_SUM,
     TIME,
     WEDGED,
+    Run,
+    T,
 )
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
@@ -142,6 +146,16 @@ def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, flo
     }
 
 
+def mesh_that_left(packed: Packed, run: Run) -> str:
+    """Return the mesh whose centre distance is nearest the ends of its range at the end of a run, or past them."""
+    out, system, least = np.zeros(OUT_SIZE), packed.system, (math.inf, "")
+    for j, mesh in enumerate(system.records[MESH]):
+        gaps_at(system, j, float(run.clock[T]), run.y, run.branch.memory, out)
+        room = min(out[DISTANCE] - mesh.A_min, mesh.A_max - out[DISTANCE]) / (mesh.A_max - mesh.A_min)
+        least = min(least, (float(room), packed.labels["mesh"][j]))
+    return least[1]
+
+
 def _doubt(mesh: str, share: float) -> str:
     return (
         f" Mesh {mesh} was wedged (negative backlash) for {100.0 * share:.2g} % of the time: as published only one flank"
@@ -195,7 +209,7 @@ class WrittenSamples:
 class Trajectory:
     """One member's run. ``values`` has shape [time, column], from ``samples``; ``log`` rows are (t, contact, 1 onset / 0
     release, rate); ``wedged`` holds the share of time of meshes that were wedged as published; ``housing`` is the motion of the
-    housing, where it moves.
+    housing, where it moves; ``left_mesh`` is the mesh that stopped the run by its centre distance.
     """
 
     member: int
@@ -213,6 +227,7 @@ class Trajectory:
     end: End = field(repr=False)
     wedged: dict[str, float] = field(default_factory=dict)
     housing: HousingMotion | None = field(default=None, repr=False)
+    left_mesh: str = ""
 
     @property
     def time(self) -> Floats:
@@ -233,6 +248,8 @@ class Trajectory:
     def message(self) -> str:
         """The status in words, and what casts doubt on the run."""
         place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
+        if self.left_mesh:
+            place += f" It is {self.left_mesh}."
         return WORDS[self.status] + place + "".join(_doubt(*wedge) for wedge in self.wedged.items())
 
     def signal(self, name: str, label: str) -> Floats:

@@ -48,7 +48,7 @@ def test_defaults_of_sleeve_and_mesh() -> None:
     assert (sleeve.friction_coefficient, sleeve.friction_speed) == (0.0, 1e-3)
     assert (sleeve.bed_exponent, sleeve.bed_reference_penetration, sleeve.on) == (1.0, 1e-6, None)
     assert mesh.pressure_angle == math.radians(20.0)
-    assert mesh.damping.model_dump() == {"maximum": 0, "ratio": None, "depth": 1e-6, "ramp": "smooth"}
+    assert mesh.damping.model_dump() == {"maximum": 0, "ratio": None, "ramp": "smooth"}
     assert mesh.stiffness.model_dump() == {"kind": "harmonic", "mean": 1e8, "amplitude": 0, "phase": 0}
     assert (mesh.transmission_error, mesh.label) == ((), "pinion-ring")
 

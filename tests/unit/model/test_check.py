@@ -149,7 +149,7 @@ def test_a_record_that_ends_before_the_run_is_told() -> None:
     ("changes", "path", "words"),
     [
         (["run.transient=0s"], "run.transient", "begin with the start. Give a transient, 0.5 s"),
-        (["meshes.0.damping.ratio=0"], "meshes.0.damping", "0 N s/m in 1 of 1 meshes (pinion-ring)"),
+        (["meshes.0.damping.maximum=0"], "meshes.0.damping", "0 N s/m in 1 of 1 meshes (pinion-ring)"),
         (
             ["run.transient=0s", "rotors.pinion.drive.ramp=1ms"],
             "rotors.pinion.drive.ramp",

@@ -24,7 +24,7 @@ from gearplay.kernels.elements.mesh.record import (
     SEGMENT,
     SENSE,
 )
-from gearplay.kernels.flank import RAMP_SMOOTH
+from gearplay.kernels.flank import RAMP_CONSTANT, RAMP_SMOOTH
 from gearplay.kernels.layout import (
     LOADED,
     MARGIN,
@@ -36,6 +36,8 @@ from gearplay.kernels.layout import (
     Loads,
     System,
     omega_of,
+    vx_of,
+    vy_of,
 )
 from gearplay.kernels.mesh_geometry import (
     is_printed,
@@ -81,7 +83,7 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
         _, low, high = edges_of(mesh, s, modes)
         return max(psi - high, low - psi)
     flank = s // PER_CONTACT
-    if mesh.C_m == 0.0 or modes[mesh.contact + flank] == OPEN:
+    if mesh.C_m == 0.0 or mesh.ramp == RAMP_CONSTANT or modes[mesh.contact + flank] == OPEN:
         return -1.0
     beyond = loads.contacts[mesh.contact + flank, PENETRATION] - mesh.depth
     return beyond if modes[mesh.mode + flank] == 0 else -beyond
@@ -147,8 +149,8 @@ def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Br
 
 @compiled_inline
 def _ramp_weight(u: float) -> float:
-    """Return u (3 - 2 u) of the damping ramp's factor, 0 below its start; it is largest at u = 3/4."""
-    return max(u * (3.0 - 2.0 * u), 0.0)
+    """Return u (3 - 2 u) of the damping ramp's factor, 0 below its start, 1 beyond its end; it is largest at u = 3/4."""
+    return 1.0 if u >= 1.0 else max(u * (3.0 - 2.0 * u), 0.0)
 
 
 @compiled_inline
@@ -185,6 +187,39 @@ def _phase_bend(system: System, mesh: Any, stages: Rows) -> float:
     return mesh.z_driver * most
 
 
+@compiled_inline
+def _may_change_constant(
+    system: System,
+    mesh: Any,
+    s: int,
+    k: int,
+    h: float,
+    start: Floats,
+    end: Floats,
+    g_0: Floats,
+    g_1: Floats,
+    stages: Rows,
+) -> bool:
+    """Return whether the force K p + C dp/dt of flank contact k may change its sign twice within a step of h [s].
+
+    It changes by K dp/dt + C d2p/dt2, with the largest accelerations that the stages show.
+    """
+    a, b, bend = mesh.a, mesh.b, 0.0
+    for stage in range(stages.shape[0]):
+        apart_x = stages[stage, vx_of(system, b)] - stages[stage, vx_of(system, a)]
+        apart_y = stages[stage, vy_of(system, b)] - stages[stage, vy_of(system, a)]
+        roll = (
+            mesh.rho_a * stages[stage, omega_of(system, a)] + mesh.rho_b * stages[stage, omega_of(system, b)]
+        )
+        bend = max(bend, abs(roll) + abs(apart_x) + abs(apart_y))
+    bend += (
+        abs(end[k, RATE] - start[k, RATE]) / h
+    )  # what errors of the teeth and the turning line of action add
+    fastest = max(abs(start[k, RATE]), abs(end[k, RATE])) + 0.5 * h * bend
+    at = mesh.switch + s
+    return 0.5 * (g_0[at] + g_1[at] + h * (mesh.k_m * fastest + mesh.C_m * bend)) > 0.0
+
+
 @compiled_once
 def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
@@ -202,6 +237,8 @@ def may_return(
     flank, role = s // PER_CONTACT, s % PER_CONTACT
     k = mesh.contact + flank
     past = modes[mesh.mode + flank]
+    if role == PULL and mesh.ramp == RAMP_CONSTANT:
+        return _may_change_constant(system, mesh, s, k, h, start, end, g_0, g_1, stages)
     if role == PULL:
         smooth = mesh.ramp == RAMP_SMOOTH and past == 0
         return smooth and g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
@@ -215,9 +252,13 @@ def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
     mesh = system.records[KIND][n]
     k, found = mesh.contact, -1
-    if is_printed(mesh):
+    constant = mesh.ramp == RAMP_CONSTANT and mesh.C_m > 0.0
+    if is_printed(mesh) or constant:
         for flank in range(2):
-            if (before[k + flank] == OPEN) != (modes[k + flank] == OPEN) and found < 0:
+            touches = before[k + flank] == OPEN and modes[k + flank] != OPEN
+            opens = before[k + flank] != OPEN and modes[k + flank] == OPEN
+            # Clipped at zero, a force of constant damping jumps at a touch alone.
+            if found < 0 and (touches or (opens and is_printed(mesh))):
                 found = PER_CONTACT * flank
     edge = EDGE
     closed = before[k + DRIVE] != OPEN or before[k + BACK] != OPEN
