@@ -1,5 +1,6 @@
 """Random trains of the whole vocabulary of a case, and the invariants of contact that every motion must keep."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -169,7 +170,7 @@ def train(rng: np.random.Generator, tolerance: float, *, friction: bool | None =
     rotors[names[-1]]["load"] = load
     if rng.random() < 0.15:
         rotors[names[int(rng.integers(count))]]["unbalance"] = {"amount": _log(rng, 1e-6, 1e-4)}
-    case["meshes"] = [_mesh(rng, a, b, friction=friction) for a, b in zip(names, names[1:], strict=False)]
+    case["meshes"] = [_mesh(rng, a, b, friction=friction) for a, b in pairwise(names)]
     if rng.random() < 0.3:
         case["base"] = _base(rng)
     if rng.random() < 0.3:

@@ -1091,7 +1091,7 @@ class Reference:
         self, k: int, z: Sequence[float], motion: _MeshMotion, normal: Pair
     ) -> list[tuple[Pair, Pair]]:
         """Return where (m) and how (N, on b) friction acts on the flanks of a mesh that carry a normal force."""
-        friction, mesh = self.tooth_friction[k], self.meshes[k]
+        friction = self.tooth_friction[k]
         if friction is None or normal == (0.0, 0.0):
             return []
         found = []

@@ -242,7 +242,7 @@ def mean_force(case: dict[str, Any], first: int, samples: int) -> float:
 def test_a_slowly_vibrating_mesh_carries_the_load_over_the_mean_lever_arm(
     inner: bool, ring_drives: bool
 ) -> None:
-    """Friction shakes the mesh by some mm/s, which moves the zero of sliding off the pitch point by microns: 1e-4 of the force."""
+    """Friction shakes the mesh by some mm/s and so moves the zero of sliding off the pitch point: 1e-4 of the force."""
     case, radius, sense = loaded(inner, ring_drives, 5.0, 1.0 / 15.0)
     expected = 5.0 / (radius - sense * MU * PITCH / 4.0)
     assert abs(expected * radius / 5.0 - 1.0) > 5e-3  # what friction changes

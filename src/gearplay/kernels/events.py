@@ -182,10 +182,11 @@ def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> flo
 
 @compiled_inline
 def graze_bracket(system: System, run: Run, h: float, s: int) -> tuple[float, float]:
-    """Return where in (0, 1) touch switch s, negative at both ends of a step of h [s], may have a positive maximum; (1, 0) if nowhere.
+    """Return where in (0, 1) of a step of h [s] touch switch s may have a positive maximum; (1, 0) if nowhere.
 
-    Its rate is positive at the lower end and negative at the upper one. Where it has one sign at both ends of the step, the cubic
-    through values and rates decides: its maximum lies on one side of its inflection.
+    The switch is negative at both ends. Its rate is positive at the lower end of the bracket and negative at the upper one. Where
+    the rate has one sign at both ends of the step, the cubic through values and rates decides: its maximum lies on one side of
+    its inflection.
     """
     k, g_0, g_1 = system.switches[s].contact, run.g_0[s], run.g_1[s]
     sign = h if run.branch.modes[k] == OPEN else -h
@@ -296,9 +297,9 @@ def passes_touch(system: System, run: Run, first: int) -> bool:
     """Return whether a touch other than switch ``first`` is passed at the end of the step by more than it may be."""
     for c in range(1, run.roster.switches[0] + 1):
         s = run.roster.switches[c]
-        if s != first and run.g_0[s] <= 0.0 and run.g_1[s] > 0.0:
-            if system.switches[s].role != TOUCH or run.g_1[s] > allowance(system, run, s):
-                return True
+        passed = s != first and run.g_0[s] <= 0.0 and run.g_1[s] > 0.0
+        if passed and (system.switches[s].role != TOUCH or run.g_1[s] > allowance(system, run, s)):
+            return True
     return False
 
 

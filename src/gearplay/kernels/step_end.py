@@ -35,9 +35,11 @@ def misses_touch(system: System, run: Run, first: int) -> bool:
     for c in range(1, run.roster.switches[0] + 1):
         s = run.roster.switches[c]
         switch = system.switches[s]
-        if switch.role == TOUCH and run.g_1[s] > most * system.contacts[switch.contact].natural:
-            if first < 0 or run.g_0[s] > most * system.contacts[switch.contact].natural:
-                return True
+        if switch.role != TOUCH:
+            continue
+        limit = most * system.contacts[switch.contact].natural
+        if run.g_1[s] > limit and (first < 0 or run.g_0[s] > limit):
+            return True
     return False
 
 
