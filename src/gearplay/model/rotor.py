@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
@@ -66,6 +67,11 @@ class SpeedDrive(Part):
             problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
         refuse([*problems, *_start_problems(self.start_speed, self.ramp)])
         return self
+
+    @property
+    def starting_factor(self) -> float:
+        """Speed at t = 0 over ``speed``, by the phases of the ripple."""
+        return 1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple)
 
 
 class TorqueDrive(Part):
