@@ -70,7 +70,7 @@ class _Seats:
 def _given_state(case: "Case", packed: Packed) -> tuple[Floats, Floats, _Seats]:
     """Return the state with given and matching rotations and speeds, the rotors' own (x, y, vx, vy), and their seats."""
     speeds = packed.system.rotors["nominal_speed"]
-    spins = dict(zip(case.rotors, matching.starting_speeds(case, speeds).tolist(), strict=True))
+    spins = dict(zip(case.rotors, matching.matching_speeds(case, speeds).tolist(), strict=True))
     turns = given_rotations(case, turning_groups(case))
     state = np.zeros(packed.state_size)
     for i, (name, rotor) in enumerate(case.rotors.items()):

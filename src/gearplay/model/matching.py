@@ -25,7 +25,7 @@ def given_speeds(case: Case) -> dict[str, float]:
     return {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega is not None}
 
 
-def starting_speeds(case: Case, nominal: Floats, without: str | None = None) -> Floats:
+def matching_speeds(case: Case, nominal: Floats, without: str | None = None) -> Floats:
     """Return every rotor's speed at t = 0 [rad/s], shape [rotor].
 
     A given ``initial.omega`` and a prescribed speed are kept. The other speeds fulfil, as far as they can and in this order:
@@ -43,7 +43,7 @@ def starting_speeds(case: Case, nominal: Floats, without: str | None = None) -> 
         A rotor whose ``initial.omega`` is taken as not given.
 
     """
-    driven = rolling.driven_speeds(case, nominal)
+    driven = rolling.starting_speeds(case, nominal)
     given = given_speeds(case)
     given.pop(without or "", None)
     if not given:

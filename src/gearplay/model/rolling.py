@@ -134,7 +134,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     return _roll(case, given, held=True)
 
 
-def driven_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, whatever ``initial`` says.
 
     A drive with a ramp starts at its ``start_speed``, one with a ripple at the speed of the ripple's phases, the others at their
