@@ -185,11 +185,11 @@ def starts_of(document: Document) -> tuple[Case, Packed, Starts]:
 def by_name(case: Case, packed: Packed, y: NDArray[np.float64]) -> dict[str, list[float]]:
     """Return every rotor's (x, y, theta, vx, vy, omega) in a state."""
     speeds, system = packed.system.rotors["nominal_speed"], packed.system
-    return {
-        name: [*y[x_of(i) : theta_of(i) + 1], *y[vx_of(system, i) : omega_of(system, i)]]
-        + [float(y[omega_of(system, i)] + speeds[i])]
-        for i, name in enumerate(case.rotors)
-    }
+    found = {}
+    for i, name in enumerate(case.rotors):
+        omega = float(y[omega_of(system, i)] + speeds[i])
+        found[name] = [*y[x_of(i) : theta_of(i) + 1], *y[vx_of(system, i) : omega_of(system, i)], omega]
+    return found
 
 
 def depths(case: Case, packed: Packed, y: NDArray[np.float64]) -> NDArray[np.float64]:
