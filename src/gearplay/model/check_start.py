@@ -130,7 +130,11 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
     given = [name for name in train if case.rotors[name].initial.omega is not None]
     drives = {n: case.rotors[n].drive for n in train}
     fields = [_path(case, n, "initial", "omega") for n in given]
-    fields += [_path(case, n, "drive") for n, drive in drives.items() if isinstance(drive, SpeedDrive)]
+    fields += [
+        _path(case, n, "drive", *(["ripple"] if drive.starting_factor != 1.0 else []))
+        for n, drive in drives.items()
+        if isinstance(drive, SpeedDrive)
+    ]
     fields += [
         join_path(["supports", n, "torsional_stiffness"])
         for n in train
@@ -139,7 +143,7 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
     return Finding(
         "warning" if case.run.transient == 0.0 else "note",
         path,
-        f"{words}, since {' and '.join(at)} do not roll together. The cause: {', '.join(fields) or 'its drives'}. "
+        f"{words}, since {' and '.join(at)} do not roll together. The cause: {', '.join(fields)}. "
         f"{_cure(case, given)}",
     )
 
@@ -154,6 +158,8 @@ def _cure(case: Case, given: list[str]) -> str:
         if float(np.max(np.abs(rolls @ matching))) <= 1e-6 * float(np.max(np.abs(matching))):
             path = _path(case, name, "initial", "omega")
             return f"Leave {path} out, or give the matching speed, {matching[places[name]]:.6g} rad/s."
+    if not given:  # a ripple that does not begin at 0
+        return "Give phases with which the ripple is 0 at t = 0, or a transient."
     return "Give one initial.omega for each way in which the train can turn."
 
 

@@ -137,8 +137,8 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
 def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, whatever ``initial`` says.
 
-    A drive with a ramp starts at its ``start_speed``, one with a ripple at the speed of the ripple's phases, the others at their
-    speed; servos give way where they contradict. Without ramps and ripples these are the ``nominal`` speeds.
+    A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
+    Without a ramp these are the ``nominal`` speeds. `matching.matching_speeds` counts ``initial.omega`` too.
 
     Raises `InputError` where prescribed speeds contradict each other at the start.
     """
@@ -147,10 +147,9 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
         for n, r in case.rotors.items()
         if r.drive is not None and (r.drive.kind == "speed" or r.drive.kind == "servo")
     }
-    factors = {n: d.starting_factor if d.kind == "speed" else 1.0 for n, d in drives.items()}
-    if not any(d.ramp > 0.0 or factors[n] != 1.0 for n, d in drives.items()):
+    if not any(d.ramp > 0.0 for d in drives.values()):
         return nominal
-    given = {n: (d.start_speed if d.ramp > 0.0 else d.speed * factors[n]) for n, d in drives.items()}
+    given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
     try:
         return _roll(case, given, held=True)
     except InputError:

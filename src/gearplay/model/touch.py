@@ -30,7 +30,7 @@ Shares = dict[str, float]
 """Rotors that turn together, by their share of the group's rotation."""
 
 LEAST_TURNS, MOST_TURNS = 3, 60  # an eccentric toothing moves a little as it turns
-ROUNDING = 1e-15  # m
+ROUNDING = 1e-15  # m, error that a gap may keep
 
 
 def is_turned_by_file(case: "Case", name: str) -> bool:
@@ -93,7 +93,7 @@ class _Step:
 
     def make(self, packed: "Packed", y: Floats, shares: Floats, memory: Floats) -> bool:
         """Turn in ``y`` so that the drive gap is its share of the backlash, half of a negative one; False where both press."""
-        is_free = True
+        is_free, before = True, math.inf
         for k in range(MOST_TURNS):
             p_d, b_t = gaps_of_mesh(packed, self.mesh, y, memory)
             if not math.isfinite(p_d):
@@ -102,8 +102,9 @@ class _Step:
             turn = (-(shares[self.mesh] if is_free else 0.5) * b_t - p_d) / self.lever
             for place, part in self.turned:
                 y[place] += part * turn
-            if k + 1 >= LEAST_TURNS and abs(turn * self.lever) <= ROUNDING:
-                break
+            if k + 1 >= LEAST_TURNS and turn * turn * abs(self.lever) <= ROUNDING * before:
+                break  # turns shrink by one factor
+            before = abs(turn)
         return is_free
 
 
