@@ -155,7 +155,10 @@ class Load(Part):
 
 
 class Initial(Part):
-    """State at the start; a rotation or speed that is not given is the kinematically matching one."""
+    """State at the start; a rotation that is not given puts drive flanks into touch, a speed that is not given is the matching one.
+
+    The order of tables does not matter. Given rotations and speeds are kept; see Starts in the conventions.
+    """
 
     x: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along x")] = 0.0
     y: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along y")] = 0.0
