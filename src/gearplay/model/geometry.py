@@ -215,7 +215,8 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     left = list(mesh_order(case))
     _spread(found, axes)
     while left:
-        j = next((j for j in left if found.keys() & set(case.meshes[j].rotors)), None)
+        near = [j for j in left if found.keys() & set(case.meshes[j].rotors)]
+        j = next((j for j in near if case.meshes[j].angle is not None), next(iter(near), None))
         if j is None:  # a new train: the ring or driver of its first mesh is the origin
             mesh = case.meshes[left[0]]
             found[rotor_of(case, ring_of(case, mesh) or mesh.driver)] = (0.0, 0.0)

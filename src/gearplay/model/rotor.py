@@ -155,7 +155,7 @@ class Load(Part):
 
 
 class Initial(Part):
-    """State at the start; a rotation that is not given puts drive flanks into touch, a speed that is not given is the matching one.
+    """State at the start; rotations that are not given put drive flanks into touch, speeds that are not given match.
 
     The order of tables does not matter. Given rotations and speeds are kept; see Starts in the conventions.
     """
