@@ -29,8 +29,9 @@ def _mesh(rng: random.Random, driver: str, driven: str) -> Document:
         "pressure_angle": math.radians(20.0),
         "backlash": rng.uniform(80e-6, 150e-6),
         "stiffness": {"kind": "harmonic", "mean": 1e8},
-        "angle": rng.uniform(-math.pi, math.pi) if rng.random() < 0.5 else 0.0,
     }
+    if rng.random() < 0.5:
+        mesh["angle"] = rng.uniform(-math.pi, math.pi)
     if rng.random() < 0.5:
         mesh["transmission_error"] = [
             {"order": rng.randint(1, 3), "amplitude": rng.uniform(1e-6, 6e-6), "phase": rng.uniform(0.0, 6.0)}

@@ -96,6 +96,19 @@ def test_starts__planetary_set__one_planet_carries_first() -> None:
     assert np.max(gaps) > 1e-6
 
 
+def test_starts__ring_coupled_to_the_carrier__both_turn_the_mesh() -> None:
+    document = planetary(0)
+    stage = document["planetary"]["stage"]
+    for member in ("sun", "ring", "carrier"):
+        stage[member].pop("fixed", None)
+        stage[member].pop("drive", None)
+    stage["sun"]["drive"] = {"kind": "torque", "torque": 20.0}
+    document["couplings"] = [{"between": ["stage.ring", "stage.carrier"], "torsional_stiffness": 1e4}]
+    case, packed, starts = starts_of(document)
+    for member in range(MEMBERS):
+        assert np.max(depths(case, packed, starts.state(member))) <= ROUNDING
+
+
 def test_starts__clearance_of_a_carrier__planets_stay_on_their_pins() -> None:
     document = planetary(2)
     document["planetary"]["stage"]["carrier"]["sleeve"] = {
