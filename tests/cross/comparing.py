@@ -18,13 +18,29 @@ RUN = {"duration": DURATION, "sampling": 1e4, "tolerance": 1e-11}
 
 
 def simulated(document: dict) -> tuple[Case, Trajectory]:
-    """Simulate with the package; angles that the reference takes as 0 are said to be 0."""
+    """Simulate with the package; angles that the reference takes as 0 are said to be 0.
+
+    Beside given speeds the others are said too: the reference takes them as nominal, the package as matching.
+    """
+    speeds = _nominal_starts(document)
     document = {**document, "run": RUN, "rotors": {k: dict(v) for k, v in document["rotors"].items()}}
-    for rotor in document["rotors"].values():
+    for name, rotor in document["rotors"].items():
         if rotor.get("drive", {}).get("kind") != "speed":
-            rotor["initial"] = {"theta": 0.0, **rotor.get("initial", {})}
+            rotor["initial"] = {"theta": 0.0, **speeds.get(name, {}), **rotor.get("initial", {})}
     case = Case.model_validate(document)
     return case, run_members(case, [0])[0]
+
+
+def _nominal_starts(document: dict) -> dict[str, dict[str, float]]:
+    """Return the speeds at which the reference starts the rotors of a document that gives some of them."""
+    if not any("omega" in rotor.get("initial", {}) for rotor in document["rotors"].values()):
+        return {}
+    reference = Reference(ridden(document))
+    relative = reference.initial_state()[3 * reference.n : 6 * reference.n].reshape(-1, 3)[:, 2]
+    return {
+        rotor.name: {"omega": float(rotor.nominal_speed + speed)}
+        for rotor, speed in zip(reference.rotors, relative, strict=True)
+    }
 
 
 def worst_difference(document: dict, *, events: int = 8) -> float:

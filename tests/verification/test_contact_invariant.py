@@ -50,7 +50,12 @@ def servo_behind_a_coupling(tolerance: float) -> Document:
             "w": {"mass": 1.5, "inertia": 2e-3, "teeth": 36},
         },
         "sleeves": {
-            "p": {"radial_clearance": 0.0, "stiffness": 3e9, "restitution": 0.8135058353434417, "exponent": 1.0}
+            "p": {
+                "radial_clearance": 0.0,
+                "stiffness": 3e9,
+                "restitution": 0.8135058353434417,
+                "exponent": 1.0,
+            }
         },
         "couplings": [
             {

@@ -11,10 +11,10 @@ from gearplay.model.case import Case
 from gearplay.model.check_damping import damping_findings
 from gearplay.model.check_elements import element_findings
 from gearplay.model.check_run import run_findings
+from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
-from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
@@ -54,9 +54,9 @@ def check_case(case: Case) -> list[Finding]:
 
     """
     packed = pack(case)
-    initial_state(case, packed)  # raises what only the assembled train can show
+    found = [*start_findings(case, packed)]  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
-    found = [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
+    found += [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
     found += element_findings(case)
     found += teeth_findings(case)
     found += run_findings(case)

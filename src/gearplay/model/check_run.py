@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearplay.model import geometry, rolling
+from gearplay.model import rolling
 from gearplay.model.finding import Finding
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.rotor import Initial, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.terms import largest_torque
 
@@ -97,39 +95,3 @@ def _start_shock(case: Case) -> Iterator[Finding]:
                 f"the start asks for {shock:.4g} N m, {shock / steady:.3g} times the steady {steady:.4g} N m of the load: the "
                 f"largest forces are those of the start. Make the ramp longer than {least:.3g} s, or give a transient beyond it.",
             )
-    for j, mesh in enumerate(case.meshes if case.run.transient == 0.0 else ()):
-        yield from _meeting(case, j, mesh.label)
-
-
-def _meeting(case: Case, index: int, label: str) -> Iterator[Finding]:
-    """Compare the first blow of teeth that meet at a given speed with the steady load on them."""
-    mesh = case.meshes[index]
-    given = [case.rotors[name].initial.omega for name in mesh.rotors]
-    if all(omega is None for omega in given):
-        return
-    speeds = dict(zip(case.rotors, rolling.nominal_speeds(case), strict=True))
-    gears = (mesh.driver, mesh.driven)
-    radii = [np.cos(mesh.pressure_angle) * geometry.pitch_radius(case, mesh, gear) for gear in gears]
-    off = [
-        radius * (float(omega) - float(speeds[name])) if omega is not None else 0.0
-        for radius, omega, name in zip(radii, given, mesh.rotors, strict=True)
-    ]
-    rotors = [case.rotors[name] for name in mesh.rotors]
-    free = [
-        radius**2 / rotor.inertia
-        for radius, rotor in zip(radii, rotors, strict=True)
-        if not isinstance(rotor.drive, SpeedDrive)
-    ]
-    steady = max(
-        (rotor.load.torque + rotor.load.drag * abs(float(speeds[name])) + rotor.load.friction) / radius
-        for rotor, radius, name in zip(rotors, radii, mesh.rotors, strict=True)
-    )
-    mean = pack_stiffness(case, index).average
-    blow = (abs(off[0]) + abs(off[1])) * math.sqrt(mean / sum(free)) if free else 0.0
-    if blow > steady > 0.0:
-        yield Finding(
-            "warning",
-            f"meshes.{index}",
-            f"the teeth of {label} meet at the start with up to {blow:.4g} N, {blow / steady:.3g} times their steady load of "
-            f"{steady:.4g} N: the largest forces are those of the start. Leave initial.omega out, or give a transient.",
-        )

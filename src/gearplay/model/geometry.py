@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from gearplay.kernels.involute import involute, involute_from_distance
 from gearplay.model.gear import split_name
+from gearplay.model.traversal import mesh_order
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -211,11 +212,12 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     """
     found = {n: (r.position[0], r.position[1]) for n, r in case.rotors.items() if r.position is not None}
     axes = [set(joint.shared_axis()) for joint in case.joints if joint.shared_axis()]
-    left = list(range(len(case.meshes)))
+    left = list(mesh_order(case))
     _spread(found, axes)
     while left:
-        j = next((j for j in left if found.keys() & set(case.meshes[j].rotors)), None)
-        if j is None:  # a new train: its ring or driver is the origin
+        near = [j for j in left if found.keys() & set(case.meshes[j].rotors)]
+        j = next((j for j in near if case.meshes[j].angle is not None), next(iter(near), None))
+        if j is None:  # a new train: the ring or driver of its first mesh is the origin
             mesh = case.meshes[left[0]]
             found[rotor_of(case, ring_of(case, mesh) or mesh.driver)] = (0.0, 0.0)
             _spread(found, axes)
@@ -227,10 +229,13 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
             x, y = _way(case, j, known)
             found[other] = (found[known][0] + x, found[known][1] + y)
             _spread(found, axes)
-    for name in case.rotors:
-        on = carrier_of(case, name)
-        found.setdefault(name, found.get(on, (0.0, 0.0)) if on else (0.0, 0.0))
-        _spread(found, axes)
+    for name in sorted(case.rotors):
+        carried = [name]
+        while carried[-1] not in found and (on := carrier_of(case, carried[-1])) is not None:
+            carried.append(on)
+        for each, on in zip(carried[::-1], [None, *carried[:0:-1]], strict=True):
+            found.setdefault(each, found[on] if on else (0.0, 0.0))
+            _spread(found, axes)
     for axis in axes:
         first, *others = sorted(axis, key=list(case.rotors).index)
         for other in others:

@@ -14,6 +14,7 @@ import math
 from typing import TYPE_CHECKING
 
 from gearplay.model import geometry
+from gearplay.model.traversal import mesh_order
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -31,7 +32,7 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
         return [mesh.phase for mesh in case.meshes]
     patterns: dict[str, float] = {}  # z tau of every gear that is reached
     phases = [0.0] * len(case.meshes)
-    left = list(range(len(case.meshes)))
+    left = list(mesh_order(case))
     while left:
         names = [
             (geometry.full_name(case, case.meshes[j].driver), geometry.full_name(case, case.meshes[j].driven))

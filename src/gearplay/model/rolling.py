@@ -1,6 +1,7 @@
 """How a train rolls: nominal and starting speeds, senses of rotation, ratios, the mesh frequency."""
 
 import math
+from collections.abc import Container
 from contextlib import suppress
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -9,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
+from gearplay.model.linear_conditions import Row, matrix_of, picked, solved_by_rank, vanishing
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
-Row = tuple[tuple[int, float], ...]
-"""Places of rotors and the factors of their speeds in a sum."""
 
-
-def _conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
+def conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
     """Return the sums of speeds that vanish where every mesh and joint rolls, their largest factor near 1; with ``held`` also
     those of rotors that torsional springs hold.
     """
@@ -32,9 +31,15 @@ def _conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Ro
         if factors := joint.rolling():
             size = max(map(abs, factors.values()))
             rows.append(tuple([(places[name], factor / size) for name, factor in factors.items()]))
+    return (*rows, *holds(case, places)) if held else tuple(rows)
+
+
+def holds(case: "Case", places: dict[str, int], *, without: Container[str] = ()) -> tuple[Row, ...]:
+    """Return the sums of speeds that vanish where torsional springs hold rotors, to the ground or to their carrier."""
+    rows: list[Row] = []
     for name, support in case.supports.items():
-        if held and support.torsional_stiffness > 0.0:  # on a carrier beside it
-            row = ((places[name], 1.0),)
+        if support.torsional_stiffness > 0.0 and name not in without:
+            row: Row = ((places[name], 1.0),)
             rows.append(row if support.on is None else (*row, (places[support.on], -1.0)))
     return tuple(rows)
 
@@ -53,10 +58,7 @@ def _least(
         lines = [*rows, *(((place, 1.0),) for place in extra)]
         if not lines:
             return (0.0,) * count
-        matrix, target = np.zeros((len(lines), count)), np.zeros(len(lines))
-        for i, line in enumerate(lines):
-            for place, factor in line:
-                matrix[i, place] += factor
+        matrix, target = matrix_of(lines, count), np.zeros(len(lines))
         target[len(conditions) : len(rows)] = [speed for _, speed in given]
         speeds = np.linalg.lstsq(matrix, target, rcond=None)[0]
         if float(np.max(np.abs(matrix @ speeds - target))) <= 1e-9 * size:
@@ -75,7 +77,7 @@ def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArr
     carriers = {carrier_of(case, name) for name in case.rotors} - {None, *given}
     speeds = _least(
         len(places),
-        _conditions(case, places, held=held),
+        conditions(case, places, held=held),
         tuple([(places[name], speed) for name, speed in given.items()]),
         tuple(sorted(places[name] for name in carriers if name is not None)),
     )
@@ -103,12 +105,7 @@ def rolling_conditions(case: "Case") -> NDArray[np.float64]:
     First a row for each mesh, pitch radii over the larger one, then those of couplings and of torsional springs that hold rotors.
     """
     places = {name: i for i, name in enumerate(case.rotors)}
-    rows = _conditions(case, places, held=True)
-    matrix = np.zeros((len(rows), len(places)))
-    for i, row in enumerate(rows):
-        for place, factor in row:
-            matrix[i, place] += factor
-    return matrix
+    return matrix_of(conditions(case, places, held=True), len(places))
 
 
 def free_turns(case: "Case") -> NDArray[np.float64]:
@@ -116,11 +113,12 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
     Orthonormal; none where everything is held.
     """
-    rows = rolling_conditions(case)
     fixed = [
         i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", "position")
     ]
-    matrix = np.vstack([rows, np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))])
+    matrix = np.vstack(
+        [rolling_conditions(case), np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))]
+    )
     _, sizes, ways = np.linalg.svd(matrix)
     rank = int(np.sum(sizes > 1e-9 * max(float(sizes[0]), 1.0)))
     return np.ascontiguousarray(ways[rank:].T)
@@ -128,7 +126,7 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
 def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
     """Return whether a rotor cannot turn whatever the speeds of the others."""
-    return _least(len(places), _conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
+    return _least(len(places), conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
 
 
 def nominal_speeds(case: "Case") -> NDArray[np.float64]:
@@ -145,10 +143,10 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
 
 
 def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], where nothing else is given: as drives start, rolling.
+    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, whatever ``initial`` says.
 
     A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
-    Without a ramp these are the ``nominal`` speeds.
+    Without a ramp these are the ``nominal`` speeds. `matching.matching_speeds` counts ``initial.omega`` too.
 
     Raises `InputError` where prescribed speeds contradict each other at the start.
     """
@@ -183,23 +181,37 @@ def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
 def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return speeds with which the train turns the way it will, shape [rotor]: their signs are the senses of rotation.
 
-    The ``nominal`` ones; in a train that only torques, position servos or initial speeds move, in proportion by rolling, what is
-    kept from turning at 0.
+    The ``nominal`` ones; else those that a torque or a position servo gives by rolling, several of them the accelerations from
+    rest; else those that initial speeds give. What is kept from turning has 0.
     """
     if np.any(nominal):
         return nominal
-    given: dict[str, float] = {}
+    pushes: dict[str, float] = {}
     for name, r in case.rotors.items():
-        if given or r.drive is None:
-            continue
-        if r.drive.kind == "torque":
-            given[name] = math.copysign(1.0, r.drive.torque) if r.drive.torque else 0.0
-        elif r.drive.kind == "position":  # towards the angle wanted, which the sensor's rotor has
-            given[r.drive.sensor or name] = math.copysign(1.0, r.drive.angle) if r.drive.angle else 0.0
-    if not any(given.values()):
-        given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
-        given = dict(list(given.items())[:1])
-    return _as_far_as_held(case, given)
+        if r.drive is not None and r.drive.kind == "torque":
+            pushes[name] = pushes.get(name, 0.0) + r.drive.torque
+        elif (
+            r.drive is not None and r.drive.kind == "position"
+        ):  # towards the angle that the sensor's rotor shall have
+            torque = min(abs(r.drive.proportional_gain * r.drive.angle), r.drive.torque_limit)
+            at = r.drive.sensor or name
+            pushes[at] = pushes.get(at, 0.0) + math.copysign(torque, r.drive.angle)
+    pushes = {name: torque for name, torque in pushes.items() if torque}
+    if len(pushes) == 1:
+        return _as_far_as_held(case, {n: math.copysign(1.0, torque) for n, torque in pushes.items()})
+    if pushes and np.any(speeds := _accelerations(case, pushes)):
+        return speeds
+    return _as_far_as_held(case, {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega})
+
+
+def _accelerations(case: "Case", torques: dict[str, float]) -> NDArray[np.float64]:
+    """Return the accelerations [rad/s^2] of the train as it rolls from rest under torques [N m], shape [rotor]."""
+    inertias = np.array([rotor.inertia for rotor in case.rotors.values()])
+    push = np.array([torques.get(name, 0.0) for name in case.rotors])
+    ways = free_turns(case)
+    found = ways @ np.linalg.solve(ways.T @ (inertias[:, None] * ways), ways.T @ push)
+    found[np.abs(found) <= 1e-9 * float(np.max(np.abs(push) / inertias))] = 0.0
+    return np.asarray(found)
 
 
 def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -214,10 +226,12 @@ def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind in ("speed", "servo") and r.drive.speed == 0.0
     }
-    for all_given, held in ((still | given, True), (given, True)):
+    for all_given, held in ((still | given, True), (given, True), (given, False)):
         with suppress(InputError):
             return _roll(case, all_given, held=held)
-    return _roll(case, given)
+    places = {name: i for i, name in enumerate(case.rotors)}
+    rolls = vanishing(matrix_of(conditions(case, places, held=False), len(places)))
+    return solved_by_rank([picked(places, given), rolls], len(places))
 
 
 def sense_between(case: "Case", one: str, other: str) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
@@ -66,6 +67,11 @@ class SpeedDrive(Part):
             problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
         refuse([*problems, *_start_problems(self.start_speed, self.ramp)])
         return self
+
+    @property
+    def starting_factor(self) -> float:
+        """Speed at t = 0 over ``speed``, by the phases of the ripple."""
+        return 1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple)
 
 
 class TorqueDrive(Part):
@@ -149,7 +155,10 @@ class Load(Part):
 
 
 class Initial(Part):
-    """State at the start; a rotation or speed that is not given is the kinematically matching one."""
+    """State at the start; rotations that are not given put drive flanks into touch, speeds that are not given match.
+
+    The order of tables does not matter. Given rotations and speeds are kept; see Starts in the conventions.
+    """
 
     x: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along x")] = 0.0
     y: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along y")] = 0.0
