@@ -62,7 +62,7 @@ module = "4 mm"
 pressure_angle = "20 deg"
 backlash = "100 um"
 stiffness = {{ kind = "harmonic", mean = "1.3e8 N/m", amplitude = "6.5e6 N/m", phase = "0 deg" }}
-damping = {{ maximum = "3003 N s/m", depth = "1 um" }}
+damping = {{ maximum = "3003.12 N s/m", depth = "1 um" }}
 transmission_error = [                           # fitted
     {{ order = 1, amplitude = "{tooth_error_um:.4g} um", phase = "{tooth_phase_deg:.4g} deg" }},
     {{ order = 2, amplitude = "{tooth_error_2_um:.4g} um", phase = "{tooth_phase_2_deg:.4g} deg" }},

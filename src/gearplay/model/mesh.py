@@ -146,7 +146,7 @@ class Damping(Part):
     """Damping of the teeth: `maximum`, or a damping `ratio`, that rises with penetration or is constant.
 
     `law = "ramp"` has all of it from the penetration `depth` on, `law = "constant"` from the first touch on. Without `depth` it
-    is the deflection under the load of the case, at least 0.01 um, or 1 um where there is no load.
+    is half the deflection under the load of the case, at least 0.01 um, or 1 um where there is no load.
     """
 
     maximum: Annotated[float, Measure(q.DAMPING, "damping from the depth on", ge=0.0)] = 0.0
@@ -165,7 +165,7 @@ class Damping(Part):
             float,
             Measure(
                 q.LENGTH,
-                "penetration of full damping; the deflection under load if not given",
+                "penetration of full damping; half the deflection under load if not given",
                 gt=0.0,
                 le=0.1,
             ),

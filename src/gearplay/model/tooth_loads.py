@@ -72,12 +72,12 @@ def tooth_deflections(case: "Case") -> Floats:
 def damping_depths(case: "Case") -> Floats:
     """Return the depth d [m] of the damping ramp of every mesh, shape [mesh].
 
-    The given one, else the deflection under the steady load, at least 0.01 um, so that the load has all of the damping; 1 um
-    where there is no load.
+    The given one, else half the deflection under the steady load, at least 0.01 um; 1 um where there is no load. So the load has
+    all of the damping, and teeth that swing about it by up to half do not pass the end of the ramp twice a period.
     """
     given = [mesh.damping.depth for mesh in case.meshes]
     if all(depth is not None for depth in given):
         return np.array(given, dtype=np.float64)
     deflections = tooth_deflections(case)
-    found = np.where(deflections > 0.0, np.maximum(deflections, LEAST_DEPTH), UNKNOWN_LOAD_DEPTH)
+    found = np.where(deflections > 0.0, np.maximum(0.5 * deflections, LEAST_DEPTH), UNKNOWN_LOAD_DEPTH)
     return np.array([d if g is None else g for g, d in zip(given, found.tolist(), strict=True)])
