@@ -240,7 +240,7 @@ class Mesh(Part):
     ] = 0.0
     friction_speed: Annotated[
         float,
-        Measure(q.SPEED, "sliding speed within which friction is smoothed", gt=0.0),
+        Measure(q.SPEED, "sliding speed of the flanks from which on friction is full", gt=0.0),
         Field(exclude_if=lambda speed: speed == FRICTION_SPEED),
     ] = FRICTION_SPEED
     angle: (

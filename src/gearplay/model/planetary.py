@@ -64,7 +64,7 @@ class Planetary(Part):
         float, Measure(None, "coefficient of friction of the teeth", ge=0.0, le=1.0)
     ] = 0.0
     friction_speed: Annotated[
-        float, Measure(q.SPEED, "sliding speed within which friction is smoothed", gt=0.0)
+        float, Measure(q.SPEED, "sliding speed of the flanks from which on friction is full", gt=0.0)
     ] = FRICTION_SPEED
     sun: Toothed
     planets: Planets
