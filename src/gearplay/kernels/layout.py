@@ -84,7 +84,6 @@ ELEMENT = np.dtype(
         ("b", "i8"),
         ("c", "i8"),
         ("always", "i8"),  # 1 where it acts whatever its contacts do
-        ("creates", "i8"),  # 1 where its law may create energy: what it loses is then added up (`tallies`)
         (
             "joins",
             "i8",

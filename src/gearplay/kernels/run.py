@@ -30,9 +30,7 @@ STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, F
 TIME, ONSETS, SPEED_SUM, SPEED_SQUARES, SPEED_MAX, FORCE_MAX, DEPTH_MAX, WEDGED = range(8)
 # Behind them what bounds a peak inside a step: length [s] and initial force of the step before, 0 where there is none.
 LAST_STEP, LAST_FORCE = range(8, 10)
-# Energy [J] that the element of this contact, its first, has lost: only of elements whose law may create some.
-LOST = 10
-TALLIES = 11
+TALLIES = 10
 LOG_COLUMNS = 4
 
 

@@ -6,8 +6,6 @@ is searched for it.
 
 import math
 
-import numpy as np
-
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -21,7 +19,6 @@ from gearplay.kernels.run import (
     LAST_FORCE,
     LAST_STEP,
     LOGGED,
-    LOST,
     ONSETS,
     SPEED_MAX,
     SPEED_SQUARES,
@@ -32,14 +29,6 @@ from gearplay.kernels.run import (
     T,
 )
 from gearplay.kernels.switches import is_overruled
-
-LOSS_OF_KIND = np.array(
-    [
-        next((k for k, signal in enumerate(kind.file.SIGNALS) if signal.name.endswith("_power_loss")), -1)
-        for kind in table.KINDS
-    ]
-)
-"""Place of the lost power among the signals of each kind of element, -1 without."""
 
 PARTS = 4  # of a step, at whose ends it is evaluated first
 ENDS = 4  # evaluations near an end that is the highest, each five times as close to it
@@ -56,24 +45,6 @@ def tally_step(system: System, run: Run, h: float) -> None:
         element = system.elements[e]
         for k in range(element.contact, element.contact + element.contacts):
             tally_contact(system, run, e, k, h)
-        if element.creates == 1:
-            run.tallies[element.contact, LOST] += lost_energy(system, run, e, h)
-
-
-@compiled_once
-def lost_energy(system: System, run: Run, e: int, h: float) -> float:
-    """Return the energy [J] that element e lost in a step of h [s]: Simpson's rule over its power on the interpolant."""
-    column = system.elements[e].signal + LOSS_OF_KIND[system.elements[e].kind]
-    total = 0.0
-    for part in range(3):
-        x = 0.5 * part
-        t = run.clock[T] + x * h
-        interpolate_element(system, run, e, h, x)
-        if table.press(system, e, t, run.y_try, run.branch, run.loads_try) != 0:
-            return 0.0
-        table.observe(system, e, t, run.y_try, run.branch, run.loads_try, True, run.row)
-        total += (4.0 if part == 1 else 1.0) * run.row[column]
-    return h / 6.0 * total
 
 
 @compiled_inline

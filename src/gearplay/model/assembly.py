@@ -110,12 +110,10 @@ class Assembly:
         states: int = 0,
         rate: float = 0.0,
         hides: bool = True,
-        creates: bool = False,
     ) -> None:
         """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
         whatever they do, ``switches`` of the whole element, ``states`` of its own, the angular frequency [rad/s] at which it
-        makes its rotors swing; ``hides`` is whether the switches of its contacts but touch may return within a step,
-        ``creates`` whether its law may create energy.
+        makes its rotors swing; ``hides`` is whether the switches of its contacts but touch may return within a step.
         """
         self.fastest = max(self.fastest, rate)
         assert not self.entries or self.entries[-1].kind <= kind, "kind after kind"
@@ -123,7 +121,6 @@ class Assembly:
         entry.kind, entry.index, entry.element = kind, len(parts), len(self.entries)
         entry.a, entry.b, entry.c = (*rotors, -1, -1, -1)[:3]
         entry.always, entry.states, entry.contacts = int(always), states, len(contacts)
-        entry.creates = int(creates)
         entry.contact, entry.latch = len(self.contacts), self.latches
         entry.switch, entry.mode = len(self.switches), self.modes
         entry.state = 6 * self.rotors + self.states

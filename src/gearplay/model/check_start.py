@@ -17,6 +17,7 @@ from gearplay.model.finding import Finding
 from gearplay.model.initial import initial_state
 from gearplay.model.linear_conditions import matrix_of
 from gearplay.model.matching import matching_speeds
+from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.rotor import SpeedDrive
 from gearplay.model.touch import gaps_of_mesh
 from gearplay.vocabulary.errors import join_path
@@ -117,10 +118,9 @@ def _blow(case: Case, packed: Packed, j: int, speed: float) -> str:
     """Return words for the force of flanks that meet at a speed [m/s], undamped and without other forces."""
     m, rotors = packed.system.records[MESH][j], packed.system.rotors
     free = sum(radius**2 * float(rotors[i].inv_inertia) for i, radius in ((m.a, m.rho_a), (m.b, m.rho_b)))
-    stiffness = getattr(case.meshes[j].stiffness, "mean", None)
-    if stiffness is None or free <= 0.0:
+    if free <= 0.0:
         return ""
-    return f" with up to {speed * float(np.sqrt(stiffness / free)):.4g} N"
+    return f" with up to {speed * float(np.sqrt(pack_stiffness(case, j).average / free)):.4g} N"
 
 
 def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str, float]) -> Finding:

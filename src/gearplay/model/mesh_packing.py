@@ -181,7 +181,6 @@ def pack_meshes(
             switches=edges,
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
-            creates=case.formulation == "as_published",
         )
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table

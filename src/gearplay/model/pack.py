@@ -156,7 +156,6 @@ def _pack_sleeves(
             always=bool(s.damping > 0.0),
             rate=rate,
             hides=bool(s.dissipation > 0.0) and s.bed != bed.BED_AS_PRINTED,
-            creates=case.formulation == "as_published",
         )
 
 

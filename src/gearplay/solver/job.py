@@ -23,7 +23,6 @@ from gearplay.solver.trajectory import (
     Samples,
     Trajectory,
     WrittenSamples,
-    gained_powers,
     mesh_that_left,
     statistics_of,
     wedged_meshes,
@@ -131,7 +130,6 @@ class Job:
             final_state=run.y.copy(),
             end=end_of(course),
             wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
-            gained=gained_powers(packed, run.tallies, reached - self.transient),
             housing=HousingMotion.of(packed.system),
             left_mesh=mesh_that_left(packed, run) if status == Status.CANNOT_MESH else "",
         )

@@ -14,7 +14,6 @@ from gearplay.kernels.mesh_geometry import DISTANCE, MESH, gaps_at
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
-    LOST,
     ONSETS,
     SPEED_MAX,
     SPEED_SQUARES,
@@ -147,16 +146,6 @@ def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, flo
     }
 
 
-def gained_powers(packed: Packed, tallies: Floats, span: float) -> dict[str, float]:
-    """Return the mean power [W] over ``span`` [s] of elements that gave energy on the whole instead of losing it."""
-    if span <= 0.0:
-        return {}
-    return {
-        packed.contact_labels[k].partition(":")[0]: float(-tallies[k, LOST] / span)
-        for k in np.flatnonzero(tallies[:, LOST] < 0.0)
-    }
-
-
 def mesh_that_left(packed: Packed, run: Run) -> str:
     """Return the mesh whose centre distance is nearest the ends of its range at the end of a run, or past them."""
     out, system, least = np.zeros(OUT_SIZE), packed.system, (math.inf, "")
@@ -171,13 +160,6 @@ def _doubt(mesh: str, share: float) -> str:
     return (
         f" Mesh {mesh} was wedged (negative backlash) for {100.0 * share:.2g} % of the time: as published only one flank"
         " then acts, and energy may be created; formulation = geometric lets both act."
-    )
-
-
-def _gain(label: str, power: float) -> str:
-    return (
-        f" {label} gave {power:.3g} W on average instead of losing power: its equations as published create energy;"
-        " formulation = geometric does not."
     )
 
 
@@ -226,8 +208,7 @@ class WrittenSamples:
 @dataclass(frozen=True)
 class Trajectory:
     """One member's run. ``values`` has shape [time, column], from ``samples``; ``log`` rows are (t, contact, 1 onset / 0
-    release, rate); ``wedged`` holds the share of time of meshes that were wedged as published, ``gained`` the mean power [W]
-    of elements that gave energy on the whole; ``housing`` is the motion of the
+    release, rate); ``wedged`` holds the share of time of meshes that were wedged as published; ``housing`` is the motion of the
     housing, where it moves; ``left_mesh`` is the mesh that stopped the run by its centre distance.
     """
 
@@ -245,7 +226,6 @@ class Trajectory:
     final_state: Floats = field(repr=False)
     end: End = field(repr=False)
     wedged: dict[str, float] = field(default_factory=dict)
-    gained: dict[str, float] = field(default_factory=dict)
     housing: HousingMotion | None = field(default=None, repr=False)
     left_mesh: str = ""
 
@@ -270,8 +250,7 @@ class Trajectory:
         place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
         if self.left_mesh:
             place += f" It is {self.left_mesh}."
-        doubts = [_doubt(*wedge) for wedge in self.wedged.items()]
-        return WORDS[self.status] + place + "".join(doubts + [_gain(*gain) for gain in self.gained.items()])
+        return WORDS[self.status] + place + "".join(_doubt(*wedge) for wedge in self.wedged.items())
 
     def signal(self, name: str, label: str) -> Floats:
         """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""

@@ -44,7 +44,7 @@ AXES: list[dict[str, Any]] = [
     {"path": "gravity.1", "values": [-9.81, 0]},
     {"path": "title", "values": ['a "quoted" \\ one', "\u4e2d\u00e9\U0001f600"]},
     {"path": "meshes.0.transmission_error.0.phase", "values": ["10 deg", 1]},
-    {"path": "meshes.0.damping.ratio", "values": [0.1, 1e-300]},
+    {"path": "meshes.0.damping.maximum", "values": [0.1, 1e-300]},
 ]
 DRAWN: list[dict[str, Any]] = [
     {"name": "stiffness", "path": "meshes.0.stiffness.mean", "low": 1e8, "high": 2e8},
