@@ -97,7 +97,7 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
     low, g_low = 0.0, min(run.g_0[k], 0.0)
     beyond, side = g_high, 0  # the value at ``high``, which the method's weight g_high is not
     width = max(1e-14, 4e-16 * abs(run.clock[T]) / h)
-    close = 0.1 * allowance(system, run, k)
+    close = 0.3 * allowance(system, run, k)
     for n in range(80):
         if high - low <= width or 0.0 <= beyond <= close:
             break
@@ -191,6 +191,9 @@ def graze_bracket(system: System, run: Run, h: float, s: int) -> tuple[float, fl
     k, g_0, g_1 = system.switches[s].contact, run.g_0[s], run.g_1[s]
     sign = h if run.branch.modes[k] == OPEN else -h
     rise_0, rise_1 = sign * run.loads_0.contacts[k, RATE], sign * run.loads.contacts[k, RATE]
+    # A cubic rises by at most 4/27 of each above its ends.
+    if max(g_0, g_1) + 0.5 * (abs(rise_0) + abs(rise_1)) <= 0.0:
+        return 1.0, 0.0
     if g_0 >= 0.0 or rise_0 * rise_1 < 0.0:
         return (0.0, 1.0) if g_0 < 0.0 and rise_0 > 0.0 else (1.0, 0.0)
     # g = g_0 + rise_0 x + b x^2 + c x^3

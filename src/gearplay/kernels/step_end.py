@@ -34,6 +34,8 @@ def misses_touch(system: System, run: Run, first: int) -> bool:
     most = max(run.clock[TOLERANCE], DEEPEST)
     for c in range(1, run.roster.switches[0] + 1):
         s = run.roster.switches[c]
+        if run.g_1[s] <= 0.0:
+            continue
         switch = system.switches[s]
         if switch.role != TOUCH:
             continue

@@ -61,41 +61,62 @@ def tally_contact(system: System, run: Run, e: int, k: int, h: float) -> None:
     tally[TIME] += h
     tally[FORCE_MAX] = max(tally[FORCE_MAX], start[FORCE], end[FORCE])
     tally[DEPTH_MAX] = max(tally[DEPTH_MAX], start[PENETRATION], end[PENETRATION])
-    if depth_may_exceed(start, end, tally[DEPTH_MAX], h):
+    x = depth_vertex(start, end, tally[DEPTH_MAX], h)
+    if x > 0.0 and may_peak(system, run, e, k, PENETRATION, h, x, tally[DEPTH_MAX]):
         tally[DEPTH_MAX] = max(tally[DEPTH_MAX], find_peak(system, run, e, k, PENETRATION, h))
-    if force_may_exceed(run, k, h):
+    x = force_vertex(run, k, h)
+    if x > 0.0 and may_peak(system, run, e, k, FORCE, h, x, tally[FORCE_MAX]):
         tally[FORCE_MAX] = max(tally[FORCE_MAX], find_peak(system, run, e, k, FORCE, h))
     tally[LAST_STEP], tally[LAST_FORCE] = h, start[FORCE]
 
 
 @compiled_inline
-def depth_may_exceed(start: Floats, end: Floats, largest: float, h: float) -> bool:
-    """Return whether the penetration may be above ``largest`` inside a step of h [s].
+def depth_vertex(start: Floats, end: Floats, largest: float, h: float) -> float:
+    """Return where in a step of h [s] the penetration peaks, by the rates at both ends; 0 where it stays below ``largest``.
 
-    Twice the rise of a parabola with the rates at both ends.
+    Twice the rise of a parabola counts.
     """
     if not start[RATE] > 0.0 > end[RATE]:
-        return False
-    rise = start[RATE] * start[RATE] * h / (start[RATE] - end[RATE])
-    return bool(max(start[PENETRATION] + rise, end[PENETRATION] + rise) > largest)
+        return 0.0
+    x = start[RATE] / (start[RATE] - end[RATE])
+    rise = start[RATE] * x * h
+    return float(x) if max(start[PENETRATION] + rise, end[PENETRATION] + rise) > largest else 0.0
 
 
 @compiled_inline
-def force_may_exceed(run: Run, k: int, h: float) -> bool:
-    """Return whether the force of contact k may be above the largest one so far inside a step of h [s].
+def force_vertex(run: Run, k: int, h: float) -> float:
+    """Return about where in a step of h [s] the force of contact k may exceed the largest one so far, 0 where it does not.
 
     Its second derivative is taken from three ends of steps, with a factor of four; a first step after an event has no such.
     """
     tally = run.tallies[k]
     force_0, force, last = run.loads_0.contacts[k, FORCE], run.loads.contacts[k, FORCE], tally[LAST_STEP]
     most = max(force_0, force)
+    if most <= FAINT * tally[FORCE_MAX]:
+        return 0.0
     if last == 0.0 or run.implicit.numbers[QUIET] == 0:
-        return bool(most > FAINT * tally[FORCE_MAX])
+        return 0.5
     slope = (force - force_0) / h
     bend = 2.0 * (slope - (force_0 - tally[LAST_FORCE]) / last) / (h + last)
-    if slope - 2.0 * abs(bend) * h > 0.0 or slope + 2.0 * abs(bend) * h < 0.0:
-        return False  # it rises, or falls, all the way
-    return bool(most + 0.5 * abs(bend) * h * h > tally[FORCE_MAX])
+    reach = abs(bend) * h
+    if abs(slope) > 2.0 * reach or most + 0.5 * reach * h <= tally[FORCE_MAX]:
+        return 0.0  # it rises, or falls, all the way, or stays below
+    return min(max(0.5 - slope / bend / h, 0.1), 0.9) if bend < 0.0 else 0.5
+
+
+@compiled_inline
+def may_peak(
+    system: System, run: Run, e: int, k: int, column: int, h: float, x: float, largest: float
+) -> bool:
+    """Return whether a column of contact k of element e may exceed ``largest`` inside a step of h [s], by its value at t + x h.
+
+    The top of the parabola through it and both ends stands above them by at most what the value stands above the chord, over
+    4 x (1 - x); three times that counts.
+    """
+    g_0, g_1 = run.loads_0.contacts[k, column], run.loads.contacts[k, column]
+    value = value_inside(system, run, e, k, column, h, x)
+    above = abs(value - (g_0 + x * (g_1 - g_0)))
+    return bool(max(g_0, g_1, value) + 0.75 * above / (x * (1.0 - x)) > largest)
 
 
 @compiled_inline
