@@ -1,4 +1,4 @@
-"""Random trains whose starts are told apart by nothing but the order of their tables."""
+"""Random trains that differ in the order of their tables alone."""
 
 import itertools
 import math

@@ -61,7 +61,7 @@ def _overlap(case: Case, packed: Packed, j: int, y: Floats) -> Iterator[Finding]
     pressed = {flank: depth for flank, depth in depths.items() if depth > INSIDE}
     if (
         not pressed or geometry.installed_backlash(case, j) < 0.0
-    ):  # wedged whatever the start, which is told elsewhere
+    ):  # wedged whatever the start, which is another finding
         return
     where = " and ".join(f"the {flank} flanks by {1e6 * depth:.4g} um" for flank, depth in pressed.items())
     mesh = case.meshes[j]

@@ -292,7 +292,7 @@ def test_starting_speeds__bundled_cases__as_drives_start_and_sound(name: str) ->
     assert not list(start_findings(case, pack(case)))
 
 
-def test_starting_speeds__ripple__others_are_nominal_and_told() -> None:
+def test_starting_speeds__ripple__others_are_nominal_and_a_finding() -> None:
     ripple = [{"order": 1, "amplitude": 0.1, "phase": math.pi / 2}]
     document = pair(drive={"kind": "speed", "speed": 10.0, "ripple": ripple})
     assert speeds_of(document) == pytest.approx({"a": 11.0, "b": -10.0 * 23 / 31}, rel=1e-12)

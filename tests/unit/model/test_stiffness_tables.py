@@ -186,7 +186,7 @@ def test_extremes_are_those_of_the_curve(seed: int) -> None:
 
 
 def test_a_table_of_torque_peaks_between_its_values() -> None:
-    """`check` tells the largest torque of the curve, of terms and of the table, and that zeros excite nothing."""
+    """`check` states the largest torque of the curve, of terms and of the table, and that zeros excite nothing."""
     values = [0.0, 0.0, 4.0, 4.0, 0.0, 0.0]
     peak = TorqueTable.model_validate({"values": values, "sampling": 100.0}).largest()
     assert peak > 4.4
@@ -202,7 +202,7 @@ def test_a_table_of_torque_peaks_between_its_values() -> None:
     assert any("nothing excites" in str(f) for f in gp.check_case(case_of(document)))
 
 
-def test_a_first_blow_is_told_for_every_kind_of_stiffness() -> None:
+def test_a_first_blow_is_a_finding_for_every_kind_of_stiffness() -> None:
     """Teeth that meet at v = omega r_b: v sqrt(k m), with the mean of the curve also where the case names none."""
     r_a, r_b = 0.02 * math.cos(math.radians(20.0)), 0.04 * math.cos(math.radians(20.0))
     blow = 100.0 * r_a * math.sqrt(1e8 * 4e-3) / r_b

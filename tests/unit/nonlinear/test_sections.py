@@ -214,7 +214,7 @@ def test_a_state_from_which_nothing_can_be_followed_is_not_carried() -> None:
     assert found.starts[0][0].startswith("began anew, from the state of the value before:")
 
 
-def test_a_step_that_presses_a_contact_is_told() -> None:
+def test_a_step_that_presses_a_contact_is_reported() -> None:
     """From 200 um of clearance to 100 um the state is carried; the ring then begins up to 100 um within its sleeve."""
     family = along(case_of(**{"gravity.1": -9.81}), "sleeves.ring.radial_clearance")
     found = bifurcation_diagram(
