@@ -110,7 +110,12 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
                 "floating": True,
                 "initial": {"omega": 40.0, "vx": 0.01},
             },
-            "disc": {"mass": MASS, "inertia": INERTIA, "position": [0.05, 0.02], "initial": {"x": 2e-5}},
+            "disc": {
+                "mass": MASS,
+                "inertia": INERTIA,
+                "position": [0.05, 0.02],
+                "initial": {"x": 2e-5, "omega": 0.0},
+            },
         },
         "supports": {"disc": {"stiffness": [1e6, 3e5], "torsional_stiffness": 30.0, "on": "carrier"}},
         "run": {"duration": 0.05, "sampling": 2e4, "tolerance": 1e-12},

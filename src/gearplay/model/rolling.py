@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
 from gearplay.model.linear_conditions import Row, matrix_of, picked, solved_by_rank, vanishing
+from gearplay.model.traversal import rotor_order
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
@@ -182,7 +183,8 @@ def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.floa
     """Return speeds with which the train turns the way it will, shape [rotor]: their signs are the senses of rotation.
 
     The ``nominal`` ones; else those that a torque or a position servo gives by rolling, several of them the accelerations from
-    rest; else those that initial speeds give. What is kept from turning has 0.
+    rest; else those that initial speeds give; else, torques in balance, those that the first of them in the train gives. What is
+    kept from turning has 0.
     """
     if np.any(nominal):
         return nominal
@@ -201,7 +203,11 @@ def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.floa
         return _as_far_as_held(case, {n: math.copysign(1.0, torque) for n, torque in pushes.items()})
     if pushes and np.any(speeds := _accelerations(case, pushes)):
         return speeds
-    return _as_far_as_held(case, {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega})
+    given = {n: r.initial.omega for n, r in case.rotors.items() if r.initial.omega}
+    if pushes and not given:
+        first = next(name for name in rotor_order(case) if name in pushes)
+        given = {first: math.copysign(1.0, pushes[first])}
+    return _as_far_as_held(case, given)
 
 
 def _accelerations(case: "Case", torques: dict[str, float]) -> NDArray[np.float64]:

@@ -118,7 +118,7 @@ def test_a_device_that_fails_is_told_of(device: Emulated, monkeypatch: pytest.Mo
 
 def test_a_log_longer_than_its_room_is_whole(device: Emulated, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(on_device, "LOG", 1)  # room for what one step may log, and little more
-    case = gp.load_case("pinion-idler-ring", [*QUICK, "run.transient=0", "run.duration=60ms"])
+    case = gp.load_case("pinion-idler-ring", [*QUICK, "run.transient=0", "run.duration=80ms"])
     room = 8 * pack(case).system.switches.size + 8
     found = run_batch([(case, range(3))], signals=[], device="cuda")[0]
     for one, other in zip(found, run_batch([(case, range(3))], signals=[])[0], strict=True):
