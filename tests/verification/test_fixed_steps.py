@@ -153,7 +153,10 @@ DISC = {
     "rotors": {"disc": LIGHT | {"initial": {"vx": 0.03}}},
     "sleeves": {"disc": {"radial_clearance": 1e-5} | WALL},
 }
-DISCS = {"rotors": {"a": LIGHT | {"initial": {"omega": 4.0}}, "b": HEAVY | {"initial": {"omega": 0.0}}}, "couplings": [PLAY]}
+DISCS = {
+    "rotors": {"a": LIGHT | {"initial": {"omega": 4.0}}, "b": HEAVY | {"initial": {"omega": 0.0}}},
+    "couplings": [PLAY],
+}
 
 
 @pytest.mark.parametrize(
