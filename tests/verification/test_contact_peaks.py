@@ -4,48 +4,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from building import Document
+from building import Document, forum_pair
 from depth import sized
 from random_trains import train
 
 Peaks = dict[str, tuple[float, float]]
-
-
-def hunting_pair(depth: float = 1e-6) -> Document:
-    """Return a pair with constant damping beyond a steep ramp and an error of the teeth larger than the backlash.
-
-    From a public question about gears of 62 and 42 teeth; an independent DOP853 finds peaks of 2011.1 N and 1917.6 N.
-    """
-    return {
-        "rotors": {
-            "g": {
-                "teeth": 62,
-                "mass": 11.8,
-                "inertia": 0.0241730,
-                "drive": {"kind": "torque", "torque": 7.6469},
-                "initial": {"omega": 5000.0 * 2.0 * np.pi / 60.0, "theta": 0.0},
-            },
-            "p": {
-                "teeth": 42,
-                "mass": 5.36,
-                "inertia": 0.0110930,
-                "load": {"torque": 5.1801},
-                "initial": {"omega": -7380.952381 * 2.0 * np.pi / 60.0, "theta": 0.0},
-            },
-        },
-        "meshes": [
-            {
-                "driver": "g",
-                "driven": "p",
-                "module": 2.5e-3,
-                "backlash": 9e-6,
-                "stiffness": {"kind": "harmonic", "mean": 2.3426e7},
-                "damping": {"ratio": 0.2, "depth": depth},
-                "transmission_error": [{"order": 1, "amplitude": 2e-5}],
-            }
-        ],
-        "run": {"duration": 5e-3, "sampling": 2e5},
-    }
 
 
 def sampled(document: Document, sampling: float) -> tuple[Peaks, Peaks]:
@@ -70,7 +33,7 @@ def sampled(document: Document, sampling: float) -> tuple[Peaks, Peaks]:
 
 def test_peaks_of_a_steep_ramp() -> None:
     """2011.1 N and 1917.6 N; a parabola through ends of steps said 6665 N and 6224 N."""
-    result = gp.simulate(gp.load_case(hunting_pair()))
+    result = gp.simulate(gp.load_case(forum_pair({"ratio": 0.2, "depth": 1e-6})))
     peaks = result.runs[0].statistics.peak_force
     assert peaks[0] == pytest.approx(2011.1, abs=0.1)
     assert peaks[1] == pytest.approx(1917.7, abs=0.15)
@@ -78,7 +41,7 @@ def test_peaks_of_a_steep_ramp() -> None:
 
 @pytest.mark.parametrize("depth", [1e-8, 1e-7, 1e-6, 1e-5])
 def test_peaks_are_the_largest_samples_whatever_the_ramp(depth: float) -> None:
-    largest, found = sampled(hunting_pair(depth), 1e7)
+    largest, found = sampled(forum_pair({"ratio": 0.2, "depth": depth}), 1e7)
     for label, (force, penetration) in largest.items():
         assert force * (1.0 - 1e-6) <= found[label][0] <= force * 1.001, label
         assert penetration * (1.0 - 1e-6) <= found[label][1] <= penetration * 1.001, label

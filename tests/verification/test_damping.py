@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from building import ALPHA, Document, case_of, floating_document, merged, pair_document, run_of, simulate_one
+from building import (
+    ALPHA,
+    Document,
+    case_of,
+    floating_document,
+    forum_pair,
+    merged,
+    pair_document,
+    run_of,
+    simulate_one,
+)
 from depth import some
 from gearplay.kernels import restart, stepper
 from gearplay.kernels import run as kernel
@@ -81,40 +91,6 @@ def test_constant_damping_jumps_at_a_touch_and_never_pulls() -> None:
     spent = float(np.sum(run.signal("mesh_power_loss", label)) / 1e7)
     e = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
     assert spent == pytest.approx(0.5 * MASS * speed**2 * (1.0 - e**2), rel=1e-2)
-
-
-def forum_pair(damping: Document, **run: Any) -> Document:
-    """Return a loaded pair whose tooth error, 20 um, throws it across its backlash of 9 um."""
-    return {
-        "rotors": {
-            "g": {
-                "teeth": 62,
-                "mass": 11.8,
-                "inertia": 0.024173,
-                "drive": {"kind": "torque", "torque": 7.6469},
-                "initial": {"omega": 523.5987755983, "theta": 0.0},
-            },
-            "p": {
-                "teeth": 42,
-                "mass": 5.36,
-                "inertia": 0.011093,
-                "load": {"torque": 5.1801},
-                "initial": {"omega": -772.9315258832, "theta": 0.0},
-            },
-        },
-        "meshes": [
-            {
-                "driver": "g",
-                "driven": "p",
-                "module": 2.5e-3,
-                "backlash": 9e-6,
-                "stiffness": {"kind": "harmonic", "mean": 2.3426e7},
-                "damping": damping,
-                "transmission_error": [{"order": 1, "amplitude": 2e-5}],
-            }
-        ],
-        "run": {"duration": 5e-3, "sampling": 2e5, **run},
-    }
 
 
 STEEP = [

@@ -4,6 +4,7 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
+from gearplay.kernels.events import DEEPEST
 from gearplay.kernels.layout import FORCE, MARGIN, PENETRATION, RATE, TOUCH, System
 from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import change_mode, check_state
@@ -19,9 +20,6 @@ def change_modes(system: System, run: Run, t: float, first: int) -> None:
         s = run.roster.switches[c]
         if s == first or (run.g_1[s] > 0.0 and run.g_0[s] <= 0.0):
             change_mode(system, run, s, t, run.y_new, run.loads)
-
-
-DEEPEST = 1e-6  # natural sizes that a contact's mode and gap may disagree by where the tolerance is no looser, 1e-10 m
 
 
 @compiled_inline

@@ -104,10 +104,8 @@ def friction_loss(mesh: Any, loads: Loads) -> float:
     lost = 0.0
     for flank in range(2):
         row = loads.contacts[mesh.contact + flank]
-        sliding, force = (
-            row[SLIDING],
-            max(row[FORCE], 0.0),
-        )  # before a located release it may be below 0 by rounding
+        sliding = row[SLIDING]
+        force = max(row[FORCE], 0.0)  # just before a located release it may be below 0 by rounding
         lost += mesh.friction * force * smooth_sign(sliding / mesh.friction_speed) * sliding
     return lost
 
