@@ -29,7 +29,7 @@ from gearplay.kernels.implicit_stages import place_stage, predict
 from gearplay.kernels.jacobian import differentiate, is_worn, wear
 from gearplay.kernels.layout import System, vx_of, x_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import CALLS, FINENESS, Run, T
+from gearplay.kernels.run import CALLS, FINENESS, INSIDE, Run, T
 from gearplay.kernels.runge_kutta import NODES, STAGES
 
 _FOUR = np.array([0.0, *C])
@@ -47,6 +47,7 @@ AT_STAGES = _lagrange(
 ERROR = 8e-3
 """Share of the fourth differences: of order 5 like the explicit estimate, above the errors of method and interpolant."""
 
+KEPT = 1  # stage whose loads are kept
 NEWTON = 8  # iterations at most
 ENOUGH = 0.05  # of the allowed error that Newton's method may leave
 FORGETS, WORST = 1.05, 0.3
@@ -73,7 +74,8 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
             place_stage(system, run, stage, h)
             run.counts[CALLS] += 1
             at, row = t + C[stage] * h, stages[1 + stage]
-            if rates_of(system, roster, at, run.y_new, run.branch, row, run.loads) != 0:
+            loads = run.loads_inside if stage == KEPT else run.loads
+            if rates_of(system, roster, at, run.y_new, run.branch, row, loads) != 0:
                 return 0
             for c in range(1, roster.active[0] + 1):
                 first = vx_of(system, roster.active[c])
@@ -129,6 +131,7 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
         if differentiate(system, run, t, h) != 0:
             return 1
     wear(kept, turns)
+    run.clock[INSIDE] = C[KEPT]
     place_stage(system, run, 2, h)
     run.counts[CALLS] += 1
     if rates_of(system, roster, t + h, run.y_new, run.branch, run.stages[STAGES - 1], run.loads) != 0:

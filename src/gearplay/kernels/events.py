@@ -8,8 +8,8 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
 from gearplay.kernels.roster import fly_listed, fly_on
-from gearplay.kernels.run import CALLS, FINENESS, TOLERANCE, Run, T
-from gearplay.kernels.runge_kutta import STAGES, interpolate_state, step
+from gearplay.kernels.run import CALLS, FINENESS, INSIDE, TOLERANCE, Run, T
+from gearplay.kernels.runge_kutta import KEPT, NODES, STAGES, interpolate_state, step
 from gearplay.kernels.switches import switch_value, switch_values
 
 
@@ -20,7 +20,10 @@ def attempt(system: System, run: Run, h: float) -> int:
     """
     run.counts[CALLS] += STAGES - 1
     t = run.clock[T]
-    failed = step(system, run.roster, t, h, run.y, run.stages, run.branch, run.y_new, run.loads)
+    run.clock[INSIDE] = NODES[KEPT]
+    failed = step(
+        system, run.roster, t, h, run.y, run.stages, run.branch, run.y_new, run.loads_inside, run.loads
+    )
     return failed if failed != 0 else watch(system, run, t + h, run.y_new, run.loads)
 
 

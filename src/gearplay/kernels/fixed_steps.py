@@ -12,7 +12,7 @@ from gearplay.kernels.events import attempt
 from gearplay.kernels.layout import OPEN, RATE, System
 from gearplay.kernels.restart import failure, restart
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import CALLS, DONE, FIXED, T_END, Run, T
+from gearplay.kernels.run import CALLS, DONE, FIXED, INSIDE, T_END, Run, T
 from gearplay.kernels.runge_kutta import NODES, STAGES, stage_state
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import judge_modes, latch_speed, settle_margins, switch_values
@@ -60,6 +60,7 @@ def judge_stages(system: System, run: Run, h: float, first: int, last: int) -> i
     modes = run.branch.modes
     for m in range(modes.size):
         run.modes_0[m] = modes[m]
+    run.clock[INSIDE] = 0.0
     failed = 0
     for stage in range(first, last + 1):
         if failed == 0:

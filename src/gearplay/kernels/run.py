@@ -24,6 +24,7 @@ NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP, MISSED_SWITCH = 10, 1
 T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, FINENESS = range(9)
 # Lengths of the first step after a switch: the shortest, and what has been learnt.
 H_RESTART, H_BEGIN = range(9, 11)
+INSIDE = 11  # where in the step [1] the loads inside it belong; 0 where there are none
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
@@ -50,6 +51,7 @@ class Run(Group):
     dy_try: Floats
     implicit: Implicit
     loads_0: Loads  # at the start of the step last tried
+    loads_inside: Loads  # at a stage inside it
     loads: Loads  # at its end
     loads_try: Loads  # where it is looked at
     g_0: Floats  # switch functions at the same three states
@@ -140,7 +142,7 @@ def make_run(
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
     n = y_0.size
-    clock = np.zeros(11)
+    clock = np.zeros(12)
     clock[H_RESTART] = clock[H_BEGIN] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
     clock[TOLERANCE], clock[FINENESS] = tolerance, 1.0
@@ -165,6 +167,7 @@ def make_run(
         implicit=make_implicit(system.rotors.size, system.elements.size, n),
         dy_try=np.zeros(n),
         loads_0=Loads(loads.contacts.copy(), loads.rotors, loads.out),
+        loads_inside=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         loads=loads,
         loads_try=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         g_0=np.zeros(system.switches.size),

@@ -14,6 +14,7 @@ from gearplay.kernels.roster import Roster
 
 STAGES = 7
 ORDER = 5
+KEPT = 2  # stage whose loads are kept
 NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 W = WEIGHTS = np.array(
     [
@@ -90,17 +91,19 @@ def step(
     stages: Floats,
     branch: Branch,
     y_new: Floats,
+    inside: Loads,
     loads: Loads,
 ) -> int:
     """Advance the active states of y by one step h [s] on fixed modes; return 0, or 1 where a pair cannot mesh.
 
     ``stages`` [7, state] holds f(t, y) in row 0 on entry and f(t + h, y_new) in row 6 on return, when
-    ``loads`` belongs to (t + h, y_new).
+    ``inside`` belongs to stage ``KEPT`` and ``loads`` to (t + h, y_new).
     """
     for stage in range(1, STAGES):
         stage_state(stage, roster, h, y, stages, y_new)
         at = t + NODES[stage] * h
-        if right_hand_side(system, roster, at, y_new, branch, stages[stage], loads) != 0:
+        seen = inside if stage == KEPT else loads
+        if right_hand_side(system, roster, at, y_new, branch, stages[stage], seen) != 0:
             return 1
     return 0
 

@@ -6,16 +6,15 @@ is searched for it.
 
 import math
 
-from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import interpolate_element
-from gearplay.kernels.implicit import QUIET
-from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, RATE, System
+from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.run import (
     DEPTH_MAX,
     FORCE_MAX,
+    INSIDE,
     LAST_FORCE,
     LAST_STEP,
     LOGGED,
@@ -34,7 +33,6 @@ PARTS = 4  # of a step, at whose ends it is evaluated first
 ENDS = 4  # evaluations near an end that is the highest, each five times as close to it
 PEAK_LOOKS = 20  # evaluations at most to narrow a peak down
 NARROW = 1e-5  # of a step: the value at a smooth peak is then exact to about the square of that
-FAINT = 0.05  # of the largest force: smaller ones at both ends of a first step after an event have no peak above it
 
 
 @compiled_inline
@@ -61,46 +59,36 @@ def tally_contact(system: System, run: Run, e: int, k: int, h: float) -> None:
     tally[TIME] += h
     tally[FORCE_MAX] = max(tally[FORCE_MAX], start[FORCE], end[FORCE])
     tally[DEPTH_MAX] = max(tally[DEPTH_MAX], start[PENETRATION], end[PENETRATION])
-    x = depth_vertex(start, end, tally[DEPTH_MAX], h)
+    x = vertex(run, k, PENETRATION, h, tally[DEPTH_MAX], 0.0, 0.0)
     if x > 0.0 and may_peak(system, run, e, k, PENETRATION, h, x, tally[DEPTH_MAX]):
         tally[DEPTH_MAX] = max(tally[DEPTH_MAX], find_peak(system, run, e, k, PENETRATION, h))
-    x = force_vertex(run, k, h)
+    x = vertex(run, k, FORCE, h, tally[FORCE_MAX], tally[LAST_STEP], tally[LAST_FORCE])
     if x > 0.0 and may_peak(system, run, e, k, FORCE, h, x, tally[FORCE_MAX]):
         tally[FORCE_MAX] = max(tally[FORCE_MAX], find_peak(system, run, e, k, FORCE, h))
     tally[LAST_STEP], tally[LAST_FORCE] = h, start[FORCE]
 
 
 @compiled_inline
-def depth_vertex(start: Floats, end: Floats, largest: float, h: float) -> float:
-    """Return where in a step of h [s] the penetration peaks, by the rates at both ends; 0 where it stays below ``largest``.
+def vertex(run: Run, k: int, column: int, h: float, largest: float, last: float, last_value: float) -> float:
+    """Return about where in a step of h [s] a column of contact k may exceed ``largest``, 0 where it does not.
 
-    Twice the rise of a parabola counts.
+    Its second derivative is taken with a factor of four: from both ends and the stage inside, or with the value at the start of
+    the step before, ``last`` [s] long, the larger of the two.
     """
-    if not start[RATE] > 0.0 > end[RATE]:
-        return 0.0
-    x = start[RATE] / (start[RATE] - end[RATE])
-    rise = start[RATE] * x * h
-    return float(x) if max(start[PENETRATION] + rise, end[PENETRATION] + rise) > largest else 0.0
-
-
-@compiled_inline
-def force_vertex(run: Run, k: int, h: float) -> float:
-    """Return about where in a step of h [s] the force of contact k may exceed the largest one so far, 0 where it does not.
-
-    Its second derivative is taken from three ends of steps, with a factor of four; a first step after an event has no such.
-    """
-    tally = run.tallies[k]
-    force_0, force, last = run.loads_0.contacts[k, FORCE], run.loads.contacts[k, FORCE], tally[LAST_STEP]
-    most = max(force_0, force)
-    if most <= FAINT * tally[FORCE_MAX]:
-        return 0.0
-    if last == 0.0 or run.implicit.numbers[QUIET] == 0:
+    place = run.clock[INSIDE]
+    if place == 0.0:
         return 0.5
-    slope = (force - force_0) / h
-    bend = 2.0 * (slope - (force_0 - tally[LAST_FORCE]) / last) / (h + last)
+    start, inside = run.loads_0.contacts[k, column], run.loads_inside.contacts[k, column]
+    end = run.loads.contacts[k, column]
+    slope = (end - start) / h
+    bend = 2.0 * ((end - inside) / (1.0 - place) - (inside - start) / place) / (h * h)
+    if last > 0.0:
+        other = 2.0 * (slope - (start - last_value) / last) / (h + last)
+        if abs(other) > abs(bend):
+            bend = other
     reach = abs(bend) * h
-    if abs(slope) > 2.0 * reach or most + 0.5 * reach * h <= tally[FORCE_MAX]:
-        return 0.0  # it rises, or falls, all the way, or stays below
+    if max(start, inside, end) + 0.5 * reach * h <= largest or abs(slope) > 2.0 * reach:
+        return 0.0  # it stays below, or it rises, or falls, all the way
     return min(max(0.5 - slope / bend / h, 0.1), 0.9) if bend < 0.0 else 0.5
 
 

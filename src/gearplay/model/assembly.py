@@ -107,13 +107,15 @@ class Assembly:
         *,
         always: bool = False,
         switches: int = 0,
+        of_contacts: int = 0,
         states: int = 0,
         rate: float = 0.0,
         hides: bool = True,
     ) -> None:
         """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
-        whatever they do, ``switches`` of the whole element, ``states`` of its own, the angular frequency [rad/s] at which it
-        makes its rotors swing; ``hides`` is whether the switches of its contacts but touch may return within a step.
+        whatever they do, ``switches`` of the whole element, then ``of_contacts`` further ones of each contact, ``states`` of its
+        own, the angular frequency [rad/s] at which it makes its rotors swing; ``hides`` is whether the switches of its contacts
+        but touch may return within a step.
         """
         self.fastest = max(self.fastest, rate)
         assert not self.entries or self.entries[-1].kind <= kind, "kind after kind"
@@ -136,6 +138,9 @@ class Assembly:
                 self._add_switch(entry, k, role, hides and role != TOUCH)
         for _ in range(switches):
             self._add_switch(entry, -1, OWN, True)
+        for _ in range(of_contacts):
+            for k in range(entry.contact, entry.contact + entry.contacts):
+                self._add_switch(entry, k, OWN, False)
         entry.switches = len(self.switches) - entry.switch
         parts.append(record)
         self.entries.append(entry)

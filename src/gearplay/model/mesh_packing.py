@@ -167,7 +167,7 @@ def pack_meshes(
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
-        edges += mesh_element.FRICTION_SWITCHES if mesh.friction_coefficient > 0.0 else 0
+        slides = int(mesh.friction_coefficient > 0.0)
         mobility = sum(
             r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )
@@ -178,7 +178,8 @@ def pack_meshes(
             m,
             [m.a, m.b, m.frame],
             flanks,
-            switches=edges,
+            switches=edges + slides,
+            of_contacts=slides,
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
         )

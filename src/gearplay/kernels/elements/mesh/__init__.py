@@ -7,7 +7,6 @@ in which its sliding is slow. Gears on a carrier roll in its frame.
 
 from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, show, stay_open
 from gearplay.kernels.elements.mesh.record import (
-    FRICTION_SWITCHES,
     KIND,
     MEMORY,
     MODES,
@@ -26,7 +25,6 @@ from gearplay.kernels.elements.mesh.switches import (
 )
 
 __all__ = [
-    "FRICTION_SWITCHES",
     "KIND",
     "MEMORY",
     "MODES",

@@ -112,4 +112,3 @@ MODES = 6
 # Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, if any; then, with friction, the
 # hand-over to the next pair and for each flank the edge of the band in which its sliding is slower than ``friction_speed``.
 EDGE = 2 * PER_CONTACT
-FRICTION_SWITCHES = 3
