@@ -15,7 +15,7 @@ from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.allowable import largest_scale
 from gearplay.sweeps.tolerances.distribution import LEVELS, distribution
 from gearplay.sweeps.tolerances.exceedance import exceedance
-from gearplay.sweeps.tolerances.sobol_indices import emulated_indices, sobol_indices
+from gearplay.sweeps.variance.sobol_indices import emulated_indices, sobol_indices
 
 Floats = NDArray[np.float64]
 Measured = Callable[[str, float, str], None]

@@ -27,7 +27,7 @@ from gearplay.files.atomic import make_folder, write_bytes, write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import with_digest
 from gearplay.pictures.pages import data_uri, render_page
-from gearplay.pictures.words import shown_in
+from gearplay.pictures.words import offset_in, shown_in
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (
@@ -158,7 +158,8 @@ def _version(package: str) -> str:
 def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
     """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out.
 
-    Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI.
+    Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI, 0 in SI is
+    ``shown_offset``.
     """
     held = {key: value for key, value in asdict(fit).items() if key not in ("sample", "history")}
     predicted = _predicted(fit)
@@ -168,7 +169,8 @@ def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]
             "unit": span.si,
             "shown_unit": span.unit,
             "shown_factor": span.factor,
-            "searched": [span.low / span.factor, span.high / span.factor],
+            "shown_offset": offset_in(span.unit),
+            "searched": [(end - offset_in(span.unit)) / span.factor for end in (span.low, span.high)],
             "scale": span.scale,
             "best": fit.best[span.name],
             "low": interval.low,

@@ -145,7 +145,7 @@ def _refusal(path: Path, rule: str) -> InputError:
 
 
 def _shown(row: Mapping[str, Any], key: str) -> str:
-    return f"{row.get('shown_factor', 1.0) * _number(row[key]):.3g}"
+    return f"{row.get('shown_factor', 1.0) * _number(row[key]) + row.get('shown_offset', 0.0):.3g}"
 
 
 def _number(value: Any) -> float:

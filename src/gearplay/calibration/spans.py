@@ -9,7 +9,7 @@ from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.calibration.plan import Plan, StatisticTarget, to_value
 from gearplay.calibration.trials import Problem
 from gearplay.model.field_units import unit_at
-from gearplay.pictures.words import plain, shown_in, shown_unit, wrapped
+from gearplay.pictures.words import offset_in, plain, shown_in, shown_unit, wrapped
 from gearplay.vocabulary.quantities import ACCELERATION, CONTACT_STATISTICS
 
 AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
@@ -36,7 +36,11 @@ class Span:
         >>> span_of("clearance", "m", 4e-5, 2.5e-4, "log").words(1.234e-4)
         '123'
         """
-        return "–" if value is None or not math.isfinite(value) else f"{self.factor * value:.{digits}g}"
+        return (
+            "–"
+            if value is None or not math.isfinite(value)
+            else f"{self.factor * value + offset_in(self.unit):.{digits}g}"
+        )
 
     def ticks(self, most: int) -> tuple[list[float], list[str]]:
         """Return places in the unit interval and their labels: decades, or round numbers; the bounds where none is inside.
@@ -76,7 +80,8 @@ def span_of(name: str, unit: str, low: float, high: float, scale: str) -> Span:
     ['50', '100', '200']
     """
     shown, factor = shown_in(unit, max(abs(low), abs(high)))
-    return Span(name, shown, low * factor, high * factor, scale, unit, factor)
+    low, high = (factor * end + offset_in(shown) for end in (low, high))
+    return Span(name, shown, low, high, scale, unit, factor)
 
 
 def label_of(span: Span, width: int) -> str:

@@ -9,7 +9,7 @@ from gearplay.nonlinear.orbits.branches import Branch
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
-from gearplay.pictures.words import axis_label, shown_in
+from gearplay.pictures.words import axis_label, offset_in, shown_in
 from gearplay.results.titles import words_of
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ def bifurcation_drawing(
     axis = diagram[name]
     figure, axes = make_figure(len(signals), 1, 1.0 + 2.6 * len(signals))
     unit_x, factor_x = shown_in(axis.attrs["units"], float(np.abs(axis.values).max()))
+    offset = offset_in(unit_x)
     ways = [str(way) for way in diagram["direction"].values]
     for column, (ax, signal) in enumerate(zip(axes[:, 0], signals, strict=True)):
         variable = diagram[signal]
@@ -56,14 +57,16 @@ def bifurcation_drawing(
             x = np.repeat(axis.values, values.shape[1])
             few = x.size <= FEW_POINTS
             ax.plot(
-                factor_x * x, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ".",
+                factor_x * x + offset, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ".",
                 markersize=3.0 if few else 1.2, markerfacecolor="none" if few else WAYS[way], color=WAYS[way],
                 markeredgewidth=1.0 if few else 0.0, linestyle="none", alpha=0.9, rasterized=True,
             )  # fmt: skip
         for branch, levels in branches:
-            draw_branch(ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x)
+            draw_branch(
+                ax, branch, factor_y * np.asarray(levels)[:, :, column], factor=factor_x, offset=offset
+            )
         edge = 0.01 * (axis.values[-1] - axis.values[0])
-        ax.set_xlim(factor_x * (axis.values[0] - edge), factor_x * (axis.values[-1] + edge))
+        ax.set_xlim(factor_x * (axis.values[0] - edge) + offset, factor_x * (axis.values[-1] + edge) + offset)
         ax.set_ylabel(axis_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
     axes[-1, 0].set_xlabel(axis_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
     arrows = {"up": "up →", "down": "← down"}

@@ -28,6 +28,14 @@ def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH)
     return figure, axes
 
 
+def pixels_of(ax: Any) -> tuple[int, int]:
+    """Return how many rows and columns of cells axes can show, each at least a pixel, wherever the layout puts the axes."""
+    width, height = ax.figure.get_size_inches()
+    rows, columns = ax.get_gridspec().get_geometry() if ax.get_gridspec() is not None else (1, 1)
+    share = 0.5  # of a figure's place for axes that these take at least, beside labels and the bar of colour
+    return int(share * DPI * height / rows), int(share * DPI * width / columns)
+
+
 def to_png(figure: Any) -> bytes:
     """Return a figure as PNG."""
     return to_bytes(figure, "png")

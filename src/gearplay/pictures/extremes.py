@@ -1,4 +1,4 @@
-"""A curve in fewer points that keeps its lowest and highest values: thinning loses shocks and lines."""
+"""Curves and maps with fewer points that keep the extremes: thinning by nearest neighbours loses shocks and lines."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,3 +52,32 @@ def thinned_path(x: Floats, y: Floats, most: int) -> tuple[Floats, Floats]:
         return x, y
     at = np.union1d(extreme_places(x, most // 4), extreme_places(y, most // 4))
     return x[at], y[at]
+
+
+def largest_of_cells(
+    table: Floats, y: Floats, x: Floats, most: tuple[int, int], *, log: tuple[bool, bool] = (False, False)
+) -> tuple[Floats, Floats, Floats]:
+    """Return a map in cells no smaller than a pixel: the largest value of the cells within each.
+
+    ``y`` and ``x`` are the rising edges of the cells, shape [row + 1] and [column + 1]; ``most`` is how many rows and columns
+    there are at most, even on the axis as drawn, which is logarithmic where ``log`` says so. Returns the map and its edges.
+
+    >>> cells = largest_of_cells(np.array([[0.0, 5.0, 1.0, np.nan]]), np.arange(2.0), np.arange(5.0), (1, 2))
+    >>> [each.tolist() for each in cells]
+    [[[5.0, 1.0]], [0.0, 1.0], [0.0, 2.0, 4.0]]
+    """
+    edges = []
+    for axis, (ends, count, scaled) in enumerate(zip((y, x), most, log, strict=True)):
+        starts = _starts(np.log(ends) if scaled else ends, count)
+        table = np.fmax.reduceat(table, starts, axis=axis)
+        edges.append(np.append(ends[starts], ends[-1]))
+    return table, edges[0], edges[1]
+
+
+def _starts(ends: Floats, count: int) -> NDArray[np.int64]:
+    """Return the first cell of each of at most ``count`` strips of equal width, by the middles of the cells."""
+    if ends.size - 1 <= count:
+        return np.arange(ends.size - 1)
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    strip = np.floor(count * (middle - ends[0]) / (ends[-1] - ends[0]))
+    return np.flatnonzero(np.diff(strip, prepend=-1.0))

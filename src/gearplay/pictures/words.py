@@ -2,7 +2,7 @@
 
 import textwrap
 
-from gearplay.vocabulary.quantities import DIMENSIONS
+from gearplay.vocabulary.quantities import DIMENSIONS, TEMPERATURE
 
 
 def plain(text: str) -> str:
@@ -42,7 +42,19 @@ def shown_unit(unit: str) -> str:
     ('(m/s²)²/Hz', '1', 'µm')
     """
     text = unit.replace("^2", "²").replace("^3", "³") or "1"
-    return plain("µm" if text == "um" else text)
+    return plain({"um": "µm", "degC": CELSIUS}.get(text, text))
+
+
+CELSIUS = "°C"
+
+
+def offset_in(shown: str) -> float:
+    """Return what 0 in SI is in a unit that is shown, -273.15 for degrees Celsius.
+
+    >>> offset_in("°C"), offset_in("mm")
+    (-273.15, 0.0)
+    """
+    return TEMPERATURE.display_offset if shown == CELSIUS else 0.0
 
 
 DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
@@ -50,6 +62,8 @@ DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 
 def shown_in(unit: str, largest: float) -> tuple[str, float]:
     """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
+
+    To temperatures, in °C, comes `offset_in`.
 
     >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0), shown_in("rad", 1e-4)
     (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0), ('µrad', 1000000.0))

@@ -10,7 +10,7 @@ from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import load_case
-from gearplay.pictures.words import shown_in
+from gearplay.pictures.words import offset_in, shown_in
 from gearplay.results.answer import case_in
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _shown(case: Case, path: str, value: Any) -> str:
         unit, factor = shown_in(unit_at(case, path), abs(value))
     except (KeyError, ValueError, AttributeError, IndexError, TypeError):
         return f"{value:.5g}"
-    return f"{factor * value:.5g}" + ("" if unit == "1" else f" {unit}")
+    return f"{factor * value + offset_in(unit):.5g}" + ("" if unit == "1" else f" {unit}")
 
 
 def window_words(window: tuple[float, float]) -> str:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from gearplay.files.atomic import write_bytes
 from gearplay.files.record import Channel
-from gearplay.pictures.canvas import to_png
-from gearplay.pictures.extremes import extremes
+from gearplay.pictures.canvas import pixels_of, to_png
+from gearplay.pictures.extremes import extremes, largest_of_cells
+from gearplay.pictures.scales import edges_of
 from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, TEST, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain, shown_unit
 from gearplay.signals.angle import ShaftAngle
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
-MOST_CELLS = 1200  # rows or columns of a map; a picture has no more dots
 
 
 def _finish(ax: "Axes", horizontal: str, vertical: str, caption: str, name: str) -> "Axes":
@@ -135,28 +135,28 @@ def plot_envelope_spectrum(
 
 
 def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
-    """Draw a map in four decades of colour below its highest value, the colour bar in the unit."""
+    """Draw a map in four decades of colour below its highest value, the colour bar in the unit.
+
+    A pixel has the highest value of the cells within it, so that a line narrower than a pixel is seen.
+    """
     from matplotlib.colors import LogNorm
 
-    step = [max(1, -(-n // MOST_CELLS)) for n in values.shape]
-    rows, columns = (n - n % s for n, s in zip(values.shape, step, strict=True))
-    # The highest of each stretch, so that a line narrower than a dot is seen.
-    table = (
-        values[:rows, :columns]
-        .reshape(rows // step[0], step[0], columns // step[1], step[1])
-        .max(axis=(1, 3))
-    )
-    x, y = x[: columns : step[1]], y[: rows : step[0]]
+    across, up = (edges_of(each, log=False) if each.size > 1 else _single(each) for each in (x, y))
+    table, up, across = largest_of_cells(values, up, across, pixels_of(ax))
     top = float(table.max())
     norm = LogNorm(top * 1e-4, top) if top > 0.0 else None
-    if x.size == 1:  # one stretch, about the middle of the record: a cell alone would have no width
-        x, table = np.array([0.0, 2.0 * x[0]]), np.repeat(table, 2, axis=1)
-    picture = ax.pcolormesh(x, y, np.maximum(table, top * 1e-4), norm=norm, cmap="viridis", shading="nearest",
-                            rasterized=True)  # fmt: skip
+    picture = ax.pcolormesh(
+        across, up, np.maximum(table, top * 1e-4), norm=norm, cmap="viridis", rasterized=True
+    )
     ax.grid(False)
     bar: Any = ax.figure.colorbar(picture, ax=ax, pad=0.02)
     bar.set_label(label, fontsize=8)
     bar.ax.tick_params(labelsize=7)
+
+
+def _single(place: Floats) -> Floats:
+    """Return the edges of the only cell of an axis, about the middle of the record."""
+    return np.array([0.0, 2.0 * float(place[0]) or 1.0])
 
 
 def plot_spectrogram(ax: "Axes", result: Spectrogram) -> "Axes":

@@ -31,9 +31,11 @@ class Quantity:
     display_unit
         Unit for people.
     display_factor
-        Number of display units in one SI unit: ``shown = value * display_factor``.
+        Number of display units in one SI unit: ``shown = value * display_factor + display_offset``.
     long_name
         Words for an axis or a table.
+    display_offset
+        What 0 in SI is in the display unit: of a temperature -273.15 degC.
 
     Examples
     --------
@@ -48,6 +50,7 @@ class Quantity:
     display_unit: str
     display_factor: float
     long_name: str
+    display_offset: float = 0.0
 
     @property
     def label(self) -> str:
@@ -98,7 +101,7 @@ ACCELERATION_DENSITY: Final = Quantity(
 INTEGRAL_GAIN: Final = Quantity(
     "integral_gain", "k_i", "N m/(rad s)", "N m/(rad s)", 1.0, "gain on the integral of an angle"
 )
-TEMPERATURE: Final = Quantity("temperature", "T", "K", "K", 1.0, "temperature")
+TEMPERATURE: Final = Quantity("temperature", "T", "K", "degC", 1.0, "temperature", -273.15)
 EXPANSION: Final = Quantity("expansion", "alpha", "1/K", "1/K", 1.0, "coefficient of linear expansion")
 MASS_DENSITY: Final = Quantity("mass_density", "rho", "kg/m^3", "kg/m^3", 1.0, "mass density")
 UNBALANCE: Final = Quantity("unbalance", "U", "kg m", "g mm", 1e6, "unbalance")

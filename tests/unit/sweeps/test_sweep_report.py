@@ -14,7 +14,6 @@ import pytest
 from gearplay.sweeps.door import sweep as run_sweep
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.report import curves as sweep_lines
-from gearplay.sweeps.report.conclusion import explained
 from gearplay.sweeps.report.page import failures_of, summary_of, varied_of, write_sweep_report
 from gearplay.sweeps.running.evaluate import Sweep
 from sweep_products import BOUNCE, DRAG, MODEL, PLAY, RMS, SPECTRUM, SPEED, made, plan_of
@@ -87,18 +86,9 @@ def test_the_page_begins_with_what_the_sweep_says(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     low, high = (f"{rpm * math.pi / 30.0:.3g}" for rpm in (60.0, 300.0))
     assert f"lies between {low} and {high} m/s²" in page
-    assert "Of its variance one quantity alone explains: speed 100 %; scatter among members is 0 %." in page
+    assert "first order (alone) and total (with others): speed 100 and 100 %, play 0 and 0 %." in page
+    assert "Scatter among members is" in page
     assert page.index("lies between") < page.index("data:image/png") < page.index("What was varied</h2>")
-
-
-def test_what_explains_a_number_and_what_chance_would() -> None:
-    generator = np.random.default_rng(1)
-    groups, signal = np.repeat(np.arange(10), 100), np.repeat(np.arange(10.0), 100)
-    noise = generator.normal(size=(200, 1000))
-    assert explained(signal + signal.std() * noise[0], groups) == pytest.approx(0.5, abs=0.05)
-    few = np.repeat(np.arange(10), 3)  # unadjusted, groups of three explain a third of noise
-    assert np.mean([explained(row[:30], few) for row in noise]) < 0.15
-    assert math.isnan(explained(np.array([1.0, np.nan]), np.array([0, 1])))
 
 
 def test_missing_and_failed_cases_are_counted_on_the_page(tmp_path: Path) -> None:

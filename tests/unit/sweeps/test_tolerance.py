@@ -27,14 +27,15 @@ from gearplay.sweeps.tolerances.allowable import (
     step_of,
 )
 from gearplay.sweeps.tolerances.distribution import distribution
-from gearplay.sweeps.tolerances.exceedance import as_table, exceedance, member_variance, proportion
-from gearplay.sweeps.tolerances.sobol_indices import (
+from gearplay.sweeps.tolerances.exceedance import exceedance, proportion
+from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
+from gearplay.sweeps.variance.members import as_table, member_variance
+from gearplay.sweeps.variance.sobol_indices import (
     emulated_indices,
     independent_rows,
     indices_of,
     sobol_indices,
 )
-from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
 from gearplay.vocabulary.errors import InputError
 
 NAMES = ("a", "b", "c")

@@ -198,7 +198,7 @@ class Branches(Answer):
     def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""
         from gearplay.nonlinear.orbits.figures import draw_branch
-        from gearplay.pictures.words import plain, shown_in
+        from gearplay.pictures.words import offset_in, plain, shown_in
         from gearplay.solver.flow import Flow
 
         name = signal or Flow(self.case).free_names[0]
@@ -209,7 +209,7 @@ class Branches(Answer):
             unit_at(self.case, self.path), max(float(np.abs(b.parameters).max()) for b in self)
         )
         for branch, each in zip(self, levels, strict=True):
-            draw_branch(drawn, branch, up * each[:, :, 0], factor=across)
+            draw_branch(drawn, branch, up * each[:, :, 0], factor=across, offset=offset_in(unit_x))
         drawn.set_xlabel(plain(f"{self.path} [{unit_x}]"), fontsize=8)
         drawn.set_ylabel(plain(f"{name} [{unit_y}]"), fontsize=8)
         return drawn

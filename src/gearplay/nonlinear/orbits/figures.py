@@ -12,19 +12,26 @@ MARKS = {FOLD: "s", DOUBLING: "^", TORUS: "o", GRAZING: "x"}
 BRANCH, POINT = "#222222", "#b02a4c"
 
 
-def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0) -> None:
+def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0, offset: float = 0.0) -> None:
     """Draw a branch on an axis: stable parts solid, unstable ones dotted, special points marked.
 
-    ``values`` are what is shown of each orbit, shape [orbit] or [orbit, order]; ``factor`` multiplies the parameter.
+    ``values`` are what is shown of each orbit, shape [orbit] or [orbit, order]; ``factor`` multiplies the parameter,
+    ``offset`` is added to it.
     """
     size = 5.0 / branch.order**0.5
     for y in np.asarray(values).reshape(len(branch.orbits), -1).T:
         for x, level, whole in _stretches(branch, y):
-            ax.plot(factor * x, level, "-" if whole else ":", color=BRANCH, linewidth=1.2)
+            ax.plot(
+                factor * np.asarray(x) + offset, level, "-" if whole else ":", color=BRANCH, linewidth=1.2
+            )
         for special in branch.special:
             level = _level(branch, special, y)
             ax.plot(
-                factor * special.orbit.parameter, level, MARKS[special.kind], color=POINT, markersize=size
+                factor * special.orbit.parameter + offset,
+                level,
+                MARKS[special.kind],
+                color=POINT,
+                markersize=size,
             )
 
 

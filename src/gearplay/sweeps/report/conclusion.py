@@ -1,4 +1,4 @@
-"""What a sweep says in two sentences: between what its first number lies, and what it goes with."""
+"""What a sweep says in a few sentences: whether a mesh jams, between what a number lies, what it goes with."""
 
 import math
 
@@ -6,94 +6,60 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.sweeps.report.drawable import MEMBER, SAMPLE, View
+from gearplay.sweeps.report.jam_words import jam_sentences
+from gearplay.sweeps.variance.sobol_indices import Indices, grid_indices, indices_of
+from gearplay.sweeps.variance.words import shares_words
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
-BINS = 8  # of equal count, of a drawn parameter
-LEAST = 0.05  # share of the variance from which on a quantity is named
-MOST = 3
 
 
 def conclusion_of(view: View) -> list[str]:
-    """Return two sentences of a sweep's first number; none where no number differs between cases."""
-    if not view.scalars:
-        return []
-    name = view.scalars[0]
-    table, groups = tables_of(view, name)
-    values = table.ravel()
-    values = values[np.isfinite(values)]
-    unit = "" if view.unit(name) == "1" else f" {view.unit(name)}"
-    words = str(view.dataset[name].attrs.get("long_name", name))
-    lines = [
-        f"{words[:1].upper()}{words[1:]} lies between {values.min():.3g} and {values.max():.3g}{unit}, "
-        f"in half of the {values.size} cases above {np.median(values):.3g}{unit}."
-    ]
-    shares = {axis: explained(table, labels) for axis, labels in groups.items() if axis != MEMBER}
-    told = sorted((axis for axis in shares if shares[axis] > LEAST), key=lambda axis: -shares[axis])
-    names = {each: axis.words for each, axis in {**view.axes, **view.drawn}.items()}
-    ranked = ", ".join(f"{names[axis]} {100.0 * shares[axis]:.0f} %" for axis in told[:MOST])
-    lines.append(
-        f"Of its variance one quantity alone explains: {ranked}" if told else "No quantity explains it alone"
-    )
-    if view.members > 1:
-        lines[-1] += f"; scatter among members is {100.0 * scatter_share(table):.0f} %"
-    lines[-1] += "."
+    """Return the sentences of a sweep: of the meshes whose jamming is kept, of its measure or else its first number."""
+    lines, jams = jam_sentences(view), {each.name for each in view.sweep.plan.reduce if each.kind == "jam"}
+    plan = view.sweep.plan
+    measure = plan.tolerance.measure if plan.tolerance is not None else ""
+    told = [measure] if measure in view.scalars else [each for each in view.scalars if each not in jams]
+    if not told:
+        return lines
+    name = told[0]
+    table, names, words = table_of(view, name)
+    lines.append(range_words(view, name, table[np.isfinite(table)]))
+    try:
+        found = shares_of(view, name, table, names)
+    except InputError as error:  # a package is not installed
+        lines.append(f"No Sobol indices: {error.faults[0].rule}.")
+        return lines
+    lines.append(shares_words(found, words if found.source == "grid" else ()))
+    if math.isfinite(found.noise):
+        lines.append(f"Scatter among members is {100.0 * found.noise:.3g} % of the variance of their means.")
     return lines
 
 
-def scatter_share(table: Floats) -> float:
-    """Return the share of the variance of a table that lies within its last dimension, that of the members.
-
-    >>> scatter_share(np.array([[1.0, -1.0], [1.0, -1.0]])), scatter_share(np.array([[1.0, 1.0], [2.0, 2.0]]))
-    (1.0, 0.0)
-    """
-    rows = table.reshape(-1, table.shape[-1])
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    total = float(rows.var()) if rows.size else 0.0
-    return float(rows.var(axis=1).mean()) / total if total > 0.0 else 0.0
-
-
-def explained(table: Floats, labels: NDArray[np.int64]) -> float:
-    """Return the share of the variance of a table that its groups explain, at most 1, without what chance would explain.
-
-    The correlation ratio adjusted for the number of groups (epsilon squared, Kelley 1935). ``labels`` gives each entry's group
-    and broadcasts with the table; what is not finite is left out.
-
-    >>> explained(np.array([1.0, 1.0, 2.0, 2.0]), np.array([0, 0, 1, 1]))
-    1.0
-    """
-    known = np.isfinite(table)
-    values, groups = table[known], np.broadcast_to(labels, table.shape)[known]
-    counts = np.bincount(groups)
-    used = counts > 0
-    n, k = values.size, int(used.sum())
-    total = float(np.sum((values - values.mean()) ** 2)) if n else 0.0
-    if n <= k or k < 2 or total == 0.0:
-        return math.nan if n <= k else 0.0
-    means = np.bincount(groups, weights=values)[used] / counts[used]
-    within = total - float(np.sum(counts[used] * (means - values.mean()) ** 2))
-    return max(0.0, 1.0 - within / (n - k) * (n - 1) / total)
+def range_words(view: View, name: str, values: Floats) -> str:
+    """Return between what a number lies, and where half of the cases are: at one end where most are there."""
+    unit = "" if view.unit(name) == "1" else f" {view.unit(name)}"
+    words = str(view.dataset[name].attrs.get("long_name", name))
+    low, high, count = float(values.min()), float(values.max()), values.size
+    said = f"{words[:1].upper()}{words[1:]} lies between {low:.3g} and {high:.3g}{unit}"
+    for end in (low, high):
+        at = int(np.count_nonzero(values == end))
+        if 2 * at >= count and count > 2:
+            return f"{said}; it is {end:.3g}{unit} in {at} of the {count} cases."
+    return f"{said}; the median of the {count} cases is {np.median(values):.3g}{unit}."
 
 
-def groups_of(values: Floats) -> NDArray[np.int64]:
-    """Return the group of each value, `BINS` of equal count.
-
-    >>> groups_of(np.arange(16.0)).tolist()
-    [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7]
-    """
-    ranks = np.argsort(np.argsort(values, kind="stable"), kind="stable")
-    return np.asarray(ranks * BINS // len(values), dtype=np.int64)
+def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
+    """Return a number over all axes, drawn points and members (last), the names of what varies, and their words."""
+    dims = [*view.axes, *((SAMPLE,) if view.samples > 1 else ())]
+    table = view.values(name, [*dims, *((MEMBER,) if view.members > 1 else ())], {})
+    words = [view.axes[dim].words if dim in view.axes else "the drawn parameters together" for dim in dims]
+    return table if view.members > 1 else table[..., None], tuple(dims), tuple(words)
 
 
-def tables_of(view: View, name: str) -> tuple[Floats, dict[str, NDArray[np.int64]]]:
-    """Return a number over all cases, and by axis or drawn parameter the group of each entry."""
-    dims = [*view.axes, *(d for d in (SAMPLE, MEMBER) if d in view.dataset[name].dims)]
-    table = view.values(name, dims, {})
-    groups: dict[str, NDArray[np.int64]] = {}
-    for at, dim in enumerate(dims):
-        shape = [1] * table.ndim
-        shape[at] = table.shape[at]
-        if dim == SAMPLE:
-            groups |= {each: groups_of(axis.values).reshape(shape) for each, axis in view.drawn.items()}
-        else:
-            groups[dim] = np.arange(table.shape[at]).reshape(shape)
-    return table, groups
+def shares_of(view: View, name: str, table: Floats, names: tuple[str, ...]) -> Indices:
+    """Return the Sobol indices of what varies: of a design's parameters as on the page of tolerances, else of the grid."""
+    plan = view.sweep.plan
+    if plan.design is not None and names == (SAMPLE,):
+        return indices_of(plan.design, table, seed=plan.design.seed)
+    return grid_indices(names, table)

@@ -48,7 +48,7 @@ def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
     jams = {
         float(line.across[0]) for place, _ in curves for line in jam_lines_of(view, along, "", held | place)
     }
-    inside = [x for x in sorted(view.axes[along].factor * j for j in jams) if _within(view, along, x)]
+    inside = [x for x in sorted(view.axes[along].shown(j) for j in jams) if _within(view, along, x)]
     failed = np.any([view.failed((along,), held | place) for place, _ in curves], axis=0)
     for number, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for at, (_, color) in enumerate(curves):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.pictures.scales import is_logarithmic
-from gearplay.pictures.words import short, shown_in
+from gearplay.pictures.words import offset_in, short, shown_in
 from gearplay.sweeps.running.evaluate import Sweep
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ FIRM = "\N{NO-BREAK SPACE}"
 
 @dataclass(frozen=True)
 class Along:
-    """An axis or a drawn parameter as it is shown: values in ``unit``, ``factor`` of it in one of SI.
+    """An axis or a drawn parameter as it is shown: values in ``unit``, ``factor`` of it in one of SI; 0 in SI is ``offset``.
 
     Categories have the values 0, 1, ... and ``labels``.
     """
@@ -39,6 +39,15 @@ class Along:
     labels: tuple[str, ...] = ()
     log: bool = False
     scaled: bool = False
+    offset: float = 0.0
+
+    def shown(self, value: Any) -> Any:
+        """Return values in SI, or factors, as they are shown."""
+        return self.factor * value + self.offset
+
+    def raw(self, shown: Any) -> Any:
+        """Return shown values in SI, or as factors."""
+        return (shown - self.offset) / self.factor
 
     @property
     def words(self) -> str:
@@ -71,7 +80,10 @@ def along_of(coordinate: "xr.DataArray", *, ordered: bool = True) -> Along:
     numbers = values.astype(np.float64)
     unit, factor = shown_in(str(coordinate.attrs.get("units", "1")), float(np.max(np.abs(numbers))))
     log = is_logarithmic(numbers if ordered else np.quantile(numbers, np.linspace(0.0, 1.0, 9)))
-    return Along(name, unit, factor, factor * numbers, (), log, scaled)
+    offset = offset_in(unit)
+    if offset:
+        log = False
+    return Along(name, unit, factor, factor * numbers + offset, (), log, scaled, offset)
 
 
 class View:

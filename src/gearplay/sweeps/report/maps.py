@@ -14,10 +14,12 @@ from gearplay.pictures.canvas import (
     WIDTH,
     legend_mark,
     make_figure,
+    pixels_of,
     set_legend,
     set_title,
     to_png,
 )
+from gearplay.pictures.extremes import largest_of_cells
 from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
 from gearplay.pictures.words import plain, short, wrapped
 from gearplay.sweeps.report.drawable import Along, Place, View
@@ -122,8 +124,14 @@ def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "n
     bar.ax.tick_params(labelsize=SMALL)
 
 
-def draw_cells(ax: Any, x: Floats, y: Floats, table: Floats, norm: Any) -> Any:
-    """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end."""
+def draw_cells(
+    ax: Any, x: Floats, y: Floats, table: Floats, norm: Any, *, log: tuple[bool, bool] = (False, False)
+) -> Any:
+    """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end.
+
+    A pixel has the largest number of the cells within it. ``log`` says which of the axes, y and x, are logarithmic.
+    """
+    table, y, x = largest_of_cells(table, y, x, pixels_of(ax), log=log)
     shown = np.maximum(table, norm.vmin)
     ax.set_facecolor(GREY)
     ax.grid(False)
@@ -163,7 +171,7 @@ def map_figure(view: View, name: str, across: str, up: str) -> bytes | None:
     handles: dict[str, Any] = {}
     picture = None
     for number, (ax, panel, table) in enumerate(zip(axes.flat, flat, tables, strict=True)):
-        picture = draw_cells(ax, x, y, table, scale[0])
+        picture = draw_cells(ax, x, y, table, scale[0], log=(y_axis.log, x_axis.log))
         failed = view.failed((up, across), panel.place)
         draw_failed(ax, x, y, failed)
         if failed.any():
@@ -200,10 +208,10 @@ def jam_lines_of(view: View, across: str, up: str, place: Place) -> list[JamLine
         axis = view.axes[name]
         if axis.labels:
             return []
-        edges = edges_of(axis.values, log=axis.log) / axis.factor
+        edges = axis.raw(edges_of(axis.values, log=axis.log))
         ends.append((name, float(edges[0]), float(edges[-1])))
     fixed = {
-        name: float(axis.values[place.get(name, 0)] / axis.factor)
+        name: float(axis.raw(axis.values[place.get(name, 0)]))
         for name, axis in (view.axes | view.alone).items()
         if (name in place or name in view.alone) and not axis.labels
     }
@@ -214,7 +222,7 @@ def _draw_jam(ax: Any, x_axis: Along, y_axis: Along, line: JamLine) -> bool:
     """Draw the line and say on which side the mesh can jam; return whether any of it is inside the picture."""
     from matplotlib.patheffects import withStroke
 
-    x, y = x_axis.factor * line.across, y_axis.factor * line.up
+    x, y = x_axis.shown(line.across), y_axis.shown(line.up)
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
     if inside.size < 2:

@@ -104,7 +104,7 @@ def strongest(columns: Sequence[Floats], values: Floats, most: int) -> list[int]
 
 
 def _left_out(shown: int, count: int) -> str:
-    return f", the {shown} of {count} parameters that matter most" if shown < count else ""
+    return f", the {shown} of {count} parameters that it goes with most" if shown < count else ""
 
 
 def _over_samples(view: View, name: str, place: dict[str, int]) -> Floats:

@@ -110,7 +110,7 @@ def order_figure(view: View, name: str, up: str) -> bytes | None:
     cells = int(min(MOST_COLUMNS, max(200.0, 2.0 * top * known.max() / np.diff(edges).min())))
     orders = np.linspace(0.0, top, cells + 1)
     tables = [
-        _over_orders(_rows(view, name, up, panel), mesh, edges, 0.5 * (orders[1:] + orders[:-1]))
+        _over_orders(_rows(view, name, up, panel), mesh, edges, orders)
         for panel, mesh in zip(flat, meshes, strict=True)
     ]
     scale = _norm(tables)
@@ -130,13 +130,17 @@ def order_figure(view: View, name: str, up: str) -> bytes | None:
 
 
 def _over_orders(table: Floats, mesh: Floats, edges: Floats, orders: Floats) -> Floats:
-    """Return each row's value of the band that holds order times mesh frequency, NaN where none does."""
-    found = np.full((len(table), len(orders)), np.nan)
+    """Return each row's largest value of the bands that share a cell of orders, NaN where none does.
+
+    ``edges`` are those of the bands [Hz], ``orders`` those of the cells, multiples of the ``mesh`` frequency [Hz].
+    """
+    found = np.full((len(table), len(orders) - 1), np.nan)
     for row, (values, frequency) in enumerate(zip(table, mesh, strict=True)):
         if np.isfinite(frequency):
-            at = np.searchsorted(edges, orders * frequency, side="right") - 1
-            inside = (at >= 0) & (at < len(values))
-            found[row, inside] = values[at[inside]]
+            first = np.searchsorted(edges, orders[:-1] * frequency, side="right") - 1
+            last = np.searchsorted(edges, orders[1:] * frequency, side="left")
+            for cell in np.flatnonzero((last > 0) & (first < len(values)) & (last > first)):
+                found[row, cell] = np.fmax.reduce(values[max(first[cell], 0) : last[cell]])
     return found
 
 
@@ -194,7 +198,7 @@ def _draw(
     y = edges_of(axis.values, log=axis.log)
     rows, columns = axes.shape
     number = list(axes.flat).index(ax)
-    picture = draw_cells(ax, x, y, table, norm)
+    picture = draw_cells(ax, x, y, table, norm, log=(axis.log, False))
     draw_failed(ax, x[[0, -1]], y, view.failed((up,), panel.place)[:, None])
     scale_axis(ax, axis, up=True, label=number % columns == 0)
     ax.set_xlim(x[0], x[-1])

@@ -7,13 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.sweeps.tolerances.exceedance import (
-    as_table,
-    member_means,
-    member_variance,
-    noise_share,
-    proportion,
-)
+from gearplay.sweeps.tolerances.exceedance import proportion
+from gearplay.sweeps.variance.members import as_table, member_means, member_variance, noise_share
 
 Floats = NDArray[np.float64]
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)

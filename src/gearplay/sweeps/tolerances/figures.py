@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
-from gearplay.pictures.words import plain, short, shown_in
+from gearplay.pictures.words import offset_in, plain, short, shown_in
 from gearplay.sweeps.tolerances.allowable import Allowable
 from gearplay.sweeps.tolerances.distribution import Distribution
-from gearplay.sweeps.tolerances.exceedance import Exceedance, as_table, interval_of
-from gearplay.sweeps.tolerances.sobol_indices import Indices
+from gearplay.sweeps.tolerances.exceedance import Exceedance, interval_of
+from gearplay.sweeps.variance.members import as_table
+from gearplay.sweeps.variance.sobol_indices import Indices
 
 Floats = NDArray[np.float64]
 LIMIT = "#b02a4c"
@@ -48,7 +49,9 @@ class Scale:
         >>> Scale.of("play", "m", 2e-4).words(1.234e-4)
         '123 µm'
         """
-        return f"{self.factor * value:.{digits}g}" + ("" if self.unit == "1" else f" {self.unit}")
+        return f"{self.factor * value + offset_in(self.unit):.{digits}g}" + (
+            "" if self.unit == "1" else f" {self.unit}"
+        )
 
     @property
     def label(self) -> str:

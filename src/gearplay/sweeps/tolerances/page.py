@@ -23,6 +23,7 @@ from gearplay.sweeps.tolerances import words as words_of
 from gearplay.sweeps.tolerances.allowable import Allowable, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
+from gearplay.sweeps.variance.words import spoken
 from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
@@ -209,7 +210,7 @@ def draw_figures(
                 indices, f"Where the scatter of {tolerance.measure} comes from: Sobol indices{made}{where}"
             )
     if search is not None:
-        names = " and ".join(map(words_of.spoken, tolerance.scale))
+        names = " and ".join(map(spoken, tolerance.scale))
         title = f"How large {names} may be: {tolerance.measure} within its limit"
         grows = "each of them"
         if len(tolerance.scale) == 1 and design is not None:

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.distribution import Distribution, distribution
-from gearplay.sweeps.tolerances.exceedance import Exceedance, as_table, exceedance
-from gearplay.sweeps.tolerances.sobol_indices import Indices, independent_rows, indices_of
+from gearplay.sweeps.tolerances.exceedance import Exceedance, exceedance
+from gearplay.sweeps.variance.members import as_table
+from gearplay.sweeps.variance.sobol_indices import Indices, independent_rows, indices_of
 
 Floats = NDArray[np.float64]
 PART = 0.2

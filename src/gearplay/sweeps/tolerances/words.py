@@ -7,8 +7,9 @@ from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable, size_words
 from gearplay.sweeps.tolerances.exceedance import Exceedance
 from gearplay.sweeps.tolerances.figures import Scale, percent
-from gearplay.sweeps.tolerances.sobol_indices import Indices
 from gearplay.sweeps.tolerances.tolerance import Cut
+from gearplay.sweeps.variance.sobol_indices import Indices
+from gearplay.sweeps.variance.words import shares_words, spoken
 
 KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
 CAPTION = {
@@ -77,6 +78,7 @@ def indices_words(found: Indices) -> list[str]:
     total = f"total index {found.total[top]:.2f} ± {found.total_error[top]:.2f}, {first}"
     shown = total if found.source == "sobol" or found.degree > 1 else f"{first}, no interactions seen"
     lines = [f"{who[0].upper()}{who[1:]}: {shown} (from {made}, {found.used} points)."]
+    lines.append(shares_words(found))
     if math.isfinite(found.unexplained):
         lines.append(
             f"The polynomial leaves {percent(found.unexplained)} of the variance unexplained when each point is predicted "
@@ -129,15 +131,6 @@ def search_words(found: Allowable, parameters: Sequence[Random], scaling: str = 
         )
         return [_advice(found, parameters, scaling), warning, *_check_words(found), *note]
     return [_advice(found, parameters, scaling), *_check_words(found), _estimate(found), *note]
-
-
-def spoken(name: str) -> str:
-    """Return a name as it is said.
-
-    >>> spoken("tooth_error")
-    'tooth error'
-    """
-    return name.replace("_", " ")
 
 
 def _advice(found: Allowable, parameters: Sequence[Random], scaling: str) -> str:

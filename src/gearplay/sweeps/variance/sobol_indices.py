@@ -4,7 +4,7 @@ The first-order index is the share of the variance that would go if the paramete
 would stay if all others were (Sobol', Math. Comput. Simul. 55 (2001) 271). A ``saltelli`` design has estimators of its own
 (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259; Jansen's for the total index), in SALib. Of other designs a polynomial
 is fitted and its variance split (Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964): only as good as the polynomial, so its
-leave-one-out error is told beside.
+leave-one-out error is told beside. Of a full grid the variance is split exactly.
 """
 
 import math
@@ -17,7 +17,7 @@ from gearplay.surrogates.polynomials import Emulator, terms
 from gearplay.surrogates.polynomials import design as polynomials
 from gearplay.sweeps.cases.draws import sample_size, unit_points
 from gearplay.sweeps.plans.design import Design
-from gearplay.sweeps.tolerances.exceedance import as_table, member_means, member_variance, noise_share
+from gearplay.sweeps.variance.members import as_table, member_means, member_variance, noise_share
 from gearplay.vocabulary.optional import load_optional
 
 Floats = NDArray[np.float64]
@@ -31,10 +31,10 @@ DRAWS = 400  # of coefficients, for the scatter of a polynomial's indices
 class Indices:
     """Sobol indices of each parameter, with half-widths of their confidence intervals; empty, with a ``reason``, for none.
 
-    ``source`` is "sobol" or "polynomial". ``used`` counts the points they are made from, ``left_out`` those left out because a
-    case failed. ``noise`` is the share of the variance of the members' mean that no parameter explains, judged by the
-    members (NaN with one member); each total index of a saltelli design contains it. ``unexplained`` is the leave-one-out
-    variance of the polynomial over that of the measure, NaN for a saltelli design.
+    ``source`` is "sobol", "polynomial" or "grid". ``used`` counts the points they are made from, ``left_out`` those left out
+    because a case failed. ``noise`` is the share of the variance of the members' mean that no parameter explains, judged by the
+    members (NaN with one member); each total index of a saltelli design or a grid contains it. ``unexplained`` is the
+    leave-one-out variance of the polynomial over that of the measure, NaN for others.
     """
 
     source: str
@@ -118,6 +118,33 @@ def sobol_indices(design: Design, values: Floats, *, confidence: float = 0.95, s
         total=_floats(found["ST"]),
         total_error=_floats(found["ST_conf"]),
         noise=_noise(whole_table),
+    )
+
+
+def grid_indices(names: tuple[str, ...], table: Floats) -> Indices:
+    """Return the Sobol indices of the axes of a full grid, each value as likely as the others; shape [axis, ..., member].
+
+    Members are averaged first. The first-order index is the variance of the means over all other axes, the total index the
+    mean of the variances along the axis itself, both over the variance of the whole; exact, so without an interval.
+
+    >>> found = grid_indices(("a", "b"), np.array([[[0.0], [1.0]], [[2.0], [3.0]]]))
+    >>> found.first, found.total
+    ((0.8, 0.2), (0.8, 0.2))
+    """
+    cells = table.reshape(-1, table.shape[-1])
+    means = member_means(cells).reshape(table.shape[:-1])
+    missing = int(np.count_nonzero(~np.isfinite(means)))
+    if missing or not names:
+        reason = f"{missing} of {means.size} combinations have no number" if names else "nothing varies"
+        return Indices("grid", names, math.nan, means.size - missing, missing, reason=reason)
+    if not _varies(means):
+        return Indices("grid", names, math.nan, means.size, 0, reason="the measure does not vary")
+    whole, axes = float(np.var(means)), range(means.ndim)
+    first = [float(np.var(means.mean(axis=tuple(k for k in axes if k != own)))) / whole for own in axes]
+    total = [float(np.mean(np.var(means, axis=own))) / whole for own in axes]
+    none = (0.0,) * len(names)
+    return Indices(
+        "grid", names, math.nan, means.size, 0, tuple(first), none, tuple(total), none, noise=_noise(cells)
     )
 
 
