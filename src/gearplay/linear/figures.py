@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gearplay.model import geometry
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
+from gearplay.pictures.planes import apart
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain, short
+from gearplay.results.mechanism import placed
 from gearplay.results.titles import words_of
 
 if TYPE_CHECKING:
@@ -35,30 +37,33 @@ class _Disc(NamedTuple):
     ring: bool
 
 
-def _discs(case: Case) -> list[_Disc]:
-    """Return circles for all rotors: pitch circles of their gears, carriers through their pins."""
-    centres = geometry.centres(case)
-    radii: dict[str, list[tuple[float, bool]]] = {}
-    for mesh in case.meshes:
-        for name in (mesh.driver, mesh.driven):
-            entry = (geometry.pitch_radius(case, mesh, name), bool(geometry.gear_of(case, name).internal))
-            found = radii.setdefault(geometry.rotor_of(case, name), [])
-            if entry not in found:
-                found.append(entry)
-    for name in case.rotors:
-        if (on := geometry.carrier_of(case, name)) is not None and on not in radii:
-            arm = max(
-                float(np.hypot(*np.subtract(centres[other], centres[on])))
-                for other in case.rotors
-                if geometry.carrier_of(case, other) == on
-            )
-            radii[on] = [(arm, False)]
-    size = max([r for found in radii.values() for r, _ in found], default=1.0)
-    discs = []
-    for name in case.rotors:
-        for radius, ring in radii.get(name, [(ROTOR * size, False)]):
-            discs.append(_Disc(name, *centres[name], radius, ring))
-    return discs
+def _discs(case: Case) -> tuple[list[_Disc], list[list[float]]]:
+    """Return circles for all rotors, and lines between those of one shaft or coupling that lie apart, x, y, x, y [m].
+
+    They are pitch circles of gears, circles of carriers through their pins; no circle lies over another plane.
+    """
+    mechanism = placed(case)
+    own = {gear["rotor"]: gear for gear in mechanism["gears"]}
+    arms = {
+        each["on"]: math.dist(*((own[each[key]]["x"], own[each[key]]["y"]) for key in ("rotor", "on")))
+        for each in mechanism["carried"]
+    }
+    pitch = {
+        gear["name"]: 0.5 * gear["module"] * gear["teeth"] for gear in mechanism["gears"] if gear["module"]
+    }
+    plain_disc = ROTOR * max([*pitch.values(), *arms.values()], default=1.0)
+    drawn = apart(mechanism, gap=SWING, disc=plain_disc)
+    discs = [
+        _Disc(
+            gear["rotor"],
+            gear["x"],
+            gear["y"],
+            pitch.get(gear["name"]) or arms.get(gear["rotor"]) or plain_disc,
+            gear["internal"],
+        )
+        for gear in drawn["gears"]
+    ]
+    return discs, drawn["axes"]
 
 
 def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
@@ -67,12 +72,12 @@ def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
     A spoke shows how far a rotor turns; scale of each shape its own.
     """
     case = load_case(json.loads(ds.attrs["case"]))
-    discs = _discs(case)
+    discs, axes_apart = _discs(case)
     moving = [m for m, f in enumerate(ds["frequency"].values) if f > 0.0][:most] or [0]
     columns = min(COLUMNS, len(moving))
     rows = -(-len(moving) // columns)
     figure, axes = make_figure(rows, columns, 0.9 + 2.4 * rows)
-    extent = max(abs(d.x) + abs(d.y) + d.radius for d in discs)
+    extent = max(math.hypot(d.x - discs[0].x, d.y - discs[0].y) + d.radius for d in discs)
     places = {str(name): k for k, name in enumerate(ds["coordinate"].values)}
     for ax in axes.flat[len(moving) :]:
         ax.set_visible(False)
@@ -89,6 +94,8 @@ def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
             max(float(np.hypot(v[0], v[1])), abs(v[2]) * d.radius) for d in discs for v in [moves[d.rotor]]
         )
         factor = SWING * extent / largest if largest > 0.0 else 0.0
+        for x, y, to_x, to_y in axes_apart:
+            ax.plot([x, to_x], [y, to_y], color=CLEARANCE, linewidth=0.6, linestyle="-.")
         for d in discs:
             dx, dy, turn = (factor * v for v in moves[d.rotor])
             still = abs(dx) + abs(dy) + abs(turn) * d.radius < 0.01 * SWING * extent

@@ -88,15 +88,24 @@ def phases(gears: Sequence[Gear], meshes: Sequence[Mapping[str, Any]]) -> dict[s
     return found
 
 
-def shaft_radius(gear: Gear) -> float:
-    """Return the radius of a drawn shaft [m]."""
-    return float(0.6 * (gear["module"] or 0.004) + 0.004)
+def usual_shaft(module: float | None, roots: Sequence[float]) -> float:
+    """Return the radius of a drawn shaft [m] by the module of what it carries, at most half of the root radii on its axis [m].
+
+    >>> usual_shaft(0.005, []), usual_shaft(0.001, [0.00725])
+    (0.007, 0.003625)
+    """
+    return min([0.6 * (module or 0.004) + 0.004, *(0.5 * root for root in roots)])
+
+
+def root_radius(gear: Gear) -> float:
+    """Return the radius of the circle within the teeth of an external gear [m]."""
+    return float(gear["module"] * (0.5 * gear["teeth"] - gear["dedendum"]))
 
 
 def rim_radius(gear: Gear) -> float:
-    """Return the radius that a drawn gear takes up [m]: of a ring that of its rim."""
+    """Return the radius that a drawn gear takes up [m]: of a ring its rim, without teeth its ``disc``, else thrice its shaft."""
     if not (gear["teeth"] and gear["module"]):
-        return 0.02
+        return float(gear.get("disc", 3.0 * gear["shaft"]))
     return float(0.5 * gear["module"] * gear["teeth"] + (3.0 if gear["internal"] else 1.2) * gear["module"])
 
 

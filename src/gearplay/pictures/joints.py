@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.gears import shaft_radius
 from gearplay.pictures.style import TEST
 
 Floats = NDArray[np.float64]
@@ -41,7 +40,7 @@ class Joints:
             one, other = (shafts[name] for name in coupling["between"])
             if math.hypot(one["x"] - other["x"], one["y"] - other["y"]) > 1e-6:
                 continue  # two axes joined by an ideal drive
-            radius = 1.7 * max(shaft_radius(one), shaft_radius(other))
+            radius = 1.7 * max(one["shaft"], other["shaft"])
             for gear, style, inner in ((one, "-", 0.7), (other, "--", 1.3)):
                 (line,) = ax.plot([], [], color=TEST, linewidth=1.1, linestyle=style, zorder=4.4)
                 self.rings.append((line, gear, radius, inner))
@@ -64,7 +63,7 @@ class Joints:
 
 def spring(gear: Mapping[str, Any], centre: Floats, axis: int) -> Floats:
     """Return a spring from the ground, left of a shaft or below it, to the shaft at its centre [m], shape [point, 2]."""
-    shaft, home = shaft_radius(gear), np.array([gear["x"], gear["y"]])
+    shaft, home = gear["shaft"], np.array([gear["x"], gear["y"]])
     start, end = -3.2 * shaft, centre[axis] - home[axis] - shaft
     along = [start, start, start, *np.linspace(start, end, 2 * COILS + 1)[1:-1], end]
     coils = [0.35 * shaft * (1.0 if k % 2 else -1.0) for k in range(1, 2 * COILS)]

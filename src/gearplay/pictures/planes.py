@@ -1,26 +1,34 @@
 """Stages that lie one behind the other, drawn beside each other: what meshes lies in one plane."""
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
-from gearplay.pictures.gears import Gear, rim_radius
+from gearplay.pictures.gears import Gear, rim_radius, root_radius, usual_shaft
 
 ASPECT = 0.9
 """Width to height of the place for a drawing of the whole."""
+COAXIAL = 1e-6
+"""Distance [m] of two axes that are drawn as one."""
 GAP = 0.04
 """Between planes, of the larger side of one."""
 Box = tuple[float, float, float, float]
 
 
-def apart(mechanism: Mapping[str, Any]) -> dict[str, Any]:
+def apart(mechanism: Mapping[str, Any], *, gap: float = GAP, disc: float | None = None) -> dict[str, Any]:
     """Return a mechanism whose planes do not cover each other.
 
-    Its gears are moved where needed and know their ``plane``; ``axes`` are pairs of places [m] where one shaft, or two that
-    are coupled, are seen.
+    Its gears are moved where needed and know their ``plane`` and the radius of their drawn ``shaft`` [m]; ``axes`` are pairs of
+    places [m] where one shaft, or two that are coupled, are seen. ``gap`` is between planes, of the larger side of one.
+    With ``disc`` [m] rotors without teeth that carry nothing are discs of that radius, each in a plane of its own.
     """
-    planes = _planes(mechanism)
-    gears = min((_spread(mechanism["gears"], planes, axis) for axis in (0, 1)), key=_size)
+    planes = _planes(mechanism, joined=disc is None)
+    gears = [{**gear, "plane": plane} for gear, plane in zip(mechanism["gears"], planes, strict=True)]
+    gears = [{**gear, "shaft": _shaft(gear, gears)} for gear in gears]
+    if disc is not None:
+        gears = [gear if gear["teeth"] and gear["module"] else {**gear, "disc": disc} for gear in gears]
+    gears = min((_spread(gears, axis, gap) for axis in (0, 1)), key=_size)
     pairs = [
         (one, other)
         for one, other in combinations(gears, 2)
@@ -34,8 +42,16 @@ def apart(mechanism: Mapping[str, Any]) -> dict[str, Any]:
     return {**mechanism, "gears": gears, "axes": axes}
 
 
-def _planes(mechanism: Mapping[str, Any]) -> list[int]:
-    """Return the number of each gear's plane: with the gears it meshes with, its carrier, and discs coupled to it."""
+def _shaft(gear: Gear, gears: Sequence[Gear]) -> float:
+    """Return the radius of a gear's drawn shaft [m]: within the roots of all gears of its plane that share its axis."""
+    toothed = [each for each in gears if each["plane"] == gear["plane"] and each["teeth"] and each["module"]]
+    around = [each for each in toothed if math.dist((each["x"], each["y"]), (gear["x"], gear["y"])) < COAXIAL]
+    module = gear["module"] or min((each["module"] for each in toothed), default=None)
+    return usual_shaft(module, [root_radius(each) for each in around if not each["internal"]])
+
+
+def _planes(mechanism: Mapping[str, Any], *, joined: bool) -> list[int]:
+    """Return the number of each gear's plane: its meshes, its carrier, and if ``joined`` discs coupled to it."""
     gears = mechanism["gears"]
     lead = list(range(len(gears)))
 
@@ -55,7 +71,7 @@ def _planes(mechanism: Mapping[str, Any]) -> list[int]:
     for each in mechanism["carried"]:
         join(named(each["on"]), named(each["rotor"]))
     hubs = {each["on"] for each in mechanism["carried"]}
-    for each in mechanism["couplings"]:
+    for each in mechanism["couplings"] if joined else ():
         ends = [named(name) for name in each["between"]]
         if any(gears[k]["rotor"] not in hubs and not gears[k]["teeth"] for k in ends):
             join(*ends)  # a plain disc
@@ -79,16 +95,16 @@ def _size(gears: Sequence[Gear]) -> float:
     return max((right - left) / ASPECT, high - low)
 
 
-def _spread(gears: Sequence[Gear], planes: Sequence[int], axis: int) -> list[dict[str, Any]]:
+def _spread(gears: Sequence[Gear], axis: int, wide: float) -> list[dict[str, Any]]:
     """Return the gears, planes that would cover one before moved beside all of those: along x (0) or down y (1)."""
     placed: list[Box] = []
-    moved = [{**gear, "plane": plane} for gear, plane in zip(gears, planes, strict=True)]
-    for plane in range(max(planes, default=-1) + 1):
+    moved = [dict(gear) for gear in gears]
+    for plane in sorted({gear["plane"] for gear in gears}):
         mine = [gear for gear in moved if gear["plane"] == plane]
         left, right, low, high = _box(mine)
         shift = [0.0, 0.0]
         if any(left < b[1] and b[0] < right and low < b[3] and b[2] < high for b in placed):
-            gap = GAP * max(right - left, high - low)
+            gap = wide * max(right - left, high - low)
             if axis == 0:
                 shift[0] = max(b[1] for b in placed) + gap - left
             else:

@@ -18,11 +18,11 @@ from gearplay.pictures.gears import (
     phases,
     pitch_point,
     rim_radius,
-    shaft_radius,
     toward,
 )
 from gearplay.pictures.joints import CIRCLE, SOFT, Joints
 from gearplay.pictures.style import COUPLED, TEST, blank_figure, tidy
+from gearplay.pictures.windows import Look, axis_of, gear_on, mesh_look, reach, sleeve_look, whole_look
 from gearplay.pictures.words import plain, short
 
 Floats = NDArray[np.float64]
@@ -32,15 +32,15 @@ MM = 1e3
 
 
 class _Pane(NamedTuple):
-    """One view: its axes, whether carriers turn in it, the radius of a shaft drawn to be looked at [m], what moves in it."""
+    """One view: its axes, its window, whether carriers turn in it, what moves in it."""
 
     ax: Any
+    look: Look
     turning: bool
-    shaft: float | None
     gears: list[tuple[Any, Mapping[str, Any]]]
     arms: list[tuple[Any, str, str]]
     shafts: list[tuple[Any, Mapping[str, Any]]]
-    sleeves: list[tuple[Any, Mapping[str, Any], float]]
+    sleeves: list[tuple[Any, Mapping[str, Any], float, int]]
     forces: list[Any]
     joints: Joints
 
@@ -79,11 +79,12 @@ class Stage:
         self.phases = phases(mechanism["gears"], mechanism["meshes"])
         self.peak = max([float(np.max(np.abs(frames[key]), initial=0.0)) for key in ("sleeves", "meshes")])
         self.figure = blank_figure(9.0, 5.4)
-        looks = [each for each in (self._sleeve(sleeve), self._mesh(mesh)) if each]
+        found = (sleeve_look(mechanism, sleeve, self.factor), mesh_look(mechanism, mesh))
+        looks = [each for each in found if each is not None]
         grid = self.figure.add_gridspec(
             max(1, len(looks)), 2 if looks else 1, width_ratios=[1.9, 1.0] if looks else None
         )
-        self.panes = [self._pane(self.figure.add_subplot(grid[:, 0]), self._whole(), turning=True)]
+        self.panes = [self._pane(self.figure.add_subplot(grid[:, 0]), whole_look(mechanism), turning=True)]
         for row, look in enumerate(looks):
             self.panes.append(self._pane(self.figure.add_subplot(grid[row, 1]), look, turning=False))
         set_title(self.figure, title)
@@ -109,72 +110,20 @@ class Stage:
         return int(np.argmax(whole.max(axis=0))) if whole.size else 0
 
     def _gear(self, rotor: str) -> Mapping[str, Any]:
-        return next(gear for gear in self.mechanism["gears"] if gear["rotor"] == rotor)
-
-    def _whole(self) -> tuple[float, float, float, float, str, float | None]:
-        """Return the window that all gears fit in: its middle, half its width and height [m]."""
-        gears = self.mechanism["gears"]
-        rims = [rim_radius(gear) for gear in gears]
-        around = [self._reach(gear) + rim for gear, rim in zip(gears, rims, strict=True)]
-        axes = [self._axis(gear) for gear in gears]
-        low = [min(axis[k] - r for axis, r in zip(axes, around, strict=True)) for k in (0, 1)]
-        high = [max(axis[k] + r for axis, r in zip(axes, around, strict=True)) for k in (0, 1)]
-        middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-        half = [0.53 * (b - a) for a, b in zip(low, high, strict=True)]
-        return middle[0], middle[1], half[0], half[1], "", None
-
-    def _reach(self, gear: Mapping[str, Any]) -> float:
-        """Return how far from its carrier's axis a gear's centre lies [m]."""
-        axis = self._axis(gear)
-        return math.hypot(gear["x"] - axis[0], gear["y"] - axis[1])
-
-    def _axis(self, gear: Mapping[str, Any]) -> tuple[float, float]:
-        on = next((each["on"] for each in self.mechanism["carried"] if each["rotor"] == gear["rotor"]), None)
-        hub = self._gear(on) if on is not None else gear
-        return hub["x"], hub["y"]
-
-    def _sleeve(self, name: str | None) -> tuple[float, float, float, float, str, float | None] | None:
-        sleeves = self.mechanism["sleeves"]
-        chosen = next((each for each in sleeves if each["name"] == name), sleeves[0] if sleeves else None)
-        if chosen is None:
-            return None
-        gear, clearance = self._gear(chosen["name"]), chosen["clearance"]
-        usual = shaft_radius(gear)
-        play = max(self.factor * clearance, 0.02 * usual)
-        shaft = min(2.5 * play, usual) if clearance > 0.0 else usual
-        half = 1.3 * (shaft + play) if clearance > 0.0 else 2.0 * shaft
-        word = (
-            f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm"
-            if clearance > 0.0
-            else f"bearing of {chosen['name']}"
-        )
-        return gear["x"], gear["y"], half, half, word, shaft
-
-    def _mesh(self, name: str | None) -> tuple[float, float, float, float, str, float | None] | None:
-        meshes = self.mechanism["meshes"]
-        chosen = next((each for each in meshes if each["name"] == name), meshes[0] if meshes else None)
-        if chosen is None:
-            return None
-        a, b = self._pair(chosen)
-        x, y = pitch_point(a, b)
-        half = 1.8 * math.pi * a["module"]
-        return x, y, half, half, f"mesh {chosen['name']}, backlash {1e6 * chosen['backlash']:.4g} µm", None
+        return gear_on(self.mechanism, rotor)
 
     def _pair(self, mesh: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
         named = {gear["name"]: gear for gear in self.mechanism["gears"]}
         return named[mesh["driver"]], named[mesh["driven"]]
 
-    def _pane(
-        self, ax: Any, look: tuple[float, float, float, float, str, float | None], *, turning: bool
-    ) -> _Pane:
+    def _pane(self, ax: Any, look: Look, *, turning: bool) -> _Pane:
         """Make a view's artists, which `_place` moves."""
         from matplotlib.patches import PathPatch, Polygon
 
-        x, y, half_x, half_y, words, shaft = look
+        words, shaft = look.words, look.shaft
         tidy(ax).grid(False)
         ax.set_aspect("equal")
-        ax.set_xlim(MM * (x - half_x), MM * (x + half_x))
-        ax.set_ylim(MM * (y - half_y), MM * (y + half_y))
+        self._focus(ax, look, look.x, look.y)
         ax.locator_params(nbins=5)
         if words:
             ax.set_xticks([])
@@ -193,7 +142,7 @@ class Stage:
             )
             gears.append((ax.add_patch(patch), gear))
         for each in self.mechanism["carried"]:
-            if not words and self._reach(self._gear(each["rotor"])) > 0.0:
+            if not words and reach(self.mechanism, self._gear(each["rotor"])) > 0.0:
                 (line,) = ax.plot(
                     [], [], color=SOFT, alpha=0.55, linewidth=5.0, solid_capstyle="round", zorder=3
                 )
@@ -204,14 +153,15 @@ class Stage:
         for gear in {
             (each["rotor"], each["plane"]): each for each in reversed(self.mechanism["gears"])
         }.values():
-            radius = shaft or shaft_radius(gear)
-            held = next((each for each in self.mechanism["sleeves"] if each["name"] == gear["rotor"]), None)
-            if held is not None:
-                play = self.factor * held["clearance"]
+            radius = shaft or gear["shaft"]
+            held = [each["name"] for each in self.mechanism["sleeves"]]
+            if gear["rotor"] in held:
+                k = held.index(gear["rotor"])
+                play = self.factor * self.mechanism["sleeves"][k]["clearance"]
                 (ring,) = ax.plot(
                     [], [], color=SOFT, linewidth=1.1, linestyle="-" if play > 0.0 else ":", zorder=5
                 )
-                sleeves.append((ring, gear, radius + play if play > 0.0 else 1.3 * radius))
+                sleeves.append((ring, gear, radius + play if play > 0.0 else 1.3 * radius, k))
             disc = Polygon(
                 radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), facecolor=COUPLED, zorder=4
             )
@@ -223,7 +173,13 @@ class Stage:
             ax.plot([], [], color=FORCE, linewidth=1.5, zorder=6, clip_on=bool(words))[0]
             for _ in range(count)
         ]
-        return _Pane(ax, turning, shaft, gears, arms, shafts, sleeves, forces, Joints(ax, self.mechanism))
+        return _Pane(ax, look, turning, gears, arms, shafts, sleeves, forces, Joints(ax, self.mechanism))
+
+    @staticmethod
+    def _focus(ax: Any, look: Look, x: float, y: float) -> None:
+        """Have a view show its window about a middle [m]."""
+        ax.set_xlim(MM * (x - look.half_x), MM * (x + look.half_x))
+        ax.set_ylim(MM * (y - look.half_y), MM * (y + look.half_y))
 
     def _names(self, ax: Any) -> None:
         """Write the names of the gears beside their shafts, that of a ring in its rim."""
@@ -235,7 +191,7 @@ class Stage:
             if gear["rotor"] in around or (gear["rotor"] in hubs and not gear["teeth"]):
                 continue  # it goes around, or is a carrier behind a sun
             ring = gear["internal"]
-            up = rim_radius(gear) - 1.4 * gear["module"] if ring else -1.8 * shaft_radius(gear)
+            up = rim_radius(gear) - 1.4 * gear["module"] if ring else -1.8 * gear["shaft"]
             places = [at for at in words if not ring and math.dist(at, (gear["x"], gear["y"] + up)) < abs(up)]
             words.setdefault((places or [(gear["x"], gear["y"] + up)])[0], []).append(
                 short(gear["shown"], 24)
@@ -278,7 +234,9 @@ class Stage:
             """Return how a gear's set is turned with its carrier."""
             if not pane.turning:
                 return Affine2D()
-            return Affine2D().rotate_around(*self._axis(gear), float(frames["orbit"][gear["index"], i]))
+            return Affine2D().rotate_around(
+                *axis_of(self.mechanism, gear), float(frames["orbit"][gear["index"], i])
+            )
 
         def centre(gear: Mapping[str, Any]) -> Floats:
             dx, dy = frames["rotors"][gear["index"], :2, i]
@@ -287,6 +245,13 @@ class Stage:
         def turn(gear: Mapping[str, Any]) -> float:
             return float(frames["turns"][gear["index"], i] + M * frames["rotors"][gear["index"], 2, i])
 
+        def bush(gear: Mapping[str, Any], k: int) -> Floats:
+            found: Floats = np.array([gear["x"], gear["y"]]) + M * frames["bushes"][k, :, i]
+            return found
+
+        if pane.look.sleeve is not None:
+            gear = self._gear(self.mechanism["sleeves"][pane.look.sleeve]["name"])
+            self._focus(pane.ax, pane.look, *bush(gear, pane.look.sleeve))
         data = pane.ax.transData
         pane.joints.place(centre, turn, lambda gear, points: MM * set_of(gear).transform(points))
         for patch, gear in pane.gears:
@@ -300,10 +265,8 @@ class Stage:
             patch.set_transform(
                 Affine2D().translate(*centre(gear)) + set_of(gear) + Affine2D().scale(MM) + data
             )
-        for ring, gear, radius in pane.sleeves:
-            around = np.column_stack(
-                [gear["x"] + radius * np.cos(CIRCLE), gear["y"] + radius * np.sin(CIRCLE)]
-            )
+        for ring, gear, radius, k in pane.sleeves:
+            around = bush(gear, k) + radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)])
             ring.set_data(*(MM * set_of(gear).transform(around)).T)
         for line, (gear, foot, force) in zip(pane.forces, self._forces(i), strict=True):
             span = 0.3 / MM * min(np.ptp(pane.ax.get_xlim()), np.ptp(pane.ax.get_ylim()))

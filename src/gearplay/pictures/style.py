@@ -23,6 +23,35 @@ LONGEST_NUMBER = 8  # characters at an axis
 DOT = 0.1  # of the clearance: a path that is smaller is drawn magnified too
 
 
+STILL = {"m": 1e-9, "m/s": 1e-9, "m/s^2": 1e-6, "rad": 1e-9, "rad/s": 1e-9, "N": 1e-6, "N m": 1e-9}
+"""Range [SI] up to which a signal is at rest, by its unit: below what is measured, above what rounding leaves."""
+
+
+def is_still(values: Floats, unit: str) -> bool:
+    """Return whether values [SI] change by no more than `STILL`.
+
+    >>> is_still(np.array([1.0, 1.0 + 1e-12]), "m"), is_still(np.array([0.0, 1e-6]), "m")
+    (True, False)
+    """
+    known = values[np.isfinite(values)]
+    return unit in STILL and bool(known.size) and float(np.ptp(known)) <= STILL[unit]
+
+
+def say_still(ax: "Axes", unit: str, what: str = "motion") -> None:
+    """Write into axes that nothing above `STILL` is there."""
+    ax.text(
+        0.5, 0.56, plain(f"no {what} above {STILL[unit]:.0e} {unit}".replace("e-0", "e-").replace("^2", "²")),
+        transform=ax.transAxes, ha="center", va="center", fontsize=8,
+    )  # fmt: skip
+
+
+def widen_still(ax: "Axes", values: Floats, least: float) -> None:
+    """Let the ordinate of a curve that is still show its level, not its rounding; a level below ``least`` is 0, as drawn."""
+    level = float(np.nanmean(values)) if np.isfinite(values).any() else 0.0
+    reach = 0.5 * abs(level) if abs(level) > least else 1.0
+    ax.set_ylim(level - reach, level + reach)
+
+
 def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
     """Return axes of a new figure [inches] in the house style, without touching matplotlib's global state."""
     ax: Axes = tidy(blank_figure(width, height).subplots())
@@ -82,16 +111,23 @@ def draw_circle(ax: "Axes", radius: float) -> None:
 def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
     """Draw the path x, y [m] of a shaft's centre in its circle of radius ``clearance`` [m], in µm; a dot is magnified."""
     x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
+    still = is_still(x, "m") and is_still(y, "m")
     x, y, c = 1e6 * x, 1e6 * y, 1e6 * clearance
     if c > 0.0:
         draw_circle(ax, c)
     ax.plot(x, y, color=color, linewidth=0.8)
     if c > 0.0:  # both axes about the circle, whatever the path
         reach = 1.06 * max(c, float(np.max(np.abs([x, y]), initial=0.0)))
-        if x.size and max(np.ptp(x), np.ptp(y)) < DOT * reach:
+        if x.size and not still and max(np.ptp(x), np.ptp(y)) < DOT * reach:
             _magnify(ax, x, y, reach, color)
         ax.set_xlim(-reach, reach)
         ax.set_ylim(-reach, reach)
+    if still:
+        ax.plot(x[:1], y[:1], "o", color=color, markersize=4)
+        say_still(ax, "m")
+        if c <= 0.0:
+            ax.set_xlim(x[0] - 1.0, x[0] + 1.0)
+            ax.set_ylim(y[0] - 1.0, y[0] + 1.0)
     ax.set_aspect("equal", adjustable="box" if c > 0.0 else "datalim")
     ax.locator_params(nbins=5)
     ax.set_xlabel("x [µm]", fontsize=8)
@@ -126,7 +162,12 @@ def plot_history(
     """Draw one signal over time [s] in its display unit."""
     quantity = RESULT_VARIABLES[signal]
     words = f"{quantity.long_name} [{shown_unit(quantity.display_unit)}]"
-    return plot_curve(ax, time, quantity.display_factor * np.asarray(values), words, color=color, label=label)
+    shown = quantity.display_factor * np.asarray(values)
+    plot_curve(ax, time, shown, words, color=color, label=label)
+    if is_still(np.asarray(values), quantity.unit):
+        widen_still(ax, shown, quantity.display_factor * STILL[quantity.unit])
+        say_still(ax, quantity.unit, "change")
+    return ax
 
 
 def plot_curve(

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.geometry import is_held, rotor_of
+from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.model.wording import nearest
+from gearplay.pictures.style import is_still
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -121,10 +123,12 @@ def free_rotors(case: Case) -> list[str]:
 
 
 def moves(result: "Result", signal: str, label: str) -> bool:
-    """Return whether a signal of the first member changes at all."""
+    """Return whether a signal of the first member changes by more than rounding leaves."""
     values = result.signal(signal, label)
     known = values[np.isfinite(values)]
-    return bool(known.size) and float(np.ptp(known)) > 0.0
+    if not known.size or float(np.ptp(known)) == 0.0:
+        return False
+    return not is_still(known, RESULT_VARIABLES[signal].unit)
 
 
 def stretch(result: "Result", window: tuple[float | None, float | None] | None) -> tuple[float, float]:

@@ -8,7 +8,17 @@ from numpy.typing import NDArray
 from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.canvas import SMALL, make_figure, set_title
-from gearplay.pictures.style import COUPLED, UNCOUPLED, plot_curve, plot_orbit, plot_spectrum
+from gearplay.pictures.style import (
+    COUPLED,
+    STILL,
+    UNCOUPLED,
+    is_still,
+    plot_curve,
+    plot_orbit,
+    plot_spectrum,
+    say_still,
+    widen_still,
+)
 from gearplay.pictures.words import axis_label, plain, shown_in, wrapped
 from gearplay.results.choice import Chosen, cut, free_rotors, moves
 from gearplay.results.lines import line_marks, mesh_lines, mesh_names
@@ -46,9 +56,7 @@ def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: b
         for ax, span in zip(row, (window, close), strict=False):
             if span is None:
                 continue
-            t, v = cut(result, signal, label, span)
-            plot_curve(ax, t, factor * v, "", color=COUPLED)
-            ax.set_xlim(*span)
+            _curve(ax, result, signal, label, span, factor)
             ax.set_xlabel("time [s]" if (signal, label) == chosen[-1] else "", fontsize=SMALL)
             ax.locator_params(axis="y", nbins=5)
             ax.locator_params(axis="x", nbins=5 if columns == 2 else 9)
@@ -58,6 +66,17 @@ def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: b
             row[1].set_title(f"close-up, {window_words(close)}", fontsize=SMALL, loc="left")
     _title(figure, result, "histories" if rows > 1 else "history", window)
     return figure
+
+
+def _curve(ax: Any, result: "Result", signal: str, label: str, window: Window, factor: float) -> None:
+    """Draw a signal within a window; of one that is still its level, and that it is."""
+    t, v = cut(result, signal, label, window)
+    plot_curve(ax, t, factor * v, "", color=COUPLED)
+    ax.set_xlim(*window)
+    unit = RESULT_VARIABLES[signal].unit
+    if is_still(v, unit):
+        widen_still(ax, factor * v, factor * STILL[unit])
+        say_still(ax, unit, "change")
 
 
 def close_up(result: "Result", one: tuple[str, str], window: Window, member: int = 0) -> Window | None:
@@ -124,15 +143,14 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
     return figure
 
 
-def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window) -> None:
-    """Draw the path of one centre, titled."""
+def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: int = 0) -> None:
+    """Draw the path of one centre, titled; of one on a carrier beside its pin, in the carrier's axes."""
     sleeve = result.case.operating.sleeves.get(rotor)
     clearance = sleeve.radial_clearance if sleeve is not None else 0.0
-    time = cut(result, "x", rotor, window)[0]
-    x, y = orbit_of(result.case, rotor, time, lambda signal, label: cut(result, signal, label, window)[1])
+    x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
-    seen = f", seen from {on}" if on else ""
+    seen = f" beside its pin, in axes of {on}" if on else ""
     circle = f"\nclearance circle {1e6 * clearance:.4g} µm" if clearance > 0.0 else ""
     ax.set_title(plain(f"{rotor}{seen}{circle}"), fontsize=SMALL, loc="left")
 
@@ -166,6 +184,14 @@ def draw_spectrum(
         ax, found.frequency, factor * found.amplitude, unit, highest=highest, marks=line_marks(result.case)
     )
     top = float(factor * np.max(found.amplitude[1:], initial=0.0))
+    if top <= factor * STILL.get(quantity.unit, 0.0):
+        for line in list(ax.get_lines()):
+            if line.get_linestyle() == "-":
+                line.remove()
+        ax.set_yscale("linear")
+        ax.set_ylim(0.0, 1.0)
+        say_still(ax, quantity.unit, "line") if top > 0.0 else None
+        top = 0.0
     low, high = ax.get_ylim()
     if top > 0.0:
         ax.set_ylim(max(low, 1e-6 * top), high * 6.0)  # room for the names of lines
@@ -221,8 +247,6 @@ def _turning(result: "Result") -> str:
 
 def _one_history(ax: Any, result: "Result", signal: str, label: str, window: Window) -> None:
     unit, factor = _unit(result, signal, label, window)
-    t, v = cut(result, signal, label, window)
-    plot_curve(ax, t, factor * v, "", color=COUPLED)
+    _curve(ax, result, signal, label, window, factor)
     _name(ax, signal, label, unit)
-    ax.set_xlim(*window)
     ax.locator_params(axis="x", nbins=5)

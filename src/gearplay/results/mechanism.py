@@ -22,7 +22,7 @@ from gearplay.model.geometry import (
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.pictures.planes import apart
-from gearplay.solver.frames import CarrierFrames
+from gearplay.solver.frames import CarrierFrames, turned
 
 Floats = NDArray[np.float64]
 FRAMES = 900
@@ -33,6 +33,11 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 
     Gears stand where they are drawn: stages that lie one behind the other beside each other.
     """
+    return apart(placed(case))
+
+
+def placed(case: Case) -> dict[str, Any]:
+    """Return the same with the gears where they are, one stage behind the other."""
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}
@@ -61,7 +66,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
         for i, rotor in enumerate(case.rotors)
         for name, gear in toothings(case, rotor).items()
     ]
-    drawn = {
+    return {
         "gears": gears,
         "sleeves": [
             {"name": name, "clearance": sleeve.radial_clearance, "on": sleeve.on}
@@ -88,7 +93,6 @@ def mechanism_of(case: Case) -> dict[str, Any]:
             for j, mesh in enumerate(case.meshes)
         ],
     }
-    return apart(drawn)
 
 
 def frames_of(
@@ -99,26 +103,31 @@ def frames_of(
     ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of an element: ``x`` of a
     rotor.
 
-    ``turns`` are the rotations by rolling with the leading rotor, within a turn; those in ``rotors`` are beside them: 32 bits
-    would not resolve a backlash after some turns. Forces are the largest since the frame before, so that a short impact is seen.
-    A planetary set is as its carrier sees it, which has turned by ``orbit``, shape [rotor, frame]; 0 for all others.
+    A planetary set is as its carrier sees it, which has actually turned by ``orbit`` [rad], shape [rotor, frame]; 0 for all
+    others. ``turns`` are the rotations by rolling with the leading rotor, less the carrier's, within a turn; those in ``rotors``
+    are beside them: 32 bits would not resolve a backlash after some turns. ``bushes`` are the displacements of the sleeves'
+    bushes from the nominal centres [m], shape [sleeve, 2, frame]. Forces are the largest since the frame before, so that a short
+    impact is seen.
     """
     at = np.unique(np.linspace(0, len(time) - 1, min(most, len(time))).astype(np.int64))
     if len(time) == 0:
         at = np.zeros(0, dtype=np.int64)
     lead, ratios = rolling_ratios(case)
     frames, names = CarrierFrames(pack(case).system), list(case.rotors)
-    orbit = frames.speeds[:, None] * (start + time[at])
+    led, leads = (frames.leads >= 0)[:, None], frames.leads
     angles = np.array([signal("theta", name)[at] for name in names])
     rolled = ratios[:, None] * signal("theta", lead)[at]
     turns = np.where(ratios[:, None] == 0.0, angles, rolled)
-    arms = frames.arms[:, :, None]
-    places = np.array([[signal(axis, name)[at] for axis in "xy"] for name in names])
-    places = _turned(places + arms, -orbit) - arms
+    orbit, carried = np.where(led, angles[leads], 0.0), np.where(led, turns[leads], 0.0)
+    arms = frames.places[:, :, None]
+    moved = np.array([[signal(axis, name)[at] for axis in "xy"] for name in names])
+    places = np.stack([turned(each, -angle) for each, angle in zip(moved + arms, orbit, strict=True)]) - arms
+    held = [names.index(name) for name in case.sleeves]
+    bushes = [_bush(frames, i, places, orbit) for i in held]
     sleeves = [
-        _strongest([signal(f"sleeve_force_{axis}", name) for axis in "xy"], at) for name in case.sleeves
+        turned(np.array(_strongest([signal(f"sleeve_force_{axis}", name) for axis in "xy"], at)), -orbit[i])
+        for name, i in zip(case.sleeves, held, strict=True)
     ]
-    forces = np.array(sleeves).reshape(len(case.sleeves), 2, at.size)
     meshes = [
         [_peaks(signal(f"{flank}_force", mesh.label), at) for flank in ("drive", "back")]
         for mesh in case.meshes
@@ -126,17 +135,18 @@ def frames_of(
     return {
         "t": time[at],
         "orbit": np.mod(orbit, 2.0 * math.pi),
-        "turns": np.mod(turns - orbit, 2.0 * math.pi),
-        "rotors": np.concatenate([places, (angles - turns)[:, None]], axis=1),
-        "sleeves": _turned(forces, -orbit[[names.index(name) for name in case.sleeves]]),
+        "turns": np.mod(turns - carried, 2.0 * math.pi),
+        "rotors": np.concatenate([places, (angles - turns - orbit + carried)[:, None]], axis=1),
+        "bushes": np.array(bushes).reshape(len(held), 2, at.size),
+        "sleeves": np.array(sleeves).reshape(len(held), 2, at.size),
         "meshes": np.array(meshes).reshape(len(case.meshes), 2, at.size),
     }
 
 
-def _turned(vectors: Floats, angle: Floats) -> Floats:
-    """Return vectors, shape [rotor, 2, frame], turned by angles [rad], shape [rotor, frame]."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
+def _bush(frames: CarrierFrames, i: int, places: Floats, orbit: Floats) -> Floats:
+    """Return the displacement of rotor i's bush [m] in the frame of ``orbit`` [rad], shape [2, frame]."""
+    hub, seat = frames.hubs[i], np.broadcast_to(frames.seats[i][:, None], places[i].shape)
+    return places[hub] + seat if hub >= 0 else turned(seat, -orbit[i])
 
 
 def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
@@ -154,26 +164,41 @@ def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
 def motion_of(
     case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]
 ) -> dict[str, Floats]:
-    """Return ``x``, ``y`` [m], ``vx``, ``vy`` [m/s] of a rotor's centre, in a planetary set as the turning carrier sees it.
+    """Return ``x``, ``y`` [m], ``vx``, ``vy`` [m/s] of a rotor's centre, shape [time].
 
-    ``time`` [s] counts from the start of the run; ``signal`` returns a signal of an element at these times.
+    A carried rotor is seen beside its pin, in axes that turn with the actual carrier; another rotor of a planetary set in axes
+    that turn with the carrier's nominal speed. ``time`` [s] counts from the start of the run; ``signal`` returns a signal of an
+    element at these times.
     """
-    frames, at = CarrierFrames(pack(case).system), list(case.rotors).index(rotor)
-    arm, speed = frames.arms[at][None, :, None], float(frames.speeds[at])
-    angle = -speed * time[None, :]
-    place = _turned(np.array([[signal(axis, rotor) for axis in "xy"]]) + arm, angle)[0]
-    velocity = _turned(np.array([[signal(f"v{axis}", rotor) for axis in "xy"]]), angle)[0]
-    velocity = velocity - speed * np.array([-place[1], place[0]])
-    x, y = place - arm[0]
-    return {"x": x, "y": y, "vx": velocity[0], "vy": velocity[1]}
+    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
+    at = names.index(rotor)
+    place, velocity = (np.array([signal(f"{kind}{axis}", rotor) for axis in "xy"]) for kind in ("", "v"))
+    if frames.hubs[at] >= 0:
+        hub = names[frames.hubs[at]]
+        moved, rate = (np.array([signal(f"{kind}{axis}", hub) for axis in "xy"]) for kind in ("", "v"))
+        angle, speed = signal("theta", hub), signal("omega", hub)
+        beside = frames.beside_seat(at, place, moved, angle)
+        found = beside, frames.rate_beside_seat(at, beside, velocity, rate, angle, speed)
+    else:
+        angle, speed = frames.speeds[at] * time, frames.speeds[at]
+        place = turned(place, -angle)
+        found = place, turned(velocity, -angle) - speed * np.stack([-place[1], place[0]])
+    return dict(zip(("x", "y", "vx", "vy"), np.concatenate(found), strict=True))
 
 
-def orbit_of(
-    case: Case, rotor: str, time: Floats, signal: Callable[[str, str], Floats]
-) -> tuple[Floats, Floats]:
-    """Return the path x, y [m] of a rotor's centre as `motion_of` does, of one on a carrier beside that carrier's centre."""
-    path, on = motion_of(case, rotor, time, signal), carrier_of(case, rotor)
-    if on is None:
-        return path["x"], path["y"]
-    hub = motion_of(case, on, time, signal)
-    return path["x"] - hub["x"], path["y"] - hub["y"]
+def orbit_of(case: Case, rotor: str, signal: Callable[[str, str], Floats]) -> tuple[Floats, Floats]:
+    """Return the path x, y [m] of a rotor's centre, shape [time].
+
+    In a sleeve it counts from the centre of the bush; a carried rotor's from its pin, in axes that turn with the actual
+    carrier. ``signal`` returns a signal of an element.
+    """
+    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
+    at = names.index(rotor)
+    place = np.array([signal(axis, rotor) for axis in "xy"])
+    if frames.hubs[at] < 0:
+        seat = frames.seats[at] if rotor in case.sleeves else np.zeros(2)
+        return place[0] - seat[0], place[1] - seat[1]
+    hub = names[frames.hubs[at]]
+    moved = np.array([signal(axis, hub) for axis in "xy"])
+    x, y = frames.beside_seat(at, place, moved, signal("theta", hub))
+    return x, y

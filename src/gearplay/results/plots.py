@@ -9,10 +9,10 @@ import numpy as np
 from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.canvas import set_title
-from gearplay.pictures.style import new_axes, plot_history, plot_orbit, plot_spectrum
+from gearplay.pictures.style import new_axes, plot_history, plot_spectrum
 from gearplay.pictures.words import plain
 from gearplay.results.choice import cut, free_rotors, stretch
-from gearplay.results.figures import ORDERS, close_up, key_of
+from gearplay.results.figures import ORDERS, close_up, draw_orbit, key_of
 from gearplay.results.lines import line_marks, mesh_lines
 from gearplay.results.titles import case_words, window_words
 from gearplay.vocabulary.errors import Fault, InputError
@@ -33,7 +33,7 @@ class Plotter:
     --------
     >>> import gearplay as gp
     >>> result = gp.simulate("han2021", duration=0.1, transient=0.0)
-    >>> result.plot.history("backlash").get_xlabel(), result.plot().get_title(loc="left")
+    >>> result.plot.history("backlash").get_xlabel(), result.plot().get_title(loc="left").split()[0]
     ('time [s]', 'ring')
 
     """
@@ -87,19 +87,17 @@ class Plotter:
     def orbit(self, rotor: str, *, member: int = 0, ax: Axes | None = None) -> Axes:
         """Draw the path of a rotor's centre in its clearance circle; one that is a dot is magnified beside it.
 
-        Raises `InputError` for a rotor whose centre cannot move.
+        A carried rotor, such as a planet, is drawn beside its pin, in axes that turn with the actual carrier. Raises
+        `InputError` for a rotor whose centre cannot move.
         """
-        x, y = (self._result.signal(name, rotor, member) for name in ("x", "y"))
         free = free_rotors(self._result.case)
         if rotor not in free and carrier_of(self._result.case, rotor) is None:
             rule = "must be a rotor whose centre can move, for an orbit"
             cure = f"Choose from: {', '.join(free)}" if free else "Draw a history"
             raise InputError(Fault("rotor", rotor, rule, cure))
-        sleeve = self._result.case.operating.sleeves.get(rotor)
-        clearance = sleeve.radial_clearance if sleeve is not None else 0.0
-        axes = plot_orbit(ax if ax is not None else new_axes(5.0, 5.4), x, y, clearance)
-        span = window_words(stretch(self._result, None))
-        return self._titled(axes, rotor, "path of the centre", span, member, own=ax is None)
+        axes, span = ax if ax is not None else new_axes(5.0, 5.4), stretch(self._result, None)
+        draw_orbit(axes, self._result, rotor, span, member)
+        return self._headed(axes, "path of the centre", window_words(span), member, own=ax is None)
 
     def spectrum(
         self, signal: str, label: str | None = None, *, highest: float | None = None, ax: Axes | None = None
@@ -125,6 +123,10 @@ class Plotter:
     def _titled(self, ax: Axes, label: str, what: str, span: str, member: int | None, *, own: bool) -> Axes:
         """Name the element over its axes, and where the figure is ours the case and the time over all."""
         ax.set_title(plain(label), fontsize=9, loc="left")
+        return self._headed(ax, what, span, member, own=own)
+
+    def _headed(self, ax: Axes, what: str, span: str, member: int | None, *, own: bool) -> Axes:
+        """Write the case and the time over a figure of ours."""
         if own:
             of = f", member {member}" if member is not None and self._result.members > 1 else ""
             set_title(ax.figure, f"{case_words(self._result.case)}: {what}, {span}{of}".replace(" um", " µm"))

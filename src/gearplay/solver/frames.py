@@ -28,6 +28,10 @@ class CarrierFrames:
     ``speeds`` are those of their frames [rad/s], 0 for fixed ones, shape [rotor]; ``arms`` their nominal centres beside the axis
     of the frame [m], shape [rotor, 2]; ``breaks`` whether something that turns with no frame acts on a rotor's set:
     gravity, the housing's motion, a support or a bush on the ground that is not alike in all directions, shape [rotor].
+
+    ``hubs`` is the rotor that carries each, -1 for none, ``leads`` the carrier of its coaxial set, or a turning one that
+    carries it, shape [rotor]; ``places`` its nominal centre beside that of its carrier [m], ``seats`` the centre of its bush or
+    support beside its nominal centre [m], in axes that turn with the carrier, shape [rotor, 2].
     """
 
     def __init__(self, system: System) -> None:
@@ -36,14 +40,24 @@ class CarrierFrames:
         self.speeds, self.arms = np.zeros(n), np.zeros((n, 2))
         self.breaks = np.zeros(n, dtype=bool)
         carriers = _carriers(system)
+        self.hubs, self.places, self.seats = np.full(n, -1), np.zeros((n, 2)), _seats(system)
+        for i, (carrier, place) in carriers.items():
+            self.hubs[i], self.places[i] = carrier, place
+        turning = np.array(
+            [self.hubs[i] >= 0 and rotors[self.hubs[i]].nominal_speed != 0.0 for i in range(n)]
+        )
+        self.leads = np.where(turning, self.hubs, -1)
         for group in _groups(system, carriers):
-            turning = {carriers[i][0] for i in group if i in carriers}
-            if len(turning) != 1:
+            hubs = {carriers[i][0] for i in group if i in carriers}
+            if len(hubs) != 1:
                 continue
-            (carrier,) = turning
+            (carrier,) = hubs
             speed = float(rotors[carrier].nominal_speed)
             arms = {i: np.array(carriers[i][1]) for i in group if i in carriers}
-            if speed == 0.0 or carrier in carriers or not _is_coaxial(system, group, arms, carrier):
+            if carrier in carriers or not _is_coaxial(system, group, arms, carrier):
+                continue
+            self.leads[list(group)] = carrier
+            if speed == 0.0:
                 continue
             broken = _is_broken(system, group)
             for i in group:
@@ -54,6 +68,29 @@ class CarrierFrames:
     def turning(self) -> bool:
         """Whether any rotor is seen from a carrier that turns."""
         return bool(np.any(self.speeds))
+
+    def beside_seat(self, i: int, centre: Floats, hub: Floats, angle: Floats) -> Floats:
+        """Return the centre of carried rotor i beside its seat [m], in axes that turn with the carrier, shape [2, ...].
+
+        R(-angle) (P_i + d_i - P_hub - d_hub) - (P_i - P_hub) - seat, with displacements d ``centre`` and ``hub`` [m],
+        shape [2, ...], and the carrier's actual rotation ``angle`` [rad].
+        """
+        lasts = (slice(None), *[None] * np.ndim(angle))
+        found: Floats = turned(centre + self.places[i][lasts] - hub, -angle)
+        beside: Floats = found - (self.places[i] + self.seats[i])[lasts]
+        return beside
+
+    def rate_beside_seat(
+        self, i: int, beside: Floats, velocity: Floats, hub: Floats, angle: Floats, speed: Floats
+    ) -> Floats:
+        """Return the rate [m/s] of ``beside``, as `beside_seat` returned it.
+
+        From velocities ``velocity`` and ``hub`` [m/s] and the carrier's ``speed`` [rad/s].
+        """
+        lasts = (slice(None), *[None] * np.ndim(angle))
+        x, y = beside + (self.places[i] + self.seats[i])[lasts]
+        found: Floats = turned(velocity - hub, -angle) - speed * np.stack([-y, x])
+        return found
 
     def seen(self, t: float, state: Floats) -> Floats:
         """Return a state at t [s] as the carriers see it, shape [state]; itself where none turns."""
@@ -80,6 +117,25 @@ class CarrierFrames:
             for at, a_x, a_y in ((3 * i, arm_x, arm_y), (3 * (n + i), 0.0, 0.0)):
                 x, y = rows[:, at] + a_x, rows[:, at + 1] + a_y
                 rows[:, at], rows[:, at + 1] = c * x + s * y - a_x, -s * x + c * y - a_y
+
+
+def turned(vectors: Floats, angle: Floats) -> Floats:
+    """Return vectors, shape [2, ...], turned by angles [rad].
+
+    >>> turned(np.array([1.0, 0.0]), np.array(0.5 * np.pi)).round(12).tolist()
+    [0.0, 1.0]
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vectors[0] - s * vectors[1], s * vectors[0] + c * vectors[1]])
+
+
+def _seats(system: System) -> Floats:
+    """Return where bushes, else supports, are beside the nominal centres of their rotors [m], shape [rotor, 2]."""
+    found = np.zeros((system.rotors.size, 2))
+    for records in (system.records[SUPPORT], system.records[SLEEVE]):
+        for each in records:
+            found[int(each["journal"])] = each["misplaced_x"], each["misplaced_y"]
+    return found
 
 
 def _carriers(system: System) -> dict[int, tuple[int, tuple[float, float]]]:

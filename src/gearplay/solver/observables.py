@@ -1,6 +1,7 @@
 """Signals of a result at one instant, from the state alone: for sections and maps, where nothing is sampled."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,8 @@ class Observables:
     """Chosen signals as functions of time and state.
 
     Names are those of a result, ``element.signal`` or a signal of all its elements; those that need forces are not among them.
-    Rotations and speeds count from the nominal ones; centres of planetary sets are seen from their turning carriers.
+    Rotations and speeds count from the nominal ones; centres of planetary sets are seen from their turning carriers, of carried
+    rotors beside their pins, in axes that turn with the actual carrier.
 
     Raises `InputError` for a name that is no such signal.
     """
@@ -55,6 +57,8 @@ class Observables:
         starts = {int(first): e for e, first in enumerate(elements["signal"]) if _shows(elements[e]["kind"])}
         self.elements = sorted({starts[max(s for s in starts if s <= place)] for _, place in self.others})
         self.frames = CarrierFrames(packed.system)
+        asked = {place // 3 % packed.system.rotors.size for _, place in self.states if place % 3 < 2}
+        self.carried = sorted(i for i in asked if self.frames.hubs[i] >= 0)
         self.loads, self.branch = make_loads(packed.system), make_branch(packed.system)
 
     @property
@@ -68,13 +72,29 @@ class Observables:
         ``branch`` is that of the run that has come to this state, where one has.
         """
         found = np.empty(len(self.columns))
-        seen = self.frames.seen(t, y)
+        seen = self._beside_seats(t, y, self.frames.seen(t, y))
         for at, place in self.states:
             found[at] = seen[place]
         for e in self.elements:
             table.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
         for at, place in self.others:
             found[at] = self.row[place]
+        return found
+
+    def _beside_seats(self, t: float, y: Floats, seen: Floats) -> Floats:
+        """Return ``seen`` with centres and velocities of the carried rotors that are asked for beside their seats."""
+        rotors: Any = self.packed.system.rotors
+        n, found = rotors.size, seen.copy() if self.carried else seen
+        for i in self.carried:
+            hub = self.frames.hubs[i]
+            own, other, rate, hub_rate = (slice(3 * k, 3 * k + 2) for k in (i, hub, n + i, n + hub))
+            speed = float(rotors[hub].nominal_speed)
+            angle = np.array(speed * t + y[3 * hub + 2])
+            beside = self.frames.beside_seat(i, y[own], y[other], angle)
+            found[own] = beside
+            found[rate] = self.frames.rate_beside_seat(
+                i, beside, y[rate], y[hub_rate], angle, np.array(speed + y[3 * (n + hub) + 2])
+            )
         return found
 
 

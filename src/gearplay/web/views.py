@@ -12,9 +12,9 @@ from gearplay.model.geometry import (
     carrier_of,
     is_held,
 )
-from gearplay.pictures.extremes import extremes
+from gearplay.pictures.extremes import extremes, thinned_path
 from gearplay.results.contacts import contacts_of
-from gearplay.results.mechanism import frames_of
+from gearplay.results.mechanism import frames_of, orbit_of
 from gearplay.results.spectra import ensemble_spectrum, student_widening
 from gearplay.solver.trajectory import Trajectory, work_of
 
@@ -52,19 +52,19 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 
 def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
-    """Return the paths of centres that are free against the ground, with the clearance of those in sleeves."""
-    step = max(1, -(-len(run.values) // ORBIT_POINTS))
-    sleeves = case.operating.sleeves
-    return [
-        {
-            "name": name,
-            "clearance": sleeves[name].radial_clearance if name in sleeves else 0.0,
-            "x": run.signal("x", name)[::step],
-            "y": run.signal("y", name)[::step],
-        }
-        for name in case.rotors
-        if not is_held(case, name) and carrier_of(case, name) is None
-    ]
+    """Return the paths of centres that are free, with the clearance of those in sleeves; ``on`` is what carries a rotor.
+
+    Carried rotors are seen beside their pins, in axes that turn with the carrier.
+    """
+    sleeves, found = case.operating.sleeves, []
+    for name in case.rotors:
+        on = carrier_of(case, name)
+        if is_held(case, name) and on is None:
+            continue
+        x, y = thinned_path(*orbit_of(case, name, run.signal), ORBIT_POINTS)
+        clearance = sleeves[name].radial_clearance if name in sleeves else 0.0
+        found.append({"name": name, "on": on, "clearance": clearance, "x": x, "y": y})
+    return found
 
 
 def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:

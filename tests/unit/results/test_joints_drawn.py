@@ -11,7 +11,7 @@ from gearplay.results.staging import motion_in, stage_of
 
 
 def test_a_spring_reaches_from_the_ground_to_the_shaft() -> None:
-    gear = {"x": 0.1, "y": 0.0, "teeth": 20, "module": 2e-3, "internal": False}
+    gear = {"x": 0.1, "y": 0.0, "shaft": 5e-3}
     still = spring(gear, np.array([0.1, 0.0]), 0)
     moved = spring(gear, np.array([0.101, 0.002]), 0)
     assert np.allclose(moved[0] - still[0], [0.0, 0.002])  # the ground stays, beside a shaft that went up

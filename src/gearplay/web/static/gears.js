@@ -1,7 +1,6 @@
 // The shape of gears in the plane: teeth, sizes, where they meet.
 
-export const shaftOf = (gear) => 0.6 * (gear.module ?? 0.004) + 0.004;
-export const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 0.02);
+export const rimOf = (gear) => (gear.teeth && gear.module ? 0.5 * gear.module * gear.teeth + (gear.internal ? 3 : 1.2) * gear.module : 3 * gear.shaft);
 
 /** Return the box around gears: [left, right, low, high]. */
 export function boxOf(gears) {

@@ -1,6 +1,6 @@
 // Names of gears and the way they turn, over the drawing of the whole mechanism.
 
-import { rimOf, shaftOf } from "./gears.js";
+import { rimOf } from "./gears.js";
 
 const wrapped = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 
@@ -60,11 +60,11 @@ export function drawLabels(c, mechanism, view, { to, scale, ratio, turning }) {
     const turn = turnOf(gear.index, view, turning);
     if (turn) {
       [c.strokeStyle, c.fillStyle, c.lineWidth] = [view.color, view.color, 1.8 * ratio];
-      const radius = gear.internal ? pitch + 0.6 * (rim - pitch) : Math.max(0.55 * pitch, shaftOf(gear) * scale + 4 * ratio);
+      const radius = gear.internal ? pitch + 0.6 * (rim - pitch) : Math.max(0.55 * pitch, gear.shaft * scale + 4 * ratio);
       turnArrow(c, x, y, radius, turn, Math.PI / 2, gear.internal ? 0.18 : 0.7, Math.min(6 * ratio, Math.max(3.5 * ratio, 0.25 * radius)));
     }
     if (gear.internal) write(text, x, y + rim - (rim - pitch) * 0.35 + 4 * ratio);
-    else write(text, x, y + Math.min(shaftOf(gear) * scale * 1.6 + 12 * ratio, Math.max(0.6 * pitch, 12 * ratio)));
+    else write(text, x, y + Math.min(gear.shaft * scale * 1.6 + 12 * ratio, Math.max(0.6 * pitch, 12 * ratio)));
   }
   c.textAlign = "start";
 }

@@ -1,6 +1,6 @@
 // The mechanism in motion, a drawing for each model: gears, shafts in their sleeves, forces; small motions magnified.
 
-import { boxOf, outline, phases, pitchPoint, rimOf, shaftOf } from "./gears.js";
+import { boxOf, outline, phases, pitchPoint, rimOf } from "./gears.js";
 import { paint } from "./painting.js";
 import { style } from "./colors.js";
 
@@ -23,7 +23,7 @@ export class Stage {
     this.look = {}; // names of the sleeve and the mesh in the close-ups
     this.last = performance.now();
     new ResizeObserver(() => this.draw()).observe(place);
-    const tick = (now) => { this.step(now); requestAnimationFrame(tick); };
+    const tick = (now) => { requestAnimationFrame(tick); this.step(now); };
     requestAnimationFrame(tick);
   }
 
@@ -94,7 +94,7 @@ export class Stage {
     const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     const view = { ...this.result.models[model].frames, ...this.colors, i: frameAt(t, this.time), color: this.colors[model] };
-    const close = [this.sleeveWindow(), this.meshWindow()].filter((each) => each);
+    const close = [this.sleeveWindow(view), this.meshWindow()].filter((each) => each);
     const column = close.length ? Math.round(Math.min(0.38 * width, 0.55 * height)) : 0;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, width, height);
@@ -136,15 +136,18 @@ export class Stage {
     return new Promise((resolve) => { made.toBlob(resolve, "image/png"); });
   }
 
-  sleeveWindow() {
+  /** The window about the bush of the sleeve that is looked at, in a frame. */
+  sleeveWindow({ bushes, t, i }) {
     const { gears, sleeves } = this.mechanism;
-    const sleeve = sleeves.find((each) => each.name === this.look.sleeve) ?? sleeves[0];
+    const k = Math.max(0, sleeves.findIndex((each) => each.name === this.look.sleeve));
+    const sleeve = sleeves[k];
     const gear = sleeve && gears.find((each) => each.rotor === sleeve.name);
     if (!gear) return null;
-    const play = Math.max(this.factor * sleeve.clearance, 0.02 * shaftOf(gear));
-    const shaft = sleeve.clearance > 0 ? Math.min(2.5 * play, shaftOf(gear)) : shaftOf(gear); // so large that its play is seen well
+    const play = Math.max(this.factor * sleeve.clearance, 0.02 * gear.shaft);
+    const shaft = sleeve.clearance > 0 ? Math.min(2.5 * play, gear.shaft) : gear.shaft; // so large that its play is seen well
     const span = sleeve.clearance > 0 ? 2.4 * (shaft + play) : 4 * shaft;
-    return { x: gear.x, y: gear.y, width: span, height: span, shaft, words: `${sleeve.clearance > 0 ? "sleeve" : "bearing"} of ${sleeve.name}` };
+    const [dx, dy] = [0, 1].map((axis) => this.factor * bushes[(2 * k + axis) * t.length + i]);
+    return { x: gear.x + dx, y: gear.y + dy, width: span, height: span, shaft, words: `${sleeve.clearance > 0 ? "sleeve" : "bearing"} of ${sleeve.name}` };
   }
 
   meshWindow() {

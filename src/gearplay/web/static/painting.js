@@ -1,7 +1,7 @@
 // What is seen through a window of the plane: gears, arms of carriers, shafts, couplings, forces, names.
 
 import { drawAxes, drawLabels } from "./labels.js";
-import { pitchPoint, rimOf, shaftOf, toward } from "./gears.js";
+import { pitchPoint, rimOf, toward } from "./gears.js";
 import { arrow, circle, spring } from "./strokes.js";
 
 /** Where everything is at a frame, and how large it is drawn: what every part of the painting asks. */
@@ -19,6 +19,9 @@ class Scene {
 
   /** Where a rotor is drawn, [x, y] beside its place, and its small angle. */
   offset(index) { return [0, 1, 2].map((axis) => this.factor * this.value(this.view.rotors, 3 * index + axis)); }
+
+  /** Where the bush of a sleeve is drawn, [x, y] beside the place of its shaft. */
+  bush(sleeve) { return [0, 1].map((axis) => this.factor * this.value(this.view.bushes, 2 * sleeve + axis)); }
 
   turn(index) { return this.value(this.view.turns, index); }
 
@@ -114,7 +117,7 @@ function paintArms(scene) {
       c.strokeStyle = view.soft;
       c.globalAlpha = 0.55;
       c.lineCap = "round";
-      c.lineWidth = 0.9 * shaftOf(pin);
+      c.lineWidth = 0.9 * pin.shaft;
       c.beginPath();
       c.moveTo(hub.x + dx, hub.y + dy);
       c.lineTo(pin.x + dx, pin.y + dy);
@@ -133,14 +136,15 @@ function paintShafts(scene) {
     const first = gears.findIndex((each) => each.index === gear.index);
     if (gears.findIndex((each) => each.index === gear.index && each.plane === gear.plane) !== k) return; // one shaft for all its gears
     const [dx, dy] = scene.offset(gear.index);
-    const shaft = scene.shaft ?? shaftOf(gear);
+    const shaft = scene.shaft ?? gear.shaft;
     const sleeve = sleeves.findIndex((each) => each.name === gear.rotor);
     c.lineWidth = 1.6 * thin;
     if (sleeve >= 0) {
       const play = scene.factor * sleeves[sleeve].clearance;
       c.strokeStyle = view.soft;
       c.setLineDash(play > 0 ? [] : [4 * thin, 4 * thin]); // a bearing that is all spring
-      circle(c, gear.x, gear.y, play > 0 ? shaft + play : 1.3 * shaft);
+      const [bx, by] = scene.bush(sleeve);
+      circle(c, gear.x + bx, gear.y + by, play > 0 ? shaft + play : 1.3 * shaft);
       c.stroke();
       c.setLineDash([]);
     }
@@ -165,7 +169,7 @@ function paintCouplings(scene) {
   for (const { between } of mechanism.couplings) {
     const [one, other] = between.map((name) => scene.shaftAt(name));
     if (Math.hypot(one.x - other.x, one.y - other.y) > 1e-6) continue; // two axes joined by a drive
-    const radius = 1.7 * Math.max(shaftOf(one), shaftOf(other));
+    const radius = 1.7 * Math.max(one.shaft, other.shaft);
     c.strokeStyle = view.ink;
     c.lineWidth = 1.6 * thin;
     for (const [side, gear] of [[1, one], [-1, other]]) {

@@ -1,0 +1,72 @@
+"""A symmetric set whose sun stays in place but for rounding: the pictures say so and draw no noise."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.nonlinear.stored import portrait_figure_of
+from gearplay.results.choice import moves
+from gearplay.results.figures import history_figure, orbit_figure, spectrum_figure
+from planetary_sets import planetary_document
+
+SUN = "stage.sun"
+Window = tuple[float, float]
+
+
+@cache
+def still() -> tuple[gp.Result, Window]:
+    """Four planets in phase: 20 + 60 teeth and 4 planets, so that radial forces on the sun cancel at every instant."""
+    document = planetary_document(sun={"floating": True, "radial_damping": 200.0}, planets={"count": 4})
+    document["run"] = {"duration": 0.02, "transient": 0.01, "sampling": 2e4}
+    result = gp.simulate(document)
+    return result, (float(result.time()[0]), float(result.time()[-1]))
+
+
+def words_of(figure: object) -> list[str]:
+    return [text.get_text() for ax in figure.axes for text in ax.texts]  # type: ignore[attr-defined]
+
+
+def test_rounding_is_there() -> None:
+    """Else the tests below would compare nothing."""
+    result, _ = still()
+    assert 0.0 < np.ptp(result.signal("x", SUN)) < 1e-12
+    assert not moves(result, "x", SUN)
+    assert moves(result, "x", "stage.planet1")
+
+
+def test_an_orbit_of_rounding_is_said_to_be_still() -> None:
+    result, window = still()
+    for figure in (orbit_figure(result, [SUN], window), result.plot.orbit(SUN).figure):
+        assert "no motion above 1e-9 m" in words_of(figure)
+        assert np.ptp(figure.axes[0].get_xlim()) > 1.0
+        assert not figure.axes[0].child_axes
+
+
+@pytest.mark.parametrize(("signal", "words"), [("x", "1e-9 m"), ("vx", "1e-9 m/s"), ("ax", "1e-6 m/s²")])
+def test_a_history_of_rounding_is_said_to_be_still(signal: str, words: str) -> None:
+    result, window = still()
+    figure = history_figure(result, [(signal, SUN)], window, whole=True)
+    assert f"no change above {words}" in words_of(figure)
+    assert f"no change above {words}" in words_of(
+        result.plot.history(signal, SUN, window=(None, None)).figure
+    )
+    assert np.ptp(figure.axes[0].get_ylim()) > 0.1
+
+
+def test_a_spectrum_of_rounding_has_no_lines() -> None:
+    result, window = still()
+    figure = spectrum_figure(result, [("ax", SUN)], window)
+    assert "no line above 1e-6 m/s²" in words_of(figure)
+
+
+def test_a_portrait_of_rounding_is_said_to_be_still() -> None:
+    result, window = still()
+    assert "no motion above 1e-9 m" in words_of(portrait_figure_of(result, [SUN], window))
+
+
+def test_what_moves_is_drawn_as_before() -> None:
+    result = gp.simulate("han2021", duration=0.02, transient=0.0)
+    assert words_of(orbit_figure(result, ["ring"], (0.0, 0.0199))) == []
+    assert words_of(history_figure(result, [("ax", "ring")], (0.0, 0.0199))) == []
