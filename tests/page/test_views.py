@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from serving import Visit
-from visiting import BACKLASH, CLEARANCE, SPEED, Open, fill
+from visiting import BACKLASH, CLEARANCE, SPEED, WITHOUT_AVERAGES, Open, fill
 
 
 def test_opens_with_the_article_s_case(visit: Open) -> None:
@@ -33,13 +33,6 @@ AXES = """([of, inside]) => Object.fromEntries(["orbit", "spectrum", "backlash",
   const ranges = ["xaxis", "yaxis", "yaxis2"].map((axis) => place[of][axis]?.range ?? null);
   return [name, { texts, ranges }];
 }))"""
-
-
-WITHOUT_AVERAGES = """() => {
-  const { wire } = window.gearplay.state, ask = wire.ask.bind(wire);
-  wire.ask = (kind, ...rest) => (kind === "average" ? new Promise(() => {}) : ask(kind, ...rest));
-}"""
-"""They redraw the spectrum when they come, on a wider scale."""
 
 
 def first_view(visit: Open, case: str) -> tuple[Visit, Any]:

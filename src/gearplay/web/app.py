@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ from gearplay.web.wire import LARGEST_BODY, Wire
 
 STATIC = Path(__file__).parent / "static"
 MOST_DISCARDED = 64 * LARGEST_BODY
+LARGEST_MEASUREMENT = 64 * 1024**2
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
@@ -125,6 +127,26 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             return JSONResponse({"error": str(error)}, status_code=400)
         return _file(data, form)
 
+    async def measurement(request: Request) -> Response:
+        body = await _body(request, LARGEST_MEASUREMENT)
+        if body is None:
+            words = f"measurement: a file may have at most {LARGEST_MEASUREMENT // 1024**2} MB. Shorten it."
+            return JSONResponse({"error": words}, status_code=413)
+        given = request.query_params.get("name", "")
+        name = "".join(c if c.isalnum() or c in " ._-+()" else "_" for c in given)[-100:].strip(" .")
+        unit = request.query_params.get("unit", "")
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder) / (name or "measurement")
+            await asyncio.to_thread(place.write_bytes, body)
+            try:
+                job = {"kind": "measured", "path": str(place), "name": given[-100:], "unit": unit[:20]}
+                frame = await _unless_gone(request, pool, pool.submit(job, _nothing))
+            except QueueFullError:
+                return JSONResponse({"error": "The queue is full. Try again in a moment."}, status_code=503)
+            except JobError as error:
+                return JSONResponse({"error": str(error)}, status_code=400)
+        return Response(frame, media_type="application/octet-stream")
+
     async def wire(socket: WebSocket) -> None:
         await socket.accept()
         await Wire(socket, pool, store).serve()
@@ -140,6 +162,7 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             Route("/api/results/{key}", result),
             Route("/api/results/{key}/{form}", result_file),
             Route("/api/export/{form}", export, methods=["POST"]),
+            Route("/api/measurement", measurement, methods=["POST"]),
             WebSocketRoute("/wire", wire),
             Mount("/static", StaticFiles(directory=STATIC)),
         ],
@@ -170,7 +193,7 @@ def _nothing(_: dict[str, Any]) -> None:
     """Hear of no progress."""
 
 
-async def _body(request: Request) -> bytes | None:
+async def _body(request: Request, most: int = LARGEST_BODY) -> bytes | None:
     """Return the body, None where it is too long.
 
     Of one too long the rest is read and dropped: closing while bytes are still coming resets the connection, and the
@@ -179,11 +202,11 @@ async def _body(request: Request) -> bytes | None:
     parts, size = [], 0
     async for part in request.stream():
         size += len(part)
-        if size <= LARGEST_BODY:
+        if size <= most:
             parts.append(part)
-        elif size > MOST_DISCARDED:
+        elif size > max(MOST_DISCARDED, 2 * most):
             return None
-    return b"".join(parts) if size <= LARGEST_BODY else None
+    return b"".join(parts) if size <= most else None
 
 
 def _described(case: Case, *, source: str | None = None) -> Response:

@@ -66,7 +66,7 @@ OF_MATERIAL = ("modulus", "poisson", "density")
 
 @dataclass(frozen=True)
 class Control:
-    """One field of a case as a page shows it; numbers are in its display unit, ``factor`` of them make one SI unit."""
+    """One field of a case as a page shows it; numbers are in its display unit, ``factor`` of SI and ``offset``."""
 
     path: str
     group: str
@@ -77,6 +77,7 @@ class Control:
     value: float | int | str | bool | None
     unit: str = ""
     factor: float = 1.0
+    offset: float = 0.0
     least: float | None = None
     most: float | None = None
     low: float | None = None
@@ -174,10 +175,11 @@ def _control(
     unit, factor = _shown(part, path, measure)
     least, most = (_either(measure.ge, measure.gt), _either(measure.le, measure.lt))
     low, high, logarithmic = slider(value, measure)
+    offset = measure.quantity.display_offset if measure.quantity is not None else 0.0
     return Control(
-        path, group, owner, label, measure.about, "number", value * factor, unit, factor,
-        None if least is None else least * factor, None if most is None else most * factor,
-        low * factor, high * factor, logarithmic,
+        path, group, owner, label, measure.about, "number", value * factor + offset, unit, factor, offset,
+        None if least is None else least * factor + offset, None if most is None else most * factor + offset,
+        low * factor + offset, high * factor + offset, logarithmic,
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from gearplay.web.averages import average
 from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, models_of, note_of, whole
 from gearplay.web.maps import make_map
+from gearplay.web.measured import measured
 from gearplay.web.toml_edits import edited
 from gearplay.web.views import views_of
 
@@ -160,4 +161,5 @@ TASKS: Mapping[str, Callable[[Job, Tick, threading.Event], bytes]] = {
     "map": make_map,
     "average": average,
     "export": export,
+    "measured": measured,
 }

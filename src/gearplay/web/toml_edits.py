@@ -8,6 +8,9 @@ from typing import Any
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.model.toml_files import parse_toml
+from gearplay.model.units import CELSIUS
+from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.quantities import TEMPERATURE
 
 _HEADER = re.compile(r"[ \t]*(\[\[?)[ \t]*([^\[\]\n]+?)[ \t]*\]\]?[ \t]*(?:#[^\n]*)?(?:\n|$)")
 _KEY = re.compile(
@@ -33,6 +36,9 @@ def edited(source: str, changes: Mapping[str, Any]) -> str:
     text, done = source, before
     for path, value in changes.items():
         wanted = replace(done, {path: value})
+        parts = tuple(path.split("."))
+        if parts[-1].isdecimal() and _at(done, parts[:-1]) is None:  # a list that the file leaves out
+            path, value = ".".join(parts[:-1]), _at(wanted, parts[:-1])
         kept = next((each for each in _candidates(text, done, path, value) if _says(each, wanted)), None)
         if kept is None:
             return to_toml(replace(before, changes))
@@ -44,7 +50,7 @@ def _says(text: str, wanted: Case) -> bool:
     """Return whether a text is a case, but for rounding."""
     try:
         return _close(load_case(parse_toml(text, "edited")).resolved(), wanted.resolved())
-    except ValueError:  # InputError is one
+    except InputError:
         return False
 
 
@@ -97,6 +103,8 @@ def _in_unit(old: str, before: Any, value: float) -> str | None:
     match = _QUANTITY.fullmatch(old[1:-1]) if old[:1] in "\"'" else None
     if match is None or not isinstance(before, float) or not before:
         return None
+    if match[3] in CELSIUS:
+        return f'"{value + TEMPERATURE.display_offset:.10g}{match[2]}{match[3]}"'
     number = float(match[1].replace("_", ""))
     return f'"{value * number / before:.10g}{match[2]}{match[3]}"' if number else None
 
@@ -106,6 +114,8 @@ def _literal(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, float):
         return repr(value)
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_literal, value))}]"
     return (
         str(value)
         if isinstance(value, int)

@@ -82,7 +82,7 @@ def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
             assert high is None or value <= high * (1 + 1e-12), each
             assert each["least"] is None or each["least"] <= value
             if each["kind"] == "number":
-                same = controls(replace(case, {each["path"]: value / each["factor"]}))
+                same = controls(replace(case, {each["path"]: (value - each["offset"]) / each["factor"]}))
                 now = next(c["value"] for c in same if c["path"] == each["path"])
                 assert now == pytest.approx(value, rel=1e-12)
         assert each["label"]

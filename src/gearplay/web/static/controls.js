@@ -99,7 +99,7 @@ export class Controls {
       changed(entry.start);
       row.querySelector(`[id="${name}"]`).focus();
     };
-    const inSI = (value) => (typeof value === "number" && control.kind === "number" ? value / control.factor : value);
+    const inSI = (value) => (typeof value === "number" && control.kind === "number" ? (value - control.offset) / control.factor : value);
     entry.startSI = inSI(control.value);
     const changed = (value) => {
       row.classList.toggle("changed", value !== entry.start);

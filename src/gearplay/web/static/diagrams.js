@@ -12,7 +12,7 @@ export async function drawBifurcation(result, control) {
   const traces = ["up", "down"].map((way) => {
     const [count, keep] = result[way].shape;
     const x = new Float64Array(count * keep);
-    for (let i = 0; i < count; i++) x.fill(result.x[i] * control.factor, i * keep, (i + 1) * keep);
+    for (let i = 0; i < count; i++) x.fill(result.x[i] * control.factor + control.offset, i * keep, (i + 1) * keep);
     return { x, y: scaled(result[way], factor), mode: "markers", type: "scatter", name: way === "up" ? "rising" : "falling",
       marker: { size: 2, color: style(way === "up" ? "rising" : "falling"), opacity: 0.7 } };
   });
@@ -29,7 +29,7 @@ export async function drawMap(result, first, second) {
   const cells = (array) => Array.from({ length: rows }, (_, i) => Array.from(array.subarray(i * columns, (i + 1) * columns)));
   const [spread, impacts] = [result.spread ?? result.values.map(() => NaN), result.impacts ?? result.values.map(() => NaN)].map(cells);
   const about = spread.map((row, i) => row.map((each, j) => [Number.isFinite(each) ? ` ± ${Number((each * factor).toPrecision(2))}` : "", Math.round(impacts[i][j]) || 0]));
-  const trace = { type: "heatmap", customdata: about, x: scaled(result.x, first.factor), y: scaled(result.y, second.factor), z, colorscale: "Viridis",
+  const trace = { type: "heatmap", customdata: about, x: scaled(result.x, first.factor, first.offset), y: scaled(result.y, second.factor, second.offset), z, colorscale: "Viridis",
     hovertemplate: `${wordsOf(first)}: %{x:.4g}<br>${wordsOf(second)}: %{y:.4g}<br>${plain(result.measure)}: %{z:.4g}%{customdata[0]} ${unit}<br>%{customdata[1]} impacts<extra></extra>`,
     colorbar: { title: { text: plain(`${result.measure} [${unit}]`), side: "right" }, exponentformat: "power" } };
   const words = { xaxis: axis(wordsOf(first)), yaxis: axis(wordsOf(second)) };

@@ -36,7 +36,7 @@ function pathField(whole, name, words, numbers, chosen) {
   const fill = () => {
     const each = numbers.find(({ path }) => path === select.value);
     if (!each) return;
-    low.value = rounded(each.low > 0 ? each.low * 3 : each.low || each.high / 20);
+    low.value = rounded(each.offset ? each.low : each.low > 0 ? each.low * 3 : each.low || each.high / 20);
     high.value = rounded(each.logarithmic ? each.high / 3 : each.high);
     for (const [end, text] of [[low, "from"], [high, "to"]]) end.parentElement.firstChild.textContent = `${text} [${shownUnit(each.unit)}]`;
   };
@@ -136,8 +136,9 @@ export function faultOf(form, controls) {
 }
 
 function axisOf(data, name, controls) {
-  const { path, factor } = controls.find((each) => each.path === data.get(name));
-  return { path, low: Number(data.get(`${name}-low`)) / factor, high: Number(data.get(`${name}-high`)) / factor };
+  const { path, factor, offset } = controls.find((each) => each.path === data.get(name));
+  const end = (which) => (Number(data.get(`${name}-${which}`)) - offset) / factor;
+  return { path, low: end("low"), high: end("high") };
 }
 
 export function diagramWords(form, controls) {

@@ -54,10 +54,16 @@ export async function choose(name) {
   run();
 }
 
+/** Return the text of a file, which must be UTF-8. */
+async function textOf(file) {
+  const bytes = await file.arrayBuffer();
+  try { return new TextDecoder("utf-8", { fatal: true }).decode(bytes); } catch { throw new Error(`${file.name}: must be UTF-8 text. Save the file as UTF-8.`); }
+}
+
 export async function upload(file) {
   if (!file) return;
   if (file.size > MOST_FILE || !/\.toml$/i.test(file.name)) throw new Error(`${file.name}: must be a case file, TOML of at most 256 kB. Choose another.`);
-  adopt(await askJson("/api/case", { toml: await file.text() }), file.name);
+  adopt(await askJson("/api/case", { toml: await textOf(file) }), file.name);
   run();
 }
 

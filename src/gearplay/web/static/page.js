@@ -6,7 +6,7 @@ export const $ = (name) => document.getElementById(name);
 
 export const state = {
   base: null, changes: new Map(), controls: [], note: "", // the case, its changed fields (SI), their controls, what was changed before
-  result: null, diagrams: {}, // what is shown
+  result: null, diagrams: {}, measured: [], // what is shown, and channels of the user's own
   told: false, unkept: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
   moved: 0, began: 0, asked: 0, whole: false, // times [ms] of the last move and run, and whether all its plots are drawn
 };
@@ -19,24 +19,41 @@ export function tell(words, ofRun = false) {
   $("message").hidden = !words;
 }
 
-/** The case as it stands: the base with the changes in place. */
+/** Return the list that a case leaves out, as its controls have it. */
+function listOf(path) {
+  const own = state.controls.filter((each) => each.path.startsWith(`${path}.`) && /^\d+$/.test(each.path.slice(path.length + 1)));
+  return own.map((each) => state.panel.startOf(each.path));
+}
+
+/** The case as it stands: the base with the changes in place; tables and lists that it leaves out are made on the way. */
 export function current() {
   const made = structuredClone(state.base);
   for (const [path, value] of state.changes) {
     const parts = path.split(".");
     const last = parts.pop();
     let place = made;
-    for (const part of parts) place = place[part];
+    for (const [at, part] of parts.entries()) {
+      place[part] ??= /^\d+$/.test(parts[at + 1] ?? last) ? listOf(parts.slice(0, at + 1).join(".")) : {};
+      place = place[part];
+    }
     place[last] = value;
   }
   return made;
 }
 
+/** Show a fault of the page itself, wherever it comes from; everything else goes on. */
+export function confess(error) {
+  const words = error?.message ?? String(error);
+  tell(`The page has a fault: ${words}. This is a fault of the program, not of your input. What you see may be of the case before; load the page again if it stays.`);
+}
+window.addEventListener("error", ({ error, message }) => confess(error ?? message));
+window.addEventListener("unhandledrejection", ({ reason }) => confess(reason));
+
 /** What has been changed, in words; the first few fields. */
 export function note() {
   const words = [...state.changes].map(([path, value]) => {
-    const { owner, label, unit, factor, kind } = state.controls.find((each) => each.path === path);
-    const shown = kind === "number" ? `${Number((value * factor).toPrecision(6))} ${micro(unit)}`.trim() : value;
+    const { owner, label, unit, factor, offset, kind } = state.controls.find((each) => each.path === path);
+    const shown = kind === "number" ? `${Number((value * factor + offset).toPrecision(6))} ${micro(unit)}`.trim() : value;
     return `${owner} ${label} ${shown}`.trim();
   });
   const rest = words.length > 4 ? `, and ${words.length - 4} more` : "";
@@ -49,9 +66,10 @@ export function showTitle() {
   $("changes").textContent = words && `changed: ${words}`;
 }
 
-/** Fetch from the server; errors are sentences for the user. */
+/** Fetch from the server, a file as it is; errors are sentences for the user. */
 export async function ask(path, body) {
-  const options = body === undefined ? {} : { method: "POST", body: JSON.stringify(body), headers: { "content-type": "application/json" } };
+  const [kind, sent] = body instanceof Blob ? ["application/octet-stream", body] : ["application/json", JSON.stringify(body)];
+  const options = body === undefined ? {} : { method: "POST", body: sent, headers: { "content-type": kind } };
   let answer;
   try { answer = await fetch(path, options); } catch { throw new Error("The server is gone. Try again when it is back."); }
   if (answer.ok) return answer;

@@ -69,8 +69,10 @@ function drawOrbit(result, { sleeve, overlay }) {
     if (orbit) traces.unshift({ x: scaled(orbit.x, 1e6), y: scaled(orbit.y, 1e6), mode: "lines", line: ghost(model), name: words });
   }
   if (!traces.length) return draw("orbit", [], layout({ uirevision: "none", xaxis: axis("", { visible: false, range: [0, 1] }), yaxis: axis("", { visible: false, range: [0, 1] }),
-    annotations: [{ x: 0.02, y: 0.95, yref: "paper", text: "held, or goes round with a carrier: no orbit to draw", showarrow: false, font: { size: 12, color: style("soft") }, xanchor: "left", yanchor: "top" }] }));
-  return draw("orbit", traces, layout({ ...roomFor(overlay), uirevision: `${sleeve}`, xaxis: axis("x [µm]", { scaleanchor: "y" }), yaxis: axis("y [µm]") }));
+    annotations: [{ x: 0.02, y: 0.95, yref: "paper", text: "held: no orbit to draw", showarrow: false, font: { size: 12, color: style("soft") }, xanchor: "left", yanchor: "top" }] }));
+  const on = Object.values(result.models)[0].orbits.find((each) => each.name === sleeve)?.on;
+  const beside = on ? " beside the pin" : ""; // in axes that turn with the carrier
+  return draw("orbit", traces, layout({ ...roomFor(overlay), uirevision: `${sleeve}`, xaxis: axis(`x${beside} [µm]`, { scaleanchor: "y" }), yaxis: axis(`y${beside} [µm]`) }));
 }
 
 export function drawSpectrum(result, { spectrum, scale, overlay }) {
@@ -95,19 +97,35 @@ export function drawSpectrum(result, { spectrum, scale, overlay }) {
     for (const value of a) top = Math.max(top, value);
     traces.push({ x: f, y: a, mode: "lines", line: { color: style("rising"), width: 1.2 }, name: plain(overlay.name), hovertemplate: "%{y:.4g} m/s² at %{x:.5g} Hz" });
   }
-  const shapes = [];
-  const annotations = [];
-  const mark = (frequency, text, color, dash) => {
-    if (!(frequency > 0)) return;
-    const level = 1 - 0.07 * annotations.length; // one below the other: lines may lie close
-    shapes.push({ type: "line", x0: frequency, x1: frequency, yref: "paper", y0: 0, y1: 1, line: { color, width: 1, dash }, layer: "below" });
-    annotations.push({ x: Math.log10(frequency), y: level, yref: "paper", text, showarrow: false, font: { size: 11, color }, xanchor: "left", yanchor: "top" });
-  };
-  for (const [name, frequency] of Object.entries(result.lines)) if (!name.startsWith("shaft")) mark(frequency, plain(name), style("soft"), "dot");
-  for (const each of result.test) mark(each.frequency, `test ${plain(each.line)}`, style("mark"), "dash");
+  const marks = Object.entries(result.lines).filter(([name]) => !name.startsWith("shaft")).map(([name, frequency]) => ({ frequency, text: plain(name), color: style("soft"), dash: "dot" }));
+  marks.push(...result.test.map((each) => ({ frequency: each.frequency, text: `test ${plain(each.line)}`, color: style("mark"), dash: "dash" })));
+  const [shapes, annotations] = marked(marks.filter(({ frequency }) => frequency > 0), traces.map(({ x }) => x));
   const y = scale === "log" ? { type: "log", range: top > 0 ? [Math.max(Math.log10(top) - 5, Math.log10(low) - 0.2), Math.log10(top) + 0.5] : [-6, 0], dtick: 1 } : { type: "linear", rangemode: "tozero" };
   return draw("spectrum", traces, layout({ ...roomFor(overlay), uirevision: `${spectrum}${scale}`, shapes, annotations,
     xaxis: axis("frequency [Hz]", { type: "log" }), yaxis: axis("amplitude of acceleration [m/s²]", y) }));
+}
+
+const [LETTER, ROWS, ROW] = [6.4, 9, 0.07]; // px of a letter; rows of names, and the height of one as a share of the plot
+
+/**
+ * Return lines at frequencies and their names: each in the first row in which it lies over no other. One for which no row has room
+ * has a line alone.
+ */
+function marked(marks, curves) {
+  const known = [...marks.map(({ frequency }) => frequency), ...curves.flatMap((x) => (x?.length ? [x[0], x[x.length - 1]] : []))].filter((f) => f > 0);
+  const [low, high] = [Math.log10(Math.min(...known)), Math.log10(Math.max(...known))];
+  const scale = (document.getElementById("spectrum").clientWidth - 88) / Math.max(high - low, 1e-9); // px of a decade
+  const ends = Array(ROWS).fill(-Infinity);
+  const annotations = [];
+  for (const { frequency, text, color } of [...marks].sort((one, other) => one.frequency - other.frequency)) {
+    const at = scale * (Math.log10(frequency) - low);
+    const row = ends.findIndex((end) => at > end);
+    if (row < 0) continue;
+    ends[row] = at + LETTER * text.length + 6;
+    annotations.push({ x: Math.log10(frequency), y: 1 - ROW * row, yref: "paper", text, showarrow: false, font: { size: 11, color }, xanchor: "left", yanchor: "top" });
+  }
+  const shapes = marks.map(({ frequency, color, dash }) => ({ type: "line", x0: frequency, x1: frequency, yref: "paper", y0: 0, y1: 1, line: { color, width: 1, dash }, layer: "below" }));
+  return [shapes, annotations];
 }
 
 /** Return the two edges of a spectrum's spread over the members, filled between. */

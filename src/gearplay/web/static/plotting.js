@@ -9,9 +9,9 @@ export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRe
 
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
 export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-export const micro = (unit) => unit.replace("um", "µm");
+export const micro = (unit) => unit.replace("um", "µm").replace("degC", "°C");
 export const shownUnit = (unit) => micro(unit || "1");
-export const scaled = (array, factor) => Float64Array.from(array, (value) => value * factor);
+export const scaled = (array, factor, offset = 0) => Float64Array.from(array, (value) => value * factor + offset);
 
 // SI as results are, to what is read easily: unit and factor.
 const SHOWN = { m: ["µm", 1e6], "m/s": ["mm/s", 1e3], rad: ["mrad", 1e3], "m/s^2": ["m/s²", 1], 1: ["%", 100] };

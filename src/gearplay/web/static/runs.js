@@ -3,7 +3,7 @@
 import { averageOf, dropAverage } from "./averages.js";
 import { moveCursors } from "./cursors.js";
 import { Stage } from "./mechanism.js";
-import { $, current, note, showTitle, state, tell } from "./page.js";
+import { $, confess, current, note, showTitle, state, tell } from "./page.js";
 import { drawRun, drawSpectrum, fillStatistics } from "./plots.js";
 import { asked, plotly } from "./plotting.js";
 
@@ -28,7 +28,8 @@ export async function run() {
   const began = state.moved || performance.now();
   state.moved = 0;
   state.began = performance.now();
-  const job = wire.ask("run", { case: current(), models: models(), note: note() }, (done) => showProgress(done, job.number, state.began));
+  const words = { case: current(), models: models(), note: note() }; // before anything is noted as running: it may fail
+  const job = wire.ask("run", words, (done) => showProgress(done, job.number, state.began));
   state.running = job;
   try {
     const result = await job;
@@ -40,6 +41,7 @@ export async function run() {
     if (state.told) tell("");
   } catch (error) {
     if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
+    else if (!error.kind) { confess(error); outdate(); }
     else if (error.kind !== "cancelled" && wire.ready) { tell(error.message, true); if (generation === state.generation) outdate(); }
   } finally {
     state.running = null;

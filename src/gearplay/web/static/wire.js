@@ -53,7 +53,7 @@ export class Wire {
     const promise = new Promise((resolve, reject) => {
       if (!this.ready) { reject(gone()); return; }
       const text = JSON.stringify({ ...words, kind, id: number });
-      if (text.length > MOST_TEXT) { reject(new Error("The case is too large for the page: use gearplay run.")); return; }
+      if (text.length > MOST_TEXT) { reject(Object.assign(new Error("The case is too large for the page: use gearplay run."), { kind: "error" })); return; }
       this.jobs.set(number, { resolve, reject, onProgress });
       this.socket.send(text);
     });
@@ -66,7 +66,7 @@ export class Wire {
     if (typeof data !== "string") {
       const { job, key } = this.awaited ?? {};
       this.awaited = null;
-      try { job?.resolve({ ...decode(data), key }); } catch { job?.reject(new Error("The result came damaged. Run it again.")); }
+      try { job?.resolve({ ...decode(data), key }); } catch { job?.reject(Object.assign(new Error("The result came damaged. Run it again."), { kind: "error" })); }
       return;
     }
     const words = JSON.parse(data);

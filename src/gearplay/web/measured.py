@@ -1,0 +1,93 @@
+"""A measurement of the user's own, as spectra of its accelerations that lie beside those of a run."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.files.measurements import read_measurement
+from gearplay.files.record import Channel, Record
+from gearplay.model.units import UnitError, parse_quantity
+from gearplay.results.spectra import amplitude_spectrum
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.quantities import ACCELERATION, FREQUENCY, Quantity
+from gearplay.web.frames import pack_frame
+from gearplay.web.jobs import Job
+from gearplay.web.views import shown_lines
+
+Floats = NDArray[np.float64]
+LEAST = 64
+"""Samples of a spectrum, at least."""
+MOST = 24
+"""Channels."""
+
+
+def measured(job: Job, report: Tick, stop: threading.Event) -> bytes:
+    """Return the amplitude spectra [m/s^2] over frequency [Hz] of the accelerations in a file, as a frame.
+
+    The job has the ``path`` of the file, the ``name`` that its user knows it by, and the ``unit`` of channels that say none,
+    "" for none. A text table whose first column is a frequency holds spectra.
+
+    Raises `InputError` for a file without an acceleration, `MeasurementError` as `read_measurement` does.
+    """
+    path, name, unit = Path(str(job["path"])), str(job["name"]), str(job["unit"])
+    frequency, channels = _read(path)
+    found: list[dict[str, Any]] = []
+    for channel in channels[:MOST]:
+        factor = _factor(channel.unit or unit, ACCELERATION)
+        if factor is None or (frequency is None and channel.values.size < LEAST):
+            continue
+        if frequency is None:
+            spectrum = amplitude_spectrum(factor * channel.values, channel.sampling)
+            f, a = spectrum.frequency[1:], spectrum.amplitude[1:]
+        else:
+            f, a = frequency, factor * channel.values
+        at = shown_lines(a)
+        words = f"{name}: {channel.name}" if len(channels) > 1 else name
+        found.append({"name": words, "f": f[at], "a": a[at]})
+    if not found:
+        raise InputError(_nothing(channels, name))
+    return pack_frame({"kind": "measured", "channels": found})
+
+
+def _read(path: Path) -> tuple[Floats | None, list[Channel]]:
+    """Return frequencies [Hz] of a table of spectra, None for a record over time, and the channels."""
+    try:
+        return None, list(read_measurement(path).channels)
+    except GearplayError:
+        try:
+            table = read_measurement(path, sampling=1.0)  # a table without a column of time
+        except GearplayError:
+            table = Record(())
+        first = next(iter(table.channels), None)
+        factor = None if first is None else _factor(first.unit, FREQUENCY)
+        if first is None or factor is None or len(table.channels) < 2 or np.any(np.diff(first.values) <= 0.0):
+            raise
+        return factor * first.values, list(table.channels[1:])
+
+
+def _factor(unit: str, quantity: Quantity) -> float | None:
+    """Return how many SI units of a quantity are one of ``unit``; None for no unit, or one of another quantity."""
+    try:
+        return parse_quantity(f"1 {unit}", quantity) if unit else None
+    except UnitError:
+        return None
+
+
+def _nothing(channels: list[Channel], name: str) -> Fault:
+    """Return what is wrong with a file without a spectrum to show."""
+    bare = [each.name for each in channels if not each.unit]
+    if bare:
+        rule = f"its channel {bare[0]!r} says no unit"
+        return Fault("measurement", name, rule, "Choose m/s² or g under unit, or write it into the file")
+    short = [each for each in channels if _factor(each.unit, ACCELERATION) is not None]
+    if short:
+        rule = f"must hold {LEAST} samples or more, {short[0].values.size} found"
+        return Fault("measurement", name, rule, "Give a longer record")
+    units = ", ".join(f"{each.name} [{each.unit}]" for each in channels[:6])
+    return Fault(
+        "measurement", name, f"must hold an acceleration; found {units}", "Choose a channel in m/s^2 or g"
+    )
