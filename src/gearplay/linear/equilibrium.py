@@ -1,4 +1,4 @@
-"""Static equilibrium under constant loads, by damped Newton steps, and the equations of motion to first order there."""
+"""Static equilibrium under constant loads, and the equations of motion to first order there."""
 
 from __future__ import annotations
 
@@ -14,19 +14,13 @@ from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import make_roster
 from gearplay.kernels.slopes import make_slopes
 from gearplay.kernels.switches import make_branch
+from gearplay.linear.balance import balance
 from gearplay.linear.smooth import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
 from gearplay.vocabulary.errors import SimulationError
 
 Floats = NDArray[np.float64]
-
-STEPS = 2000
-"""Most steps of the search."""
-BALANCED = 1e-9
-"""Forces left over, as accelerations, per the largest that act, that count as none."""
-FIRST, SHORTEST, LONGEST = 1e-6, 1e-12, 1e6
-"""Length of the first, the shortest and the longest pseudo-time step [s]."""
 
 
 class Linear:
@@ -68,6 +62,14 @@ class Linear:
         for i, on, arm in self.smooth.arms():
             whole[3 * i : 3 * i + 2] = -(self.smooth.speeds[on] ** 2) * np.array(arm)
         return whole[self.free]
+
+    def acting(self, riding: Floats) -> float:
+        """Return the size of the loads [J], torques, weights and inertia forces times the natural sizes of their coordinates."""
+        rotors: Any = self.system.rotors
+        weights = np.abs(self.system.gravity)
+        loads = np.stack([rotors.mass * weights[0], rotors.mass * weights[1], np.abs(rotors.torque)], axis=1)
+        whole = loads.ravel()[self.free] + self.mass * np.abs(riding)
+        return float(np.max(self.smooth.packed.natural[self.free] * whole, initial=0.0))
 
     def accelerations(self, state: Floats) -> Floats | None:
         """Return those of the free coordinates, shape [coordinate]; None where a pair cannot mesh."""
@@ -124,10 +126,9 @@ class Equilibrium:
 
 
 def find_equilibrium(linear: Linear) -> Equilibrium:
-    """Return the equilibrium that loads lead to from the nominal places.
+    """Return the equilibrium that loads lead to from the nominal places, across clearances and backlash (`balance`).
 
-    Newton's method on the balance of forces, damped by a pseudo-time that grows as the forces left over fall. Where drives and
-    loads do not balance, the train accelerates as one and d'Alembert's forces hold it (inertia relief).
+    Where drives and loads do not balance, the train accelerates as one and d'Alembert's forces hold it (inertia relief).
 
     Raises `SimulationError` where none is found.
     """
@@ -137,50 +138,41 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     weigh = rolls * mass[:, None]
     project = rolls @ np.linalg.pinv(weigh.T @ rolls) @ weigh.T if rolls.shape[1] else None
     natural = linear.smooth.packed.natural[free]
+    across = None
+    if project is not None:  # forces and ways but for those of the train as one
+        across = np.eye(free.size) - project
+    origin = state[free].copy()
+    trial = state.copy()
 
-    def left_over(at: Floats) -> tuple[Floats, float] | None:
-        found = linear.accelerations(at)
+    def force(at: Floats) -> Floats | None:
+        trial[free] = origin + natural * at
+        found = linear.accelerations(trial)
         if found is None or not np.all(np.isfinite(found)):
             return None
-        rest = found - riding
-        if project is not None:
-            rest = rest - project @ rest
-        return rest, float(np.sqrt(np.mean(mass * rest * rest)))
+        left = mass * (found - riding)
+        return natural * (left if across is None else across.T @ left)
 
-    now = left_over(state)
-    if now is None:
+    def stiffness() -> Floats:
+        matrix = linear.stiffness(linear.matrix(trial))
+        if across is not None:
+            matrix = across.T @ matrix @ across
+        return natural[:, None] * matrix * natural
+
+    first = force(np.zeros(free.size))
+    if first is None:
         raise SimulationError("no static equilibrium: a pair cannot mesh where the case places it")
-    rest, size = now
     whole = linear.rates[3 * linear.rotors + free] - riding
+    rest = first / (natural * mass)
     unbalanced = bool(np.max(np.abs(whole - rest), initial=0.0) > 1e-6 * np.max(np.abs(whole), initial=0.0))
-    largest, step = max(size, 1e-12), FIRST
-    for _ in range(STEPS):
-        if size <= BALANCED * largest:
-            break
-        stiffness = linear.stiffness(linear.matrix(state))
-        try:
-            move = np.linalg.solve(stiffness + np.diag(mass / step**2), mass * rest)
-        except np.linalg.LinAlgError:
-            step *= 0.1
-            continue
-        far = float(np.max(np.abs(move) / natural))
-        trial = state.copy()
-        trial[free] += move * min(1.0, 10.0 / far) if far > 0.0 else move
-        then = left_over(trial)
-        if then is not None and then[1] <= 1.000001 * size:
-            state, (rest, size) = trial, then
-            largest, step = max(largest, size), min(4.0 * step, LONGEST)
-        else:
-            step *= 0.1
-            left_over(state)  # contacts as they are there
-            if step < SHORTEST:
-                break
-    if size > 1e3 * BALANCED * largest:
-        name = _worst(linear, mass * rest * rest)
+    acting = linear.acting(riding) or float(np.max(np.abs(natural * mass * whole), initial=0.0))
+    found = balance(force, stiffness, np.zeros(free.size), max(acting, 1e-30))
+    assert found is not None, "evaluated before"
+    if not found.balances:
         raise SimulationError(
-            f"no static equilibrium found: forces on {name} are left over. Give it a support or a load that holds it"
+            f"no static equilibrium found: forces on {_worst(linear, np.abs(found.left))} are left over"
         )
-    left_over(state)
+    force(found.at)
+    state[free] = trial[free]
     modes, labels = linear.branch.modes, linear.smooth.packed.contact_labels
     closed = tuple(name for k, name in enumerate(labels) if modes[k] != OPEN)
     return Equilibrium(linear, state, linear.matrix(state), closed, unbalanced)

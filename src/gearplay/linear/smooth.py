@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.table import MESH
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.fields import FrozenTable
@@ -89,11 +88,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     still = hot.model_copy(update=update)
     still.__dict__.pop("operating", None)  # what was worked out of the case as it was
     still.__dict__.pop("sha256", None)
-    packed = pack(still)
-    meshes, moving = packed.system.records[MESH], pack(hot).system.records[MESH]
-    # Which flanks drive, and what they are pressed by, is a matter of how the case turns.
-    for name in ("sigma", "way", "C_m", "depth", "inv_depth"):
-        meshes[name] = moving[name]
+    packed = pack(still, turning=hot)
     carriers = tuple(
         names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names
     )

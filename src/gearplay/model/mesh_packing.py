@@ -14,7 +14,6 @@ from gearplay.model import geometry
 from gearplay.model.assembly import Assembly, Contact, blank
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.phases import starting_phases
-from gearplay.model.tooth_loads import damping_depths
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -133,12 +132,13 @@ def pack_meshes(
     rotors: Any,
     centres: dict[str, tuple[float, float]],
     moving: Floats,
+    depths: Floats,
 ) -> tuple[Floats, Floats, Floats]:
     """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
-    phases, depths = starting_phases(case, centres), damping_depths(case)
+    phases = starting_phases(case, centres)
     for j, mesh in enumerate(case.meshes):
         m = blank(mesh_element.RECORD)
         _pack_mesh(case, j, m, centres, moving)

@@ -18,6 +18,7 @@ from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
 from gearplay.model.records import edges
+from gearplay.model.tooth_loads import damping_depths
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -205,23 +206,27 @@ def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
         assembly.add(positioner.KIND, name, record, joined, always=True, switches=1, states=states, rate=rate)
 
 
-def pack(case: "Case", *, span: float | None = None, member: int = 0) -> Packed:
+def pack(
+    case: "Case", *, span: float | None = None, member: int = 0, turning: "Case | None" = None
+) -> Packed:
     """Translate a case for the kernels: for one member's run of ``span`` [s], transient included, else of the case's own.
 
-    Both matter only where the housing has a random record.
+    Both matter only where the housing has a random record. ``turning`` is the case whose motion says which flanks drive and how
+    deep teeth are pressed, the case itself if not given.
 
     Raises `InputError` where drives contradict each other or given centres cannot mesh.
     """
     case = case.operating
     centres = geometry.centres(case)
     speeds = rolling.nominal_speeds(case)
-    moving = rolling.moving_speeds(case, speeds)
+    turning = case if turning is None else turning.operating
+    moving = rolling.moving_speeds(turning, speeds if turning is case else rolling.nominal_speeds(turning))
     senses = np.sign(moving)
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly, rotors)
     _pack_sleeves(case, assembly, rotors, centres)
-    terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving)
+    terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     places = {name: i for i, name in enumerate(case.rotors)}
     inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}

@@ -168,15 +168,17 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
 def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
     """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
 
-    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first.
+    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first
+    that is not kept from turning. Fixed rotors and torsional springs hold, as far as the train can turn beside them.
     """
     names, speeds = list(case.rotors), nominal_speeds(case)
     if np.any(speeds):
         at = int(np.argmax(np.abs(speeds)))
         return names[at], speeds / speeds[at]
-    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None]
-    lead = (driven or names)[0]
-    return lead, _roll(case, {lead: 1.0})
+    held = _still(case)
+    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None and name not in held]
+    lead = (driven or [name for name in names if name not in held] or names)[0]
+    return lead, _as_far_as_held(case, {lead: 1.0})
 
 
 def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -225,14 +227,18 @@ def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sign(moving_speeds(case, nominal))
 
 
-def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
-    """Return the speeds by rolling where fixed rotors and torsional springs hold, or, where that cannot be, give way."""
-    still = {
+def _still(case: "Case") -> dict[str, float]:
+    """Return the rotors whose drives keep them from turning, with their speed, 0."""
+    return {
         n: 0.0
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind in ("speed", "servo") and r.drive.speed == 0.0
     }
-    for all_given, held in ((still | given, True), (given, True), (given, False)):
+
+
+def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+    """Return the speeds by rolling where fixed rotors and torsional springs hold, or, where that cannot be, give way."""
+    for all_given, held in ((_still(case) | given, True), (given, True), (given, False)):
         with suppress(InputError):
             return _roll(case, all_given, held=held)
     places = {name: i for i, name in enumerate(case.rotors)}

@@ -45,6 +45,7 @@ _LINEAR = {
 _ELEMENTS = "gearplay.kernels.elements."
 _not_kept_told = False
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
+_ready_linear: set[frozenset[str]] = set()
 
 
 def prepare(case: Case, *, derivative: bool = False, progress: Progress | None = None) -> None:
@@ -84,9 +85,11 @@ def prepare_packed(
 
 def prepare_linear(packed: Packed, *, progress: Progress | None = None) -> None:
     """Do what `prepare` does for the matrices of the linear view alone."""
-    if not INTERPRETED:
-        wanted = _wanted(_kinds(packed), fixed=False, derivative=True)
+    kinds = _kinds(packed)
+    if not INTERPRETED and kinds not in _ready_linear:
+        wanted = _wanted(kinds, fixed=False, derivative=True)
         _compile([name for name in wanted if name.rpartition(".")[2] in _LINEAR], progress)
+        _ready_linear.add(kinds)
 
 
 def prepare_all() -> None:
