@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
+from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import OPEN
 from gearplay.kernels.linear import matrix_at, rates_at
 from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.roster import make_roster
-from gearplay.kernels.slopes import make_slopes
+from gearplay.kernels.slopes import make_slopes, rate_of_change
 from gearplay.kernels.switches import make_branch
 from gearplay.linear.balance import balance
+from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes
 from gearplay.linear.smooth import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
@@ -23,10 +26,15 @@ from gearplay.vocabulary.errors import SimulationError
 Floats = NDArray[np.float64]
 
 
+ROUNDING = 1e-13
+"""Stiffness of a direction, per the largest of its element, that is rounding."""
+
+
 class Linear:
     """The equations of motion of a smooth case at one state: what acts there, and the slopes of it.
 
-    ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2].
+    ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2]; ``bilateral``
+    the meshes that touch on both flanks without a load, which act on both sides of zero (`bilateral`).
     """
 
     def __init__(self, smooth: Smooth) -> None:
@@ -46,21 +54,23 @@ class Linear:
         wide = self.size + self.branch.latch.size
         self.columns, self.scratch = np.zeros((wide, wide)), np.zeros(wide)
         self.rates = np.zeros(self.size)
+        self.bilateral: tuple[int, ...] = ()
 
     def start(self) -> Floats:
         """Return the state with everything at its nominal place, flanks touching, centres riding on their carriers."""
         state = initial_state(self.smooth.case, self.smooth.packed)
-        n, spin = self.rotors, self.smooth.speeds
-        for i, on, (x, y) in self.smooth.arms():
-            state[3 * (n + i) : 3 * (n + i) + 2] = spin[on] * np.array([-y, x])
-        state[3 * n + 2 : 6 * n : 3] = 0.0
+        state[3 * self.rotors + 2 : 6 * self.rotors : 3] = 0.0
+        self.ride(state)
         return state
 
-    def riding(self) -> Floats:
-        """Return the accelerations [m/s^2, rad/s^2] of free coordinates on carriers that turn steadily, shape [coordinate]."""
-        whole = np.zeros(3 * self.rotors)
-        for i, on, arm in self.smooth.arms():
-            whole[3 * i : 3 * i + 2] = -(self.smooth.speeds[on] ** 2) * np.array(arm)
+    def ride(self, state: Floats) -> Floats:
+        """Give centres the velocities of places on carriers that turn steadily; return accelerations, shape [coordinate]."""
+        frames, n = self.smooth.frames, self.rotors
+        whole = np.zeros(3 * n)
+        for i in np.flatnonzero(frames.speeds):
+            x, y = frames.arms[i] + state[3 * i : 3 * i + 2]
+            state[3 * (n + i) : 3 * (n + i) + 2] = frames.speeds[i] * np.array([-y, x])
+            whole[3 * i : 3 * i + 2] = -(frames.speeds[i] ** 2) * np.array([x, y])
         return whole[self.free]
 
     def acting(self, riding: Floats) -> float:
@@ -84,11 +94,59 @@ class Linear:
         matrix_at(
             self.system, self.roster, state, self.branch, self.slopes, self.loads, self.scratch, self.columns
         )
+        if act_on_both_sides(self.system, self.slopes, state, self.bilateral):
+            for column in range(self.size):
+                self.scratch[column] = 1.0
+                rate_of_change(
+                    self.system, self.roster, self.branch, self.slopes, self.scratch, self.columns[column]
+                )
+                self.scratch[column] = 0.0
         return self.columns[: self.size, : self.size].T.copy()
 
     def stiffness(self, matrix: Floats) -> Floats:
         """Return the stiffness matrix of the free coordinates [N/m, N/rad, N m/rad], shape [coordinate, coordinate]."""
         found: Floats = -self.mass[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
+        return found
+
+    def springs(self) -> tuple[Floats, Floats] | None:
+        """Return P and N of the stiffness matrix P'P - N'N, shapes [spring, coordinate]; None where it is not symmetric.
+
+        Element by element, so that soft springs keep their digits beside stiff ones; `matrix` has been there.
+        """
+        natural = self.smooth.packed.natural
+        pull, push = [np.zeros((0, self.free.size))], [np.zeros((0, self.free.size))]
+        at = {int(place): k for k, place in enumerate(self.free)}
+        for e, element in enumerate(self.system.elements):
+            rotors = sorted({int(element[name]) for name in "abc"} - {-1})
+            places = [place for i in rotors for place in range(3 * i, 3 * i + 3) if place in at]
+            own = natural[places, None] * self._element_stiffness(e, places) * natural[places]
+            if np.abs(own - own.T).max(initial=0.0) > ROUNDING * np.abs(own).max(initial=0.0):
+                return None
+            columns = np.array([at[place] for place in places], dtype=int)
+            count, labels = connected_components(own != 0.0, directed=False)
+            for part in range(count):  # springs along and about an axis do not know each other
+                mine = np.flatnonzero(labels == part)
+                sizes, ways = np.linalg.eigh(0.5 * (own + own.T)[np.ix_(mine, mine)])
+                real = np.abs(sizes) > ROUNDING * np.abs(sizes).max(initial=0.0)
+                rows = np.zeros((int(real.sum()), self.free.size))
+                rows[:, columns[mine]] = (ways[:, real] * np.sqrt(np.abs(sizes[real]))).T
+                rows[:, columns[mine]] /= natural[places][mine]
+                pull.append(rows[sizes[real] > 0.0])
+                push.append(rows[sizes[real] < 0.0])
+        return np.concatenate(pull), np.concatenate(push)
+
+    def _element_stiffness(self, e: int, places: list[int]) -> Floats:
+        """Return the stiffness matrix of element e alone, of some places of the state, shape [place, place]."""
+        element, force, z = self.system.elements[e], self.slopes.force, self.scratch
+        file, found = KINDS[int(element["kind"])].file, np.zeros((len(places), len(places)))
+        for column, place in enumerate(places):
+            force[:], z[:] = 0.0, 0.0
+            z[place] = 1.0
+            file.add_change(
+                self.system, int(element["index"]), self.slopes.elements[e], z, self.branch, force, self.rates
+            )
+            found[:, column] = -force.ravel()[places]
+        z[:] = 0.0
         return found
 
     def damping(self, matrix: Floats) -> Floats:
@@ -133,7 +191,8 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     Raises `SimulationError` where none is found.
     """
     free, mass = linear.free, linear.mass
-    state, riding = linear.start(), linear.riding()
+    state = linear.start()
+    riding = linear.ride(state)
     rolls = linear.rolling_motions()
     weigh = rolls * mass[:, None]
     project = rolls @ np.linalg.pinv(weigh.T @ rolls) @ weigh.T if rolls.shape[1] else None
@@ -146,6 +205,7 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
 
     def force(at: Floats) -> Floats | None:
         trial[free] = origin + natural * at
+        riding = linear.ride(trial)
         found = linear.accelerations(trial)
         if found is None or not np.all(np.isfinite(found)):
             return None
@@ -172,7 +232,8 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
             f"no static equilibrium found: forces on {_worst(linear, np.abs(found.left))} are left over"
         )
     force(found.at)
-    state[free] = trial[free]
+    state = trial
+    linear.bilateral = bilateral_meshes(linear.system, state, linear.branch.memory)
     modes, labels = linear.branch.modes, linear.smooth.packed.contact_labels
     closed = tuple(name for k, name in enumerate(labels) if modes[k] != OPEN)
     return Equilibrium(linear, state, linear.matrix(state), closed, unbalanced)

@@ -24,7 +24,8 @@ class Modes(OfDataset):
 
     ``ds`` has ``frequency`` (mode) [Hz], ``damping_ratio`` (mode), ``kind`` (mode), ``multiplicity`` (mode), ``shape`` (mode,
     coordinate) of unit modal mass, ``shape_imaginary`` where carriers turn, ``strain_energy_share`` (mode, element),
-    ``kinetic_energy_share`` (mode, rotor), ``static_displacement`` (coordinate) from the nominal places, ``closed`` (contact).
+    ``kinetic_energy_share`` (mode, rotor), ``static_displacement`` (coordinate) from the nominal places, ``closed`` (contact),
+    ``bilateral`` (contact): drive flanks that touch without load, as their back flanks do.
     """
 
     answer = "modes"
@@ -42,6 +43,11 @@ class Modes(OfDataset):
             words += f", {free} of them free motions (0 Hz)"
         closed = int(ds["closed"].values.sum())
         words += f"; {closed} of {ds['closed'].size} contacts closed by the load"
+        both = ds["contact"].values[ds["bilateral"].values == 1]
+        if both.size:
+            words += (
+                f"; without gap and load, so taken to act on both sides of zero: {', '.join(map(str, both))}"
+            )
         if int(ds.attrs["unstable"]):
             words += f"; {int(ds.attrs['unstable'])} motions without a restoring force: the equilibrium is not stable"
         if int(ds.attrs["unbalanced"]):
@@ -85,6 +91,7 @@ def modes_of(system: LinearSystem) -> Modes:
     shapes: Any = eigen.shape
     packed = system.linear.smooth.packed
     labels = packed.contact_labels
+    both = [f"{system.case.meshes[n].label}:drive" for n in system.linear.bilateral]
     static = system.equilibrium.state[system.linear.free]
 
     def numbers(dims: Any, values: Any, units: str, words: str) -> Any:
@@ -116,6 +123,11 @@ def modes_of(system: LinearSystem) -> Modes:
             "contact",
             np.array([int(label in system.equilibrium.closed) for label in labels], dtype=np.int8),
             {"long_name": "1 where the load closes the contact"},
+        ),
+        "bilateral": (
+            "contact",
+            np.isin(labels, both).astype(np.int8),
+            {"long_name": "1 where a contact without gap and load acts on both sides of zero"},
         ),
     }
     if np.iscomplexobj(shapes):

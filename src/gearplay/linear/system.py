@@ -80,7 +80,7 @@ class LinearSystem:
         """Its modes."""
         frames = self.linear.smooth.frames
         if not frames.turning:
-            return solve_at_rest(self.mass, self.stiffness, self.damping)
+            return solve_at_rest(self.mass, self.stiffness, self.damping, self.linear.springs())
         places = np.concatenate([self.linear.free, 3 * self.linear.rotors + self.linear.free])
         matrix = self.equilibrium.matrix[np.ix_(places, places)]
         at = {int(place): k for k, place in enumerate(self.linear.free)}
@@ -147,9 +147,13 @@ class LinearSystem:
         n = labels.index(label)
         mesh, out = linear.system.records[MESH][n], np.zeros(OUT_SIZE)
         mesh_geometry(linear.system, n, 0.0, self.equilibrium.state, linear.branch.memory, out)
-        closed = [flank for flank in (DRIVE, BACK) if linear.branch.modes[mesh.contact + flank] != OPEN]
+        closed = (
+            [DRIVE]
+            if n in linear.bilateral
+            else [flank for flank in (DRIVE, BACK) if linear.branch.modes[mesh.contact + flank] != OPEN]
+        )
         if len(closed) != 1:
-            rule = "must have one of its flanks closed by the load"
+            rule = "must have one of its flanks closed by the load, or no backlash"
             raise InputError(Fault("mesh", label, rule, "Raise the load, or the backlash"))
         flank = closed[0]
         row = linear.slopes.elements[mesh.element]

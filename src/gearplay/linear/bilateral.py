@@ -1,0 +1,55 @@
+"""Contacts at zero gap and zero load: they act on both sides of zero, so that a linear analysis has their stiffness once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.kernels.elements.mesh.record import BACK, DRIVE
+from gearplay.kernels.elements.mesh.slopes import FLANK, FLANK_SLOPES, F, F_P, F_R
+from gearplay.kernels.elements.sleeve import DELTA, INV_L, N, N_D, sleeve_geometry
+from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.kernels.flank import RAMP_CONSTANT
+from gearplay.kernels.layout import OUT_SIZE, System
+from gearplay.kernels.mesh_geometry import P_B, P_D, gaps_at
+from gearplay.kernels.slopes import Slopes
+
+Floats = NDArray[np.float64]
+
+NO_GAP = 1e-12
+"""Gap or penetration [m] that is none."""
+LEAST = 1e-300
+"""Force [N] of a flank that acts without a load."""
+
+
+def bilateral_meshes(system: System, state: Floats, memory: Floats) -> tuple[int, ...]:
+    """Return the meshes of which both flanks touch at a state and neither is pressed."""
+    found, out = [], np.zeros(OUT_SIZE)
+    for n in range(system.records[MESH].size):
+        if gaps_at(system, n, 0.0, state, memory, out) == 0 and max(abs(out[P_D]), abs(out[P_B])) <= NO_GAP:
+            found.append(n)
+    return tuple(found)
+
+
+def act_on_both_sides(system: System, slopes: Slopes, state: Floats, meshes: tuple[int, ...]) -> bool:
+    """Give the slopes of meshes, linearised at ``state``, one flank that acts on both sides; return whether any slope is new.
+
+    So too for bushes without clearance and load of a linear law, whose journal is in their centre: these act in all directions.
+    """
+    for n in meshes:
+        mesh = system.records[MESH][n]
+        row = slopes.elements[mesh.element]
+        drive, back = FLANK + FLANK_SLOPES * DRIVE, FLANK + FLANK_SLOPES * BACK
+        row[back + F] = row[back + F_P] = row[back + F_R] = 0.0
+        row[drive + F] = row[drive + F] or LEAST
+        row[drive + F_P] = mesh.k_m
+        row[drive + F_R] = mesh.C_m if mesh.ramp == RAMP_CONSTANT else 0.0
+    changed, out = bool(meshes), np.zeros(OUT_SIZE)
+    for n, sleeve in enumerate(system.records[SLEEVE]):
+        if sleeve["clearance"] == 0.0 and sleeve["exponent"] == 1.0 and sleeve["bed"] == 0:
+            sleeve_geometry(system, n, 0.0, state, out)
+            if out[DELTA] <= NO_GAP:
+                row = slopes.elements[sleeve["element"]]
+                row[N], row[N_D], row[INV_L] = sleeve["stiffness"] * NO_GAP, sleeve["stiffness"], 1.0 / NO_GAP
+                changed = True
+    return changed
