@@ -51,14 +51,18 @@ def modes(
     highest = speed_of(campbell)
     with progress_bar(quiet=json) as report:
         found = modes_of(base, load=load, speed=speed, progress=report)
-    found.save(places[0], overwrite=overwrite)
-    write_bytes(places[1], to_png(found.plot()))
-    lines = [f"{base.title or Path(case).stem}: {found.message}", *_table(found)]
-    document: dict[str, Any] = _document(base, found, places)
+    diagram = None
     if highest is not None:
         diagram = campbell_of(base, np.linspace(highest / 200.0, highest, 200), load=load)
+    pictures = [to_png(each.plot()) for each in (found, diagram) if each is not None]
+    # Nothing is written before all of it has been found.
+    found.save(places[0], overwrite=overwrite)
+    write_bytes(places[1], pictures[0])
+    lines = [f"{base.title or Path(case).stem}: {found.message}", *_table(found)]
+    document: dict[str, Any] = _document(base, found, places)
+    if diagram is not None:
         diagram.save(places[2], overwrite=overwrite)
-        write_bytes(places[3], to_png(diagram.plot()))
+        write_bytes(places[3], pictures[1])
         crossings = diagram.rows()
         document["crossings"] = [{"speed": speed, "meets": words} for speed, words in crossings]
         lines += ["", diagram.message, *(f"  {speed:>12}  {words}" for speed, words in crossings[:20])]

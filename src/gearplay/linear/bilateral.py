@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels.elements.mesh.record import BACK, DRIVE
-from gearplay.kernels.elements.mesh.slopes import FLANK, FLANK_SLOPES, F, F_P, F_R
-from gearplay.kernels.elements.sleeve import DELTA, INV_L, N, N_D, sleeve_geometry
+from gearplay.kernels.elements.mesh.slopes import F_P, F_R, FLANK, FLANK_SLOPES, F
+from gearplay.kernels.elements.sleeve import DELTA, INV_L, N_D, N, sleeve_geometry
 from gearplay.kernels.elements.table import MESH, SLEEVE
 from gearplay.kernels.flank import RAMP_CONSTANT
 from gearplay.kernels.layout import OUT_SIZE, System

@@ -126,16 +126,19 @@ def frequency_response(
     frequencies: ArrayLike,
     load: str = "operating",
 ) -> FrequencyResponse:
-    """Return the linear response of coordinates to a harmonic force, torque or error of the teeth.
+    """Return the linear response of displacements, torques and forces to a harmonic force, error, unbalance or acceleration.
 
     Parameters
     ----------
     case
         A `Case`, a bundled name, a path or a mapping.
     force
-        What excites: ``rotor.fx``, ``rotor.fy`` [N], ``rotor.torque`` [N m], ``driver-driven.transmission_error`` [m] of a mesh.
+        What excites: ``rotor.fx``, ``rotor.fy`` [N], ``rotor.torque`` [N m], ``rotor.unbalance`` [kg m], a force m e omega^2 that
+        turns with the frequency, ``driver-driven.transmission_error`` [m] of a mesh, ``base.ax``, ``base.ay`` [m/s^2] of the
+        housing, to which displacements are then relative.
     at
-        A coordinate or several, ``rotor.x``, ``rotor.y`` [m], ``rotor.theta`` [rad].
+        An output or several: ``rotor.x``, ``rotor.y`` [m], ``rotor.theta`` [rad]; ``first-second.torque`` [N m] of a coupling;
+        ``driver-driven.force`` [N] of a mesh; ``rotor.force_x``, ``rotor.force_y`` [N] of a rotor's sleeve and support on it.
     frequencies
         [Hz], shape [frequency].
     load
@@ -144,7 +147,7 @@ def frequency_response(
     Returns
     -------
     FrequencyResponse
-        ``.ds`` with ``amplitude`` and ``phase`` (at, frequency), for an excitation of amplitude 1 in its unit.
+        ``.ds`` with ``amplitude`` and ``phase`` (at, frequency), for an excitation of amplitude 1 in its unit, and ``unit`` (at).
 
     Raises
     ------
@@ -173,7 +176,7 @@ def frequency_response(
         raise InputError(Fault("frequencies", str(numbers.shape), rule, "Give them in Hz"))
     names = [at] if isinstance(at, str) else list(at)
     if not names or not all(isinstance(name, str) for name in names):
-        raise InputError(Fault("at", str(at), "must name coordinates", "Write for example ring.x"))
+        raise InputError(Fault("at", str(at), "must name outputs", "Write for example ring.x"))
     return response_of(linear_system(case_of(case), load=load), force, names, numbers)
 
 

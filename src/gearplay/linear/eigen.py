@@ -59,7 +59,8 @@ def solve_at_rest(
     """Return the modes of M x'' + C x' + K x = 0, M diagonal, shapes those without damping.
 
     Free motions are the null space of K; of the others the frequencies are the singular values of M^-1/2 P where K = P'P, so that
-    low ones beside high ones keep their digits (docs/theory). ``springs`` are P and N of K = P'P - N'N, shapes [spring, coordinate].
+    low ones beside high ones keep their digits as they do in P.
+    ``springs`` are P and N of K = P'P - N'N, shapes [spring, coordinate].
 
     Damping ratios are those of the damped eigenvalues, -Re / modulus, each given to the undamped mode that it is nearest to when
     that is damped by its modal damping alone.
@@ -106,7 +107,7 @@ def _squares(pull: Floats, push: Floats) -> tuple[Floats, Floats]:
 
 
 def _ratios(omega: Floats, modal: Floats) -> Floats:
-    """Return the damping ratios of undamped modes of angular frequency ``omega`` [rad/s], ``modal`` their damping matrix [1/s]."""
+    """Return damping ratios of undamped modes of angular frequency ``omega`` [rad/s] by their damping matrix ``modal`` [1/s]."""
     moving = omega > 0.0
     ratio = np.zeros_like(omega)
     ratio[moving] = 0.5 * np.diag(modal)[moving] / omega[moving]

@@ -149,6 +149,30 @@ class Linear:
         z[:] = 0.0
         return found
 
+    def force_rows(self, e: int, rotor: int, axis: int) -> tuple[Floats, Floats]:
+        """Return what free displacements and velocities change in the force of element e on an axis of a rotor.
+
+        Shapes [coordinate]; N or N m per m, rad, m/s, rad/s. `matrix` has been there.
+        """
+        element, force, z = self.system.elements[e], self.slopes.force, self.scratch
+        file, rows = KINDS[int(element["kind"])].file, np.zeros((2, self.free.size))
+        for k, first in enumerate((0, 3 * self.rotors)):
+            for c, place in enumerate(self.free):
+                force[:], z[:] = 0.0, 0.0
+                z[first + place] = 1.0
+                file.add_change(
+                    self.system,
+                    int(element["index"]),
+                    self.slopes.elements[e],
+                    z,
+                    self.branch,
+                    force,
+                    self.rates,
+                )
+                rows[k, c] = force[rotor, axis]
+        z[:] = 0.0
+        return rows[0], rows[1]
+
     def damping(self, matrix: Floats) -> Floats:
         """Return the damping matrix of the free coordinates, shape [coordinate, coordinate]."""
         at = 3 * self.rotors + self.free

@@ -174,19 +174,21 @@ def response_drawing(ds: xr.Dataset) -> Any:
     figure, axes = make_figure(2, 1, 6.0)
     frequency, force = ds["frequency"].values, ds.attrs["force"]
     unit = ds["amplitude"].attrs["units"].removeprefix("1/")
+    own = [str(each) for each in ds["unit"].values]
     handles = {}
     for k, name in enumerate(ds["at"].values):
-        color, kind = PALETTE[k % len(PALETTE)], "rad" if str(name).endswith("theta") else "m"
+        color = PALETTE[k % len(PALETTE)]
         axes[0, 0].semilogy(frequency, ds["amplitude"].values[k], color=color, linewidth=1.2)
         axes[1, 0].plot(frequency, np.degrees(ds["phase"].values[k]), color=color, linewidth=1.2)
-        handles[f"{name} [{kind}/{unit}]"] = legend_mark(color, line="-")
+        handles[f"{name} [{own[k]}/{unit}]"] = legend_mark(color, line="-")
     for natural in np.atleast_1d(ds.attrs["natural_frequencies"]):
         if frequency[0] <= natural <= frequency[-1]:
             for ax in axes[:, 0]:
                 ax.axvline(natural, color=CLEARANCE, linewidth=0.6, linestyle=":")
     handles["natural frequencies"] = legend_mark(CLEARANCE, line=":")
-    units = sorted({"rad" if str(name).endswith("theta") else "m" for name in ds["at"].values})
-    axes[0, 0].set_ylabel(plain(f"amplitude [{' or '.join(units)} per {unit.strip('()')}]"), fontsize=SMALL)
+    axes[0, 0].set_ylabel(
+        plain(f"amplitude [{' or '.join(sorted(set(own)))} per {unit.strip('()')}]"), fontsize=SMALL
+    )
     axes[1, 0].set_ylabel("phase [deg]", fontsize=SMALL)
     axes[1, 0].set_yticks(range(-180, 181, 90))
     axes[1, 0].set_xlabel("frequency [Hz]", fontsize=SMALL)

@@ -186,12 +186,12 @@ def linear_system(
     return LinearSystem(case, find_equilibrium(Linear(plain)))
 
 
-def places_of(system: LinearSystem, names: Sequence[str]) -> list[int]:
-    """Return the places of coordinates; `InputError` for one that there is not, or is held."""
+def places_of(system: LinearSystem, names: Sequence[str], *, field: str = "at") -> list[int]:
+    """Return the places of coordinates; `InputError` of ``field`` for one that there is not, or is held."""
     found = []
     for name in names:
         if name not in system.coordinates:
             free = ", ".join(system.coordinates)
-            raise InputError(Fault("at", name, "must be a coordinate that is free to move", f"Free: {free}"))
+            raise InputError(Fault(field, name, "must be a coordinate that is free to move", f"Free: {free}"))
         found.append(system.coordinates.index(name))
     return found
