@@ -172,7 +172,7 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
         duration=duration,
         transient=0.0,
         sampling=20.0 / duration,
-        policy=gp.Policy(tolerance=1e-10, max_steps=200_000),
+        policy=gp.Policy(tolerance=1e-10, max_steps=400_000),
     )
     if result.ds.attrs["status"] != "DONE":
         return None

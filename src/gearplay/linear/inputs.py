@@ -37,7 +37,7 @@ def excitation_of(system: LinearSystem, force: str) -> Excitation:
     none = np.zeros(len(system.coordinates), dtype=complex)
     if kind == ERROR:
         gradient, stiffness, damping = system.line_of_action(label)
-        return Excitation(-stiffness * gradient + none, -damping * gradient + none, none, "m", label)
+        return Excitation(_complex(-stiffness * gradient), _complex(-damping * gradient), none, "m", label)
     if label == BASE and kind in ACCELERATIONS:
         axis, places = ACCELERATIONS[kind], system.linear.free
         return Excitation(np.where(places % 3 == axis, -system.mass, 0.0) + none, none, none, "m/s^2")
@@ -61,3 +61,7 @@ def excitation_of(system: LinearSystem, force: str) -> Excitation:
     push = none.copy()
     push[place] = 1.0
     return Excitation(push, none, none, unit)
+
+
+def _complex(values: NDArray[np.float64]) -> Complex:
+    return values.astype(np.complex128)

@@ -54,7 +54,7 @@ def resonant_value(case: Case, path: str, response: "FrequencyResponse") -> floa
 
     Raises `InputError` for a field that is no speed of a drive, or a response to something else than a mesh's error.
     """
-    from gearplay.linear.response import ERROR
+    from gearplay.linear.inputs import ERROR
 
     label, _, kind = str(response.ds.attrs["force"]).rpartition(".")
     labels = [mesh.label for mesh in case.meshes]
