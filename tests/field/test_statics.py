@@ -172,7 +172,7 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
         duration=duration,
         transient=0.0,
         sampling=20.0 / duration,
-        policy=gp.Policy(tolerance=1e-10, max_steps=400_000),
+        policy=gp.Policy(tolerance=1e-10, max_steps=sized(400_000, torture=2_000_000)),
     )
     if result.ds.attrs["status"] != "DONE":
         return None
@@ -182,18 +182,24 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
 
 
 def test_random_planetary_sets_are_where_a_simulation_settles(measured: Measured) -> None:
-    """Force of every mesh of the sun, to a millionth of the load of a planet."""
-    worst, compared, count = 0.0, 0, sized(60, 6, torture=500)
-    for seed in range(count):
-        case, _ = random_set(seed)
+    """All are found; force of every mesh of the sun, to a millionth of the load of a planet, of those whose run settles."""
+    worst, judged, wanted = 0.0, 0, sized(60, 3, torture=300)
+    for seed in range(sized(500)):
+        case, torque = random_set(seed)
+        table = case.planetary["s"]
         found = gp.load_sharing(case).ds["sun_force"].values
         load = float(found.sum()) / found.size
+        base = 0.5 * table.module * table.sun.teeth * math.cos(table.pressure_angle)
+        input_torque = torque * table.sun.teeth / (table.sun.teeth + table.ring.teeth)
+        assert found.sum() * base == pytest.approx(input_torque, rel=2e-2), seed  # as its pressure angle is
+        if judged == wanted:
+            continue
         sun = [j for j, mesh in enumerate(case.meshes) if "s.sun" in mesh.rotors]
-        both = settled(case, load / case.planetary["s"].center_distance, 2.0)
+        both = settled(case, load / table.center_distance, 2.0)
         if both is None or np.max(np.abs(both[sun, 1] - both[sun, 0])) > 1e-7 * load:
             continue  # what swings on is no judge
         forces = both[sun, 1] * np.sign(both[sun, 1].sum())
-        worst, compared = max(worst, float(np.max(np.abs(forces - found))) / load), compared + 1
-    assert compared >= 0.6 * count
+        worst, judged = max(worst, float(np.max(np.abs(forces - found))) / load), judged + 1
+    assert judged == wanted
     assert worst < 1e-6
     measured("largest difference of a mesh force, per the load of a planet", worst, "relative")
