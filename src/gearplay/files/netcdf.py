@@ -10,9 +10,9 @@ from functools import partial
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Any
 
-from gearplay.files.apart import PACE, PATIENCE, Reader
+from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import check_new, shown_path, write_bytes
 from gearplay.files.seal import LENGTH, MARK, sealed
 from gearplay.vocabulary.errors import Fault, InputError
@@ -27,7 +27,6 @@ QUICK = 10e6
 """Numbers [bytes] that are written in well under a second: nobody is kept waiting by these."""
 PACKED_PER_SECOND = 30e6
 """Numbers [byte/s] that are compressed in a second, about."""
-_READER: Final = Reader("from gearplay.files.netcdf_child import main; main()")
 MOST_PER_BYTE = 2000
 """Bytes of numbers that one byte of a file can hold: deflate makes of a constant a thousandth."""
 
@@ -89,9 +88,10 @@ def read_dataset(path: Path) -> "xr.Dataset":
             found = load_whole(path, size)
         else:
             question = {"path": str(path.absolute()), "size": size}
-            content = _READER.ask(question, _content, PATIENCE + size / PACE)
-            if content is None:
-                raise _refusal(path, "HDF5 crashes on it or does not return")
+            try:
+                content = READER.ask("gearplay.files.netcdf", question, _content)
+            except UnansweredError as reason:
+                raise _refusal(path, f"the HDF5 library {reason}") from None
             found = load_whole(BytesIO(content), len(content))
     found.attrs.pop(SEAL, None)  # of the file, not of what is in it
     return found
@@ -104,16 +104,23 @@ def _content(said: dict[str, int], pipe: IO[bytes]) -> bytes:
     return content
 
 
-def read_unsealed(path: Path, size: int) -> bytes:
-    """Return what a file without a digest holds as the bytes of a sound one; in the process that may crash.
+def load(_: dict[str, Any]) -> None:
+    """Import what `answer` needs."""
+    load_writers()
+
+
+def answer(question: dict[str, Any]) -> tuple[dict[str, int], tuple[bytes]]:
+    """Return a file without a digest as the bytes of a sound one; in the process that may crash.
 
     Raises `InputError` as `read_dataset` does.
     """
+    path, size = Path(question["path"]), question["size"]
     with _refusing(path):
         found = load_whole(path, size)
         if SEAL in found.attrs:
             raise _refusal(path, "it was changed or cut off after it was written")
-        return netcdf_bytes(found.drop_encoding(), packed=False)
+        content = netcdf_bytes(found.drop_encoding(), packed=False)
+    return {"bytes": len(content)}, (content,)
 
 
 @contextmanager
@@ -121,7 +128,7 @@ def _refusing(path: Path) -> Iterator[None]:
     """Turn what HDF5 and its readers raise of a damaged file, which may be anything, into one sentence."""
     try:
         yield
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except RecursionError:
         raise _refusal(path, "its groups go round in a circle") from None
