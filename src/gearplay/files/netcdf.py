@@ -15,6 +15,7 @@ from typing import IO, TYPE_CHECKING, Any
 from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import check_new, shown_path, write_bytes
 from gearplay.files.seal import LENGTH, MARK, sealed
+from gearplay.files.tables import dataset_as_csv, dataset_as_mat
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.patience import beside
 
@@ -37,17 +38,27 @@ def load_writers() -> None:
     import_module("h5netcdf")
 
 
+def check_ending(path: Path) -> None:
+    """Raise `InputError` where the ending of a file names no format that datasets are written in."""
+    if path.suffix.lower() not in ("", ".nc", ".nc4", ".csv", ".mat"):
+        rule, cure = "must end in .nc, .csv or .mat, which name the format", "Choose one of these endings."
+        raise InputError([Fault("out", shown_path(path), rule, cure)])
+
+
 def write_dataset(
     dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, within: float = math.inf
 ) -> None:
-    """Write a dataset as netCDF-4, atomically; Ctrl-C is not kept waiting while that is done.
+    """Write a dataset atomically, as its ending says: netCDF-4, CSV or MAT; Ctrl-C is not kept waiting while that is done.
 
     It is compressed, except where that would take longer than ``within`` [s].
 
-    Raises `InputError` where the file exists and ``overwrite`` is false, or cannot be written.
+    Raises `InputError` where the ending is another, the file exists and ``overwrite`` is false, or cannot be written.
     """
+    check_ending(path)
     check_new(path, overwrite=overwrite)
     make = partial(netcdf_bytes, dataset, packed=dataset.nbytes < PACKED_PER_SECOND * within)
+    if path.suffix.lower() in (".csv", ".mat"):
+        make = partial(dataset_as_csv if path.suffix.lower() == ".csv" else dataset_as_mat, dataset)
     content = make() if dataset.nbytes < QUICK else beside(make)
     check_new(path, overwrite=overwrite, size=len(content))
     write_bytes(path, content, overwrite=overwrite)

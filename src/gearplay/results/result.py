@@ -8,11 +8,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.netcdf import check_ending
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
@@ -20,6 +22,7 @@ from gearplay.pictures.pages import html_table
 from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
+from gearplay.results.soundness import check_run
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.solver.kept_motion import KeptSamples
 from gearplay.solver.status import Status
@@ -77,6 +80,7 @@ class Result(Answer, WasDataset):
             rule = "must be what simulate returned"
             raise InputError(Fault("dataset", str(list(dataset.data_vars))[:60], rule, "Simulate it again"))
         made = cls(case_in(dataset), [])
+        check_run(dataset, made.case)
         made.__dict__["ds"] = dataset
         return made
 
@@ -88,6 +92,7 @@ class Result(Answer, WasDataset):
         It is compressed, except where that would take longer than ``within`` [s] or than ``run.max_wall_time`` leaves, which the
         computing of signals must keep to: `ResourceError`.
         """
+        check_ending(Path(path))
         until = time.monotonic() + min((run.samples.left for run in self._runs), default=math.inf)
         for run in self._runs:
             run.samples.compute(until)

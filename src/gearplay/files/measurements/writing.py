@@ -20,10 +20,10 @@ from gearplay.files.measurements.mat import RECORD
 from gearplay.files.measurements.refusing import need
 from gearplay.files.measurements.wav import NAMES_CHUNK
 from gearplay.files.record import Channel, Record
+from gearplay.files.tables import mat_bytes
 from gearplay.vocabulary.errors import Fault, InputError
 
 _PACKED_FROM: Final = 1000
-_MAT_HEADING: Final = "MATLAB 5.0 MAT-file, a record of gearplay"
 
 
 def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -227,8 +227,6 @@ def _write_uff(record: Record, path: Path) -> None:
 
 
 def _write_mat(record: Record, path: Path) -> None:
-    from scipy.io import savemat
-
     rows = np.empty(
         (1, len(record.channels)),
         dtype=[(f, object) for f in ("name", "unit", "sampling", "start", "values")],
@@ -236,10 +234,7 @@ def _write_mat(record: Record, path: Path) -> None:
     for place, channel in enumerate(record.channels):
         _check_several(channel, "MAT")
         rows[0, place] = (channel.name, channel.unit, channel.sampling, channel.start, channel.values)
-    with path.open("wb") as file:
-        savemat(file, {RECORD: rows}, do_compression=True, oned_as="row")
-        file.seek(0)  # the heading there tells the time, and one record is one file
-        file.write(_MAT_HEADING.ljust(116).encode("ascii"))
+    path.write_bytes(mat_bytes({RECORD: rows}))
 
 
 _WRITERS: Final[dict[str, Callable[[Record, Path], None]]] = {
