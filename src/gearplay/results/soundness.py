@@ -39,9 +39,9 @@ def check_run(dataset: "xr.Dataset", case: Case) -> None:
             if name not in names:
                 _refuse(dimension, name, f"must be a {dimension} of the case that the file holds")
     done = [str(status) == Status.DONE.name for status in statuses]
-    for name, variable in dataset.data_vars.items():
+    for signal, variable in dataset.data_vars.items():
         if "time" in variable.dims and variable.dtype.kind == "f":
-            _check_signal(str(name), variable, done)
+            _check_signal(str(signal), variable, done)
 
 
 def _check_times(time: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import prod
 from typing import Any, Final
 
 import numpy as np
@@ -122,9 +121,9 @@ class NamedArrays:
         self.scalars = [
             e
             for e in entries
-            if (e.is_numeric and not e.shape and prod(map(int, e.value.shape))) or isinstance(e.value, str)
+            if (e.is_numeric and not e.shape and 0 not in e.value.shape) or isinstance(e.value, str)
         ]
-        self.arrays = [e for e in entries if e.shape and prod(e.shape)]
+        self.arrays = [e for e in entries if e.shape and 0 not in e.shape]
         self.axes = [e for e in self.arrays if e.is_axis or self._is_time(e)]
 
     def is_axis(self, entry: Entry) -> bool:
@@ -155,7 +154,7 @@ class NamedArrays:
                 continue
             if is_rate_name(entry.path[-1]):
                 raise damaged(
-                    self.request.path, f"{quoted(name)} must be one sampling rate, {prod(entry.shape)} found"
+                    self.request.path, f"{quoted(name)} must be one sampling rate, {max(entry.shape)} found"
                 )
             if len(entry.shape) == 1:
                 found.append(_Column(entry, self._name(entry) or name))
