@@ -38,11 +38,11 @@ def load_writers() -> None:
     import_module("h5netcdf")
 
 
-def check_ending(path: Path) -> None:
+def check_ending(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` where the ending of a file names no format that datasets are written in."""
-    if path.suffix.lower() not in ("", ".nc", ".nc4", ".csv", ".mat"):
+    if Path(path).suffix.lower() not in ("", ".nc", ".nc4", ".csv", ".mat"):
         rule, cure = "must end in .nc, .csv or .mat, which name the format", "Choose one of these endings."
-        raise InputError([Fault("out", shown_path(path), rule, cure)])
+        raise InputError([Fault("out", shown_path(Path(path)), rule, cure)])
 
 
 def write_dataset(

@@ -8,7 +8,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -54,7 +53,7 @@ class Result(Answer, WasDataset):
     ds : xarray.Dataset
         Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
     runs : list of Trajectory
-        Members with counters, final states and the log of contacts; not there for a result read from a file.
+        Members with counters, final states and the log of contacts; not kept in files.
     status, message, success
         The worst status of all members, in words, and whether every member reached its end.
 
@@ -77,8 +76,8 @@ class Result(Answer, WasDataset):
         """Return the result whose ``ds`` it was."""
         check_kind(dataset, cls.answer)
         if "case" not in dataset.attrs or "contact" not in dataset.dims:
-            rule = "must be what simulate returned"
-            raise InputError(Fault("dataset", str(list(dataset.data_vars))[:60], rule, "Simulate it again"))
+            names = str(list(dataset.data_vars))[:60]
+            raise InputError(Fault("dataset", names, "must be what simulate returned", "Simulate it again"))
         made = cls(case_in(dataset), [])
         check_run(dataset, made.case)
         made.__dict__["ds"] = dataset
@@ -87,12 +86,11 @@ class Result(Answer, WasDataset):
     def save(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float | None = None
     ) -> None:
-        """Do what `Answer.save` does; all signals are computed for it, in one go. After Ctrl-C nothing is written.
+        """Write all signals, as `Answer.save` does; after Ctrl-C nothing is written.
 
-        It is compressed, except where that would take longer than ``within`` [s] or than ``run.max_wall_time`` leaves, which the
-        computing of signals must keep to: `ResourceError`.
+        Compressed where that takes no longer than ``within`` [s]; `ResourceError` beyond ``run.max_wall_time``.
         """
-        check_ending(Path(path))
+        check_ending(path)
         until = time.monotonic() + min((run.samples.left for run in self._runs), default=math.inf)
         for run in self._runs:
             run.samples.compute(until)
@@ -108,8 +106,9 @@ class Result(Answer, WasDataset):
     def runs(self) -> list[Trajectory]:
         """One `Trajectory` a member; `InputError` for a result that was read from a file."""
         if not self._runs:
-            rule = "is not kept in files"
-            raise InputError(Fault("runs", "none", rule, "Use .ds, .signal and .contacts, or simulate again"))
+            raise InputError(
+                Fault("runs", "none", "is not kept in files", "Use .ds and .signal, or simulate again")
+            )
         return self._runs
 
     @property
@@ -166,8 +165,7 @@ class Result(Answer, WasDataset):
         """Return the times of the samples [s] of the member at a place, shape [time]; fewer where it stopped early."""
         if self._runs:
             return self._runs[member].time
-        held = self.held()
-        whole = self.ds["time"].values
+        held, whole = self.held(), self.ds["time"].values
         return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:
