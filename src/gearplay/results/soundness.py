@@ -22,6 +22,8 @@ def check_run(dataset: "xr.Dataset", case: Case) -> None:
 
     Signals may end in NaN only where their member did not reach its end.
     """
+    if "contact" not in dataset.dims or "time" not in dataset.coords:
+        _refuse("dataset", str(list(dataset.data_vars))[:60], "must be what simulate returned")
     _check_times(np.asarray(dataset["time"].values, dtype=np.float64))
     statuses = (
         dataset["member_status"].values if "member_status" in dataset else [dataset.attrs.get("status")]
