@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from gearplay.files.measurements import apart, read_measurement, write_record
+from gearplay.files import apart
+from gearplay.files.measurements import read_measurement, write_record
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
 

@@ -1,6 +1,7 @@
 """`gearplay analyze RECORD`: look at a measured or simulated record: statistics, lines and a page of figures."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
@@ -8,8 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.arguments import si_number
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
+ENVELOPE_LINES = 8
+"""Largest lines of an envelope that are printed."""
 LISTED = 12
 """Of more channels only the names are printed."""
 
@@ -26,18 +30,36 @@ def analyze(
         typer.Option("--channel", help="Which channel, of a run ring.ax; not needed where there is one."),
     ] = None,
     lines: Annotated[
-        list[float] | None,
-        typer.Option("--line", help="Frequency [Hz] to look for a line near. May be repeated."),
+        list[str] | None,
+        typer.Option("--line", help="Frequency to look for a line near: 700Hz. May be repeated."),
     ] = None,
     speed: Annotated[
-        str | None, typer.Option("--speed", help='Shaft speed for orders: "120 rpm", or a channel\'s name.')
+        str | None,
+        typer.Option(
+            "--speed",
+            help='Shaft speed for orders: "120 rpm", a channel, or a scalar of the file: X097RPM, "rate Hz".',
+        ),
+    ] = None,
+    pulses: Annotated[
+        int | None,
+        typer.Option(
+            "--pulses", min=1, help="Pulses per revolution: the channel of --speed is a train of pulses."
+        ),
     ] = None,
     band: Annotated[
-        tuple[float, float] | None,
-        typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum [Hz]."),
+        tuple[str, str] | None,
+        typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum: 2kHz 4kHz."),
     ] = None,
     sampling: Annotated[
-        float | None, typer.Option("--sampling", help="Sampling rate [Hz] where the file does not say it.")
+        str | None, typer.Option("--sampling", help="Sampling rate where the file does not say it: 12.8kHz.")
+    ] = None,
+    units: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--unit",
+            metavar="NAME=UNIT",
+            help="Unit of a channel that the file does not say. May be repeated.",
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of the figures; none if not given.")
@@ -50,15 +72,24 @@ def analyze(
     """
     from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics
+    from gearplay.vocabulary.quantities import FREQUENCY
 
-    held, usual = _read(record, sampling)
-    chosen, turning = held.channel(channel or usual), _speed(held, speed)
-    table = line_table(chosen, lines) if lines else None
+    rate = None if sampling is None else si_number("--sampling", sampling, FREQUENCY)
+    expected = [si_number("--line", text, FREQUENCY) for text in lines or ()]
+    ends = (
+        None
+        if band is None
+        else (si_number("--band", band[0], FREQUENCY), si_number("--band", band[1], FREQUENCY))
+    )
+    held, usual = _read(record, rate, _units(units or ()))
+    chosen, turning = held.channel(channel or usual), _speed(held, speed, pulses)
+    table = line_table(chosen, expected) if expected else None
+    found = None if ends is None else _envelope_lines(chosen, *ends)
     figures: list[Path] = []
     if out is not None:
         from gearplay.signals.figures import draw_record
 
-        figures = draw_record(chosen, out, speed=turning, expected=lines or (), band=band)
+        figures = draw_record(chosen, out, speed=turning, expected=expected, band=ends)
     document: dict[str, Any] = {
         "record": held.source,
         "format": held.format,
@@ -70,6 +101,8 @@ def analyze(
         "statistics": asdict(signal_statistics(chosen, remove_mean=True)),
         "lines": [asdict(row) for row in table.rows] if table is not None else [],
         "settings": table.caption if table is not None else "",
+        "envelope": found,
+        "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
     document = _finite(document)
@@ -79,11 +112,11 @@ def analyze(
         print_text(_words(document))
 
 
-def _read(path: Path, sampling: float | None) -> tuple[Any, str | None]:
+def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[Any, str | None]:
     """Return the record in a file, or the run in a file as one, and the channel of a run that says most."""
     from gearplay.files.measurements import read_measurement
 
-    if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None:
+    if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
         from gearplay.files.netcdf import read_dataset
         from gearplay.python_door import kind_of
         from gearplay.results.recorded import record_of, usual_channel
@@ -93,22 +126,87 @@ def _read(path: Path, sampling: float | None) -> tuple[Any, str | None]:
         if kind_of(dataset) == Result.answer:
             result = Result.from_dataset(dataset)
             return record_of(result), usual_channel(result)
-    return read_measurement(path, sampling=sampling), None
+    return read_measurement(path, sampling=sampling, units=units), None
 
 
-def _speed(held: Any, speed: str | None) -> Any:
-    """Return a speed in rad/s, or the channel of that name."""
-    if speed is None or speed in held.names:
-        return None if speed is None else held.channel(speed)
+def _units(given: Sequence[str]) -> dict[str, str]:
+    """Return the units that are given as NAME=UNIT."""
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    found = {}
+    for text in given:
+        name, sign, unit = text.rpartition("=")
+        if not sign or not name or not unit.strip():
+            raise InputError(Fault("--unit", text, "must be a channel and its unit", "Write --unit acc=g"))
+        found[name] = unit.strip()
+    return found
+
+
+def _speed(held: Any, speed: str | None, pulses: int | None) -> Any:
+    """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses."""
     from gearplay.model.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import Fault, InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 
+    if pulses is not None and speed not in held.names:
+        cure = f"Channels: {', '.join(held.names[:12])}"
+        raise InputError(Fault("--speed", speed, "must name the channel of the pulses", cure))
+    if speed is None:
+        return None
+    if speed in held.names:
+        from gearplay.signals.angle import angle_from_tacho
+
+        channel = held.channel(speed)
+        return channel if pulses is None else angle_from_tacho(channel, pulses)
+    text = _scalar(held, speed) or speed
     try:
-        return parse_quantity(speed, ANGULAR_SPEED)
+        return parse_quantity(text, ANGULAR_SPEED)
     except UnitError as error:
-        cure = f"Or name a channel: {', '.join(held.names[:12])}"
+        named = [*held.names, *(key for key, value in held.attributes.items() if _is_number(value))]
+        cure = f"{error.cure}, or name a channel or a scalar: {', '.join(named[:12])}"
         raise InputError(Fault("--speed", speed, error.rule, cure)) from None
+
+
+def _scalar(held: Any, speed: str) -> str | None:
+    """Return a scalar of the file as text with a unit: the one given after its name, else the one that the name ends with.
+
+    ``Hz`` of a scalar is revolutions a second.
+    """
+    for name, value in held.attributes.items():
+        given = speed.removeprefix(name).strip()
+        if not speed.startswith(name) or not _is_number(value) or (given and speed[len(name)] != " "):
+            continue
+        unit = given or next((u for u in ("rpm", "hz", "rps", "rad/s") if name.lower().endswith(u)), "")
+        return f"{value} {'rps' if unit.lower() == 'hz' else unit}".strip()
+    return None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
+    """Return the largest lines of the envelope spectrum of a band: local maxima up to half the width of the band."""
+    import numpy as np
+
+    from gearplay.signals.envelopes import envelope_spectrum
+
+    made = envelope_spectrum(channel, low, high)
+    frequency, values = made.spectrum.frequency, made.spectrum.values
+    inside = frequency <= 0.5 * (high - low)
+    frequency, values = frequency[inside], values[inside]
+    peaks = [k for k in range(2, values.size - 1) if values[k - 1] < values[k] >= values[k + 1]]
+    largest = sorted(peaks, key=lambda k: -values[k])[:ENVELOPE_LINES]
+    return {
+        "low": low,
+        "high": high,
+        "median": float(np.median(values)),
+        "lines": [{"frequency": float(frequency[k]), "amplitude": float(values[k])} for k in largest],
+        "settings": made.caption,
+    }
 
 
 def _finite(value: Any) -> Any:
@@ -158,6 +256,14 @@ def _words(document: dict[str, Any]) -> str:
         )
     if document["settings"]:
         rows.append(f"  ({document['settings']})")
+    if document["envelope"] is not None:
+        found = document["envelope"]
+        rows.append(
+            f"envelope from {found['low']:.6g} to {found['high']:.6g} Hz, median {found['median']:.3g} {unit}:"
+        )
+        rows += [f"  {line['frequency']:.6g} Hz: {line['amplitude']:.4g} {unit}" for line in found["lines"]]
+    if document["left_out"]:
+        rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:
         rows += pictures_in(Path(document["figures"][0]).parent)
     return "\n".join(rows)

@@ -1,8 +1,14 @@
 """Options that several commands share."""
 
-from typing import Annotated
+import re
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
+
+if TYPE_CHECKING:
+    from gearplay.vocabulary.quantities import Quantity
+
+_PLAIN: Final = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
 
 CaseName = Annotated[
     str, typer.Argument(help="A case file, or a bundled case: gearplay copy lists them.", show_default=False)
@@ -16,23 +22,30 @@ Changes = Annotated[
 Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
 
 
+def si_number(option: str, text: str, quantity: "Quantity") -> float:
+    """Return a quantity of the command line in SI: a plain number is SI already, text has a unit; `InputError` else.
+
+    >>> from gearplay.vocabulary.quantities import FREQUENCY, TIME
+    >>> si_number("--sampling", "12.8kHz", FREQUENCY), si_number("--duration", "0.5", TIME)
+    (12800.0, 0.5)
+    """
+    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    try:
+        return float(text) if _PLAIN.fullmatch(text.strip()) else parse_quantity(text, quantity)
+    except UnitError as error:
+        raise InputError(Fault(option, text, error.rule, error.cure)) from None
+
+
 def period_of(text: str) -> str | float:
     """Return a period as it is given on the command line: a name, or a time [s].
 
     >>> period_of("mesh"), period_of("0.5"), period_of("25 ms")
     ('mesh', 0.5, 0.025)
     """
-    try:
-        return float(text)
-    except ValueError:
-        pass
     if not any(letter.isdigit() for letter in text):
         return text
-    from gearplay.model.units import UnitError, parse_quantity
-    from gearplay.vocabulary.errors import Fault, InputError
     from gearplay.vocabulary.quantities import TIME
 
-    try:
-        return parse_quantity(text, TIME)
-    except UnitError as error:
-        raise InputError(Fault("--period", text, error.rule, "Write common, mesh, shaft or 25 ms")) from None
+    return si_number("--period", text, TIME)

@@ -14,7 +14,7 @@ import typer
 
 from gearplay.cli.advice import commanded
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
-from gearplay.cli.output import error_document, print_json, say_error
+from gearplay.cli.output import error_document, open_streams, output_failure, print_json, say_error, silence
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
 
@@ -96,6 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Words after ``gearplay``; those of the process if not given. ``--debug`` may stand anywhere.
 
     """
+    open_streams()
+    os.environ["MPLBACKEND"] = "agg"  # commands open no window, and one that does not exist stops matplotlib
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
     code = run([word for word in words if word != "--debug"], debug=debug)
@@ -124,15 +126,14 @@ def run(words: Sequence[str], *, debug: bool = False) -> int:
         except (KeyboardInterrupt, typer.Abort):
             return _interrupted()
         except BrokenPipeError:
-            os.dup2(
-                os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-            )  # or the interpreter complains at exit
+            silence(1)
             return 0
         except Exception as error:
             if stop.is_set() and not isinstance(error, CommandInterruptedError):  # what a library made of it
                 return _interrupted()
+            error = output_failure(error)
             if debug:
-                raise
+                raise error
             return _report(error, wants_json)
 
 

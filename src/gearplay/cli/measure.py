@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes
+from gearplay.cli.arguments import CaseName, Changes, si_number
 from gearplay.cli.interrupts import interruptible
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
@@ -24,7 +24,7 @@ def measure(
     ] = None,
     changes: Changes = None,
     duration: Annotated[
-        float | None, typer.Option("--duration", help="Length of the record [s]; the rig's or the case's.")
+        str | None, typer.Option("--duration", help="Length of the record: 2s; the rig's or the case's.")
     ] = None,
     member: Annotated[int, typer.Option("--member", help="Member of the case's ensemble.")] = 0,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise.")] = 0,
@@ -36,14 +36,16 @@ def measure(
     from gearplay.model.reading import load_case
     from gearplay.rig import measure as record_of
     from gearplay.rig.plan import load_rig
+    from gearplay.vocabulary.quantities import TIME
 
+    length = None if duration is None else si_number("--duration", duration, TIME)
     chosen, built = load_case(case, changes or ()), load_rig(rig)
     check_record_path(out, overwrite=overwrite)
     compile_kernels(chosen, quiet=json)
     with interruptible() as stop, progress_bar(quiet=json) as report:
         watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
         record = record_of(
-            chosen, built, member=member, duration=duration, seed=seed, progress=watch, stop=stop
+            chosen, built, member=member, duration=length, seed=seed, progress=watch, stop=stop
         )
     write_record(record, out, overwrite=overwrite)
     document = _summary(record, out)

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, TextIO
+from typing import Annotated, Any, Final, TextIO
 
 import typer
 
-from gearplay.vocabulary.errors import GearplayError, InputError, escape_controls
+from gearplay.vocabulary.errors import GearplayError, InputError, ResourceError, escape_controls
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output.")]
 
+_NO_ROOM: Final = (errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT)
 _RED, _PLAIN = "\033[31m", "\033[0m"
 
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print the one document of a command."""
-    sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+    _write(sys.stdout, json.dumps(document, indent=2, allow_nan=False))
 
 
 def print_text(text: str) -> None:
@@ -34,14 +38,15 @@ def pictures_in(folder: Path) -> list[str]:
 
 
 def say(text: str) -> None:
-    """Print a message for people on standard error."""
-    _write(sys.stderr, text)
+    """Print a message for people on standard error; where that cannot be written, nobody reads it."""
+    with contextlib.suppress(OSError):
+        _write(sys.stderr, text)
 
 
 def say_error(text: str) -> None:
     """Print an error on standard error, red on a terminal."""
     shown = "\n".join(escape_controls(line) for line in text.splitlines())
-    _write(sys.stderr, f"{_RED}{shown}{_PLAIN}" if sys.stderr.isatty() else shown)
+    say(f"{_RED}{shown}{_PLAIN}" if sys.stderr.isatty() else shown)
 
 
 def error_document(error: BaseException, exit_code: int) -> dict[str, Any]:
@@ -59,3 +64,39 @@ def _write(stream: TextIO, text: str) -> None:
     encoding = stream.encoding or "utf-8"
     stream.write(text.encode(encoding, "backslashreplace").decode(encoding) + "\n")
     stream.flush()
+
+
+def output_failure(error: Exception) -> Exception:
+    """Return a sentence where an error is that standard output cannot be written, else the error."""
+    if not isinstance(error, OSError) or error.errno not in _NO_ROOM or error.filename is not None:
+        return error
+    try:
+        os.write(1, b" ")  # without a buffer the failed write has left nothing to flush
+        sys.stdout.flush()
+    except OSError:
+        silence(1)
+    else:
+        return error
+    return ResourceError(
+        f"Standard output cannot be written ({error.strerror}); files that the command names are complete. Send it elsewhere."
+    )
+
+
+def silence(number: int) -> None:
+    """Send a standard stream, 0 to 2, to the null device, or the interpreter complains of it at its end."""
+    empty = os.open(os.devnull, os.O_RDWR)
+    if empty != number:
+        os.dup2(empty, number)
+        os.close(empty)
+
+
+def open_streams() -> None:
+    """Give standard streams that are closed the null device, so that no file gets their number and nothing fails at them."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            silence(number)
+        if getattr(sys, name) is None:
+            stream = open(number, "r" if number == 0 else "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+            setattr(sys, name, stream)

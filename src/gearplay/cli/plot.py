@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gearplay.cli.arguments import si_number
 from gearplay.cli.output import Json, print_json, print_text
 
 if TYPE_CHECKING:
@@ -111,7 +112,6 @@ def window_of(text: str | None) -> tuple[float | None, float | None] | None:
     >>> window_of("0.5s:600 ms"), window_of(":0.1"), window_of(None)
     ((0.5, 0.6), (None, 0.1), None)
     """
-    from gearplay.model.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import Fault, InputError
     from gearplay.vocabulary.quantities import TIME
 
@@ -120,20 +120,8 @@ def window_of(text: str | None) -> tuple[float | None, float | None] | None:
     ends = text.split(":")
     if len(ends) != 2:
         raise InputError(Fault("--window", text, "must be two times with a colon between", "Write 0.5s:0.6s"))
-    found: list[float | None] = []
-    for end in map(str.strip, ends):
-        try:
-            found.append(None if not end else _seconds(end, lambda t: parse_quantity(t, TIME)))
-        except UnitError as error:
-            raise InputError(Fault("--window", text, error.rule, "Write 0.5s:0.6s")) from None
+    found = [si_number("--window", end, TIME) if end.strip() else None for end in ends]
     return found[0], found[1]
-
-
-def _seconds(text: str, parse: Callable[[str], float]) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return parse(text)
 
 
 def _overview(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:

@@ -58,11 +58,13 @@ def run(
     document: dict[str, Any] = {}
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
+        from gearplay.files.netcdf import check_ending
         from gearplay.model.reading import load_case
         from gearplay.results.door import record, simulate
 
         chosen = load_case(case, given)
         if out is not None:
+            check_ending(out)
             check_new(out, overwrite=overwrite)
             check_new(out, overwrite=overwrite, size=LEAST_PACKED * _check_size(chosen))
         compile_kernels(chosen, quiet=json)

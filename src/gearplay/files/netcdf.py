@@ -10,11 +10,12 @@ from functools import partial
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Any
 
-from gearplay.files.apart import PACE, PATIENCE, Reader
+from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import check_new, shown_path, write_bytes
 from gearplay.files.seal import LENGTH, MARK, sealed
+from gearplay.files.tables import dataset_as_csv, dataset_as_mat
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.patience import beside
 
@@ -27,7 +28,6 @@ QUICK = 10e6
 """Numbers [bytes] that are written in well under a second: nobody is kept waiting by these."""
 PACKED_PER_SECOND = 30e6
 """Numbers [byte/s] that are compressed in a second, about."""
-_READER: Final = Reader("from gearplay.files.netcdf_child import main; main()")
 MOST_PER_BYTE = 2000
 """Bytes of numbers that one byte of a file can hold: deflate makes of a constant a thousandth."""
 
@@ -38,17 +38,27 @@ def load_writers() -> None:
     import_module("h5netcdf")
 
 
+def check_ending(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` where the ending of a file names no format that datasets are written in."""
+    if Path(path).suffix.lower() not in ("", ".nc", ".nc4", ".csv", ".mat"):
+        rule, cure = "must end in .nc, .csv or .mat, which name the format", "Choose one of these endings."
+        raise InputError([Fault("out", shown_path(Path(path)), rule, cure)])
+
+
 def write_dataset(
     dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, within: float = math.inf
 ) -> None:
-    """Write a dataset as netCDF-4, atomically; Ctrl-C is not kept waiting while that is done.
+    """Write a dataset atomically, as its ending says: netCDF-4, CSV or MAT; Ctrl-C is not kept waiting while that is done.
 
     It is compressed, except where that would take longer than ``within`` [s].
 
-    Raises `InputError` where the file exists and ``overwrite`` is false, or cannot be written.
+    Raises `InputError` where the ending is another, the file exists and ``overwrite`` is false, or cannot be written.
     """
+    check_ending(path)
     check_new(path, overwrite=overwrite)
     make = partial(netcdf_bytes, dataset, packed=dataset.nbytes < PACKED_PER_SECOND * within)
+    if path.suffix.lower() in (".csv", ".mat"):
+        make = partial(dataset_as_csv if path.suffix.lower() == ".csv" else dataset_as_mat, dataset)
     content = make() if dataset.nbytes < QUICK else beside(make)
     check_new(path, overwrite=overwrite, size=len(content))
     write_bytes(path, content, overwrite=overwrite)
@@ -89,9 +99,10 @@ def read_dataset(path: Path) -> "xr.Dataset":
             found = load_whole(path, size)
         else:
             question = {"path": str(path.absolute()), "size": size}
-            content = _READER.ask(question, _content, PATIENCE + size / PACE)
-            if content is None:
-                raise _refusal(path, "HDF5 crashes on it or does not return")
+            try:
+                content = READER.ask("gearplay.files.netcdf", question, _content)
+            except UnansweredError as reason:
+                raise _refusal(path, f"the HDF5 library {reason}") from None
             found = load_whole(BytesIO(content), len(content))
     found.attrs.pop(SEAL, None)  # of the file, not of what is in it
     return found
@@ -104,16 +115,23 @@ def _content(said: dict[str, int], pipe: IO[bytes]) -> bytes:
     return content
 
 
-def read_unsealed(path: Path, size: int) -> bytes:
-    """Return what a file without a digest holds as the bytes of a sound one; in the process that may crash.
+def load(_: dict[str, Any]) -> None:
+    """Import what `answer` needs."""
+    load_writers()
+
+
+def answer(question: dict[str, Any]) -> tuple[dict[str, int], tuple[bytes]]:
+    """Return a file without a digest as the bytes of a sound one; in the process that may crash.
 
     Raises `InputError` as `read_dataset` does.
     """
+    path, size = Path(question["path"]), question["size"]
     with _refusing(path):
         found = load_whole(path, size)
         if SEAL in found.attrs:
             raise _refusal(path, "it was changed or cut off after it was written")
-        return netcdf_bytes(found.drop_encoding(), packed=False)
+        content = netcdf_bytes(found.drop_encoding(), packed=False)
+    return {"bytes": len(content)}, (content,)
 
 
 @contextmanager
@@ -121,7 +139,7 @@ def _refusing(path: Path) -> Iterator[None]:
     """Turn what HDF5 and its readers raise of a damaged file, which may be anything, into one sentence."""
     try:
         yield
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except RecursionError:
         raise _refusal(path, "its groups go round in a circle") from None

@@ -159,6 +159,8 @@ class Measure:
         return " and ".join(parts)
 
     def _advice(self, value: float) -> str:
+        if self.quantity is not None and self.quantity.unit == "K" and value < 0.0:
+            return f'Plain numbers are kelvin: write "{value:g} degC"'
         if value < 0.0 and (self.gt == 0.0 or self.ge == 0.0):
             return "Remove the minus sign or check what the field means"
         return "Choose a value in this range"

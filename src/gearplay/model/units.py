@@ -18,6 +18,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from gearplay.model.unit_spellings import as_force, spelled
 from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -132,17 +133,46 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
         raise UnitError("must start with a plain number, followed by a unit", example)
     number, unit = match["number"], match["unit"]
     if not unit:
-        raise UnitError(f"has no unit where one for {quantity.unit} is required", example)
+        raise UnitError(
+            f"has no unit where one for {quantity.unit} is required", _with_unit(number, quantity)
+        )
     if unit[0] in "0123456789" and not match["gap"]:
         raise UnitError("must start with a plain number, followed by a unit", example)
     if unit == "1":
         raise UnitError("has no unit", example)
     if quantity.unit == "K" and unit in CELSIUS:
         return _finite(float(number) + ICE, example)
-    factor = _table_factor(unit, quantity.unit)
-    if factor is None:
-        factor = _pint_factor(_check_unit(unit, quantity), quantity.unit, quantity.long_name)
-    return _scaled(number, factor, example)
+    if quantity.unit == "m" and unit in ("DP", "1/in") and float(number) > 0.0:
+        raise UnitError(
+            "is a diametral pitch, not a length", f'Write the module: "{25.4 / float(number):.6g} mm"'
+        )
+    return _scaled(number, _factor(unit, quantity), example)
+
+
+def _factor(unit: str, quantity: Quantity) -> Fraction | float:
+    """Return how many SI units are in one of a unit, however it is spelled."""
+    plain = spelled(unit, quantity.unit)
+    for each in (unit, plain):
+        factor = _table_factor(each, quantity.unit)
+        if factor is not None:
+            return factor
+    plain = _check_unit(plain, quantity)
+    try:
+        return _pint_factor(plain, quantity.unit, quantity.long_name)
+    except UnitError:
+        force = as_force(plain, quantity.unit)
+        if force == plain:
+            raise
+    return _pint_factor(force, quantity.unit, quantity.long_name)
+
+
+def _with_unit(number: str, quantity: Quantity) -> str:
+    """Return the cure for a number without a unit: the same number with units that are usual."""
+    kelvin = ("degC",) if number.startswith("-") else ("degC", "K")
+    units = {"rad/s": ("rpm", "rad/s"), "K": kelvin}.get(
+        quantity.unit, (quantity.display_unit, quantity.unit)
+    )
+    return "Write " + " or ".join(f'"{number} {unit}"' for unit in dict.fromkeys(units) if unit != "1")
 
 
 def _example(quantity: Quantity) -> str:

@@ -55,19 +55,19 @@ class Answer(ABC):
         return ()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write ``ds`` as netCDF-4, whole or not at all; `gearplay.read_result` gives the same object back.
+        """Write ``ds`` as netCDF-4, from which `gearplay.read_result` gives the same object back, or as CSV or MAT for others.
 
         Parameters
         ----------
         path
-            The file.
+            The file, which appears complete or not at all; its ending says the format: ``.nc``, ``.csv`` or ``.mat``.
         overwrite
             Whether an existing file may be replaced.
 
         Raises
         ------
         InputError
-            Where the file exists and ``overwrite`` is false, or cannot be written.
+            Where the ending is another, the file exists and ``overwrite`` is false, or it cannot be written.
 
         """
         self._write(path, overwrite=overwrite)
@@ -140,11 +140,19 @@ class WasDocument:
 
 
 def case_in(dataset: xr.Dataset) -> Case:
-    """Return the case behind a dataset; `InputError` where it names none."""
+    """Return the case behind a dataset; `InputError` where it names none, or another than its digest is of."""
     if "case" not in dataset.attrs:
         raise InputError(Fault("dataset", "no case", "must name its case", "Write it again"))
     case = load_case(json.loads(dataset.attrs["case"]))
-    return case.with_changed(json.loads(dataset.attrs.get("changed", "[]")))
+    case = case.with_changed(json.loads(dataset.attrs.get("changed", "[]")))
+    if dataset.attrs.get("case_sha256", case.sha256) != case.sha256:
+        rule = f"must be the digest of the case in the file, which is {case.sha256[:12]}...: the case was changed afterwards"
+        raise InputError(
+            Fault(
+                "case_sha256", str(dataset.attrs["case_sha256"])[:12] + "...", rule, "Simulate the case again"
+            )
+        )
+    return case
 
 
 def check_kind(dataset: xr.Dataset, kind: str) -> None:

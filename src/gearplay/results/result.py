@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.netcdf import check_ending
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
@@ -20,6 +21,7 @@ from gearplay.pictures.pages import html_table
 from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
+from gearplay.results.soundness import check_run
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.solver.kept_motion import KeptSamples
 from gearplay.solver.status import Status
@@ -51,7 +53,7 @@ class Result(Answer, WasDataset):
     ds : xarray.Dataset
         Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
     runs : list of Trajectory
-        Members with counters, final states and the log of contacts; not there for a result read from a file.
+        Members with counters, final states and the log of contacts; not kept in files.
     status, message, success
         The worst status of all members, in words, and whether every member reached its end.
 
@@ -73,21 +75,19 @@ class Result(Answer, WasDataset):
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the result whose ``ds`` it was."""
         check_kind(dataset, cls.answer)
-        if "case" not in dataset.attrs or "contact" not in dataset.dims:
-            rule = "must be what simulate returned"
-            raise InputError(Fault("dataset", str(list(dataset.data_vars))[:60], rule, "Simulate it again"))
         made = cls(case_in(dataset), [])
+        check_run(dataset, made.case)
         made.__dict__["ds"] = dataset
         return made
 
     def save(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float | None = None
     ) -> None:
-        """Do what `Answer.save` does; all signals are computed for it, in one go. After Ctrl-C nothing is written.
+        """Write all signals, as `Answer.save` does; after Ctrl-C nothing is written.
 
-        It is compressed, except where that would take longer than ``within`` [s] or than ``run.max_wall_time`` leaves, which the
-        computing of signals must keep to: `ResourceError`.
+        Compressed where that takes no longer than ``within`` [s]; `ResourceError` beyond ``run.max_wall_time``.
         """
+        check_ending(path)
         until = time.monotonic() + min((run.samples.left for run in self._runs), default=math.inf)
         for run in self._runs:
             run.samples.compute(until)
@@ -103,8 +103,9 @@ class Result(Answer, WasDataset):
     def runs(self) -> list[Trajectory]:
         """One `Trajectory` a member; `InputError` for a result that was read from a file."""
         if not self._runs:
-            rule = "is not kept in files"
-            raise InputError(Fault("runs", "none", rule, "Use .ds, .signal and .contacts, or simulate again"))
+            raise InputError(
+                Fault("runs", "none", "is not kept in files", "Use .ds and .signal, or simulate again")
+            )
         return self._runs
 
     @property
@@ -161,8 +162,7 @@ class Result(Answer, WasDataset):
         """Return the times of the samples [s] of the member at a place, shape [time]; fewer where it stopped early."""
         if self._runs:
             return self._runs[member].time
-        held = self.held()
-        whole = self.ds["time"].values
+        held, whole = self.held(), self.ds["time"].values
         return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:

@@ -218,7 +218,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         **dict.fromkeys(("signals", "directions"), Texts()),
         **dict.fromkeys(("channels", "at"), Texts(single=True)),
         **dict.fromkeys(("folder", "records"), PATH),
-        **dict.fromkeys(("changes", "run", "calibration"), TABLE),
+        **dict.fromkeys(("changes", "run", "calibration", "units"), TABLE),
         "overrides": Texts(),
         "progress": Calls(),
         "stop": Has("is_set", "a threading.Event"),

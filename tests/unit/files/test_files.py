@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from depth import sized
-from gearplay.files import netcdf
+from gearplay.files import apart, netcdf
 from gearplay.files.apart import Reader
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
 from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
@@ -331,9 +331,9 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     begin = "import sys; sys.stdout.write('ready\\n'); sys.stdout.flush(); sys.stdin.readline(); "
     for child, patience in (("import time; time.sleep(60)", 0.5), ("import os; os.abort()", 30.0)):
-        monkeypatch.setattr(netcdf, "PATIENCE", patience)
-        monkeypatch.setattr(netcdf, "_READER", Reader(begin + child))
-        with pytest.raises(InputError, match="HDF5 crashes on it or does not return"):
+        monkeypatch.setattr(apart, "PATIENCE", patience)
+        monkeypatch.setattr(netcdf, "READER", Reader(begin + child))
+        with pytest.raises(InputError, match="HDF5 library crashes on it or does not return"):
             read_dataset(tmp_path / "old.nc")
 
 
@@ -342,7 +342,7 @@ def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(
     child = (
         f"import os, time; first = not os.path.exists({str(begun)!r}); open({str(begun)!r}, 'w').close(); "
     )
-    child += "time.sleep(10.0 * first); from gearplay.files.netcdf_child import main; main()"
+    child += "time.sleep(10.0 * first); from gearplay.files.apart import serve; serve()"
     reader = Reader(child)
     ours = signal.getsignal(signal.SIGINT)
     assert ours is signal.default_int_handler
@@ -356,10 +356,10 @@ def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(
     threading.Thread(target=interrupt, daemon=True).start()
     question = {"path": str(tmp_path / "nowhere.nc"), "size": 9}
     with pytest.raises(KeyboardInterrupt):
-        reader.ask(question, lambda said, _: said, 30.0)
+        reader.ask("gearplay.files.netcdf", question, lambda said, _: said)
     for _ in range(2):
         with pytest.raises(InputError, match=r"nowhere\.nc"):
-            reader.ask(question, lambda said, _: said, 30.0)
+            reader.ask("gearplay.files.netcdf", question, lambda said, _: said)
     reader.close()
 
 
@@ -367,10 +367,10 @@ def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytes
     """4 GB of numbers that nobody wrote, for 2 GB of memory."""
     with h5py.File(tmp_path / "bomb.nc", "w") as file:
         file.create_dataset("x", shape=(500_000_000,), dtype="f8", chunks=(1 << 20,), compression="gzip")
-    limited = "from gearplay.files import netcdf, netcdf_child; netcdf.MOST_PER_BYTE = 1e9; "
-    limited += "netcdf_child.MOST_MEMORY = 2 << 30; netcdf_child.main()"
-    monkeypatch.setattr(netcdf, "_READER", Reader(limited))
-    with pytest.raises(InputError, match=r"bomb\.nc"):
+    limited = "from gearplay.files import apart, netcdf; netcdf.MOST_PER_BYTE = 1e9; "
+    limited += "apart.MOST_MEMORY = 2 << 30; apart.serve()"
+    monkeypatch.setattr(netcdf, "READER", Reader(limited))
+    with pytest.raises(InputError, match=r"bomb\.nc.*needs more than 2\.\d+ GB of memory"):
         read_dataset(tmp_path / "bomb.nc")
 
 

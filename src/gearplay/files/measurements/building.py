@@ -1,4 +1,4 @@
-"""Channels and records out of what a file holds: choice by name, finite samples, even sampling."""
+"""Channels and records from the content of a file: selection by name, checks of samples, units and rates."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -6,44 +6,24 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files.measurements.rates import Declaration, agreed_rate, check_finite
 from gearplay.files.measurements.refusing import check_samples, damaged, quoted
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError, escape_controls, shorten
 
 Floats = NDArray[np.float64]
 
-LARGEST_JITTER: Final = 0.02
-"""Largest deviation of a time from the straight line that counts as even, in sampling steps."""
-
-AGREEMENT: Final = 1e-3
-"""Largest relative difference between the sampling rate of the caller and that of the file."""
-
-TIME_UNITS: Final = {
-    "": 1.0, "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6,
-    "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "milliseconds": 1e-3, "microseconds": 1e-6,
-    "minutes": 60.0, "hours": 3600.0,
-}  # fmt: skip
-"""Units of a time column and their size [s]."""
-
-RATES: Final = ("fs", "sampling", "sampling_rate", "sample_rate", "samplerate", "samplingrate")
-"""Names of scalars and attributes that hold the sampling rate [Hz], in small letters."""
-
-STEPS: Final = ("dt", "delta_t", "wf_increment")
-"""Names of scalars and attributes that hold the sampling step [s]."""
-
-# a capital T alone is a temperature or a torque
-_TIME_NAMES = re.compile(r"t|(?i:time|times|zeit|temps|tiempo|tempo|tid|timestamps?|elapsed[ _]time)")
 _NAME_AND_UNIT = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the caller asks of a file: its path and size [bytes], the channels, the sampling rate [Hz]."""
+    """Request to read a file: its path and size [bytes], the channels, the sampling rate [Hz]."""
 
     path: Path
     size: int
@@ -83,30 +63,8 @@ def split_unit(text: str) -> tuple[str, str]:
     return match[1], (match[2] or match[3] or "").strip()
 
 
-def is_time(name: str, unit: str) -> bool:
-    """Tell whether a column is the time.
-
-    >>> is_time("Time", "ms"), is_time("t", ""), is_time("T", ""), is_time("time", "N")
-    (True, True, False, False)
-    """
-    return unit in TIME_UNITS and _TIME_NAMES.fullmatch(name.strip()) is not None
-
-
-def stated_rate(name: str, value: float) -> float | None:
-    """Return the rate [Hz] that a scalar of this name states; none where the name is another.
-
-    >>> stated_rate("Fs", 1000.0), stated_rate("dt", 0.001), stated_rate("gain", 2.0)
-    (1000.0, 1000.0, None)
-    """
-    if name.lower() in RATES:
-        return value
-    if name.lower() in STEPS:
-        return float(f"{1.0 / value:.12g}") if value else float("nan")
-    return None
-
-
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, nameless ones numbered and repeated ones told apart.
+    """Return the names, nameless ones distinct and repeated ones told apart.
 
     >>> distinct(["a", "", "a"])
     ['a', 'channel 2', 'a (2)']
@@ -132,102 +90,40 @@ def as_text(attributes: Mapping[str, object]) -> Mapping[str, str]:
     return MappingProxyType({key: text for key, text in shown.items() if text})
 
 
-def even_sampling(path: Path, time: Floats, *, column: str = "time") -> tuple[float, float]:
-    """Return the sampling rate [Hz] and the first time [s] of evenly spaced times.
-
-    The rate is that between the first time and the last one, to 9 digits.
-
-    Parameters
-    ----------
-    path
-        The file, for the sentence.
-    time
-        Times [s], shape [time].
-    column
-        How the file calls them.
-
-    Raises
-    ------
-    MeasurementError
-        Where a time is not finite, the times do not rise, or one of them is further from its even place than
-        `LARGEST_JITTER` of a step.
-
-    Examples
-    --------
-    >>> even_sampling(Path("run.csv"), np.arange(5) / 1000.0)
-    (1000.0, 0.0)
-
-    """
-    if time.size < 2:
-        raise damaged(path, f"must hold at least 2 samples, {time.size} found", "Give a longer record")
-    _check_finite(path, column, time)
-    step = (time[-1] - time[0]) / (time.size - 1)
-    if not (step > 0.0 and np.isfinite(1.0 / step)):
-        raise damaged(
-            path,
-            f"the times of {quoted(column)} must rise, from {time[0]:g} to {time[-1]:g} s found",
-            "Export it again",
-        )
-    jitter = np.abs(time - (time[0] + step * np.arange(time.size)))
-    worst = int(jitter.argmax())
-    # a time so far from zero that its last bit is a visible part of the step is not the sensor's fault
-    rounding = 4.0 * np.spacing(np.abs(time).max())
-    if jitter[worst] > LARGEST_JITTER * step + rounding:
-        raise damaged(
-            path,
-            f"the times of {quoted(column)} must be evenly spaced; the largest jitter is {jitter[worst]:.3g} s, "
-            f"{100 * jitter[worst] / step:.3g} % of the mean step of {step:.3g} s, at sample {worst + 1}",
-            "Resample the record, or choose channels with even sampling",
-        )
-    return float(f"{1.0 / step:.9g}"), float(time[0])
-
-
-def _check_finite(path: Path, name: str, values: Floats) -> None:
-    bad = ~np.isfinite(values)
-    count = int(np.count_nonzero(bad))
-    if count:
-        first = int(bad.argmax())
-        raise damaged(
-            path,
-            f"channel {quoted(name)} must hold finite numbers; {count} of {values.size} samples are not "
-            f"(the first at sample {first + 1}: {values[first]})",
-            "Cut the record there, or repair those samples on purpose",
-        )
-
-
 def make_channel(
     request: Request,
     name: str,
     values: NDArray[Any],
     *,
-    sampling: float | None,
+    declared: Sequence[Declaration],
     unit: str = "",
     start: float = 0.0,
     attributes: Mapping[str, object] = MappingProxyType({}),
 ) -> Channel:
-    """Check what a file holds of one channel and return it.
+    """Return a channel after checking samples, start and sampling rate.
 
     Parameters
     ----------
     request
-        What the caller asked for.
+        Request of the caller.
     name, unit
         As the file has them.
     values
         Samples, shape [time], of any real type.
-    sampling
-        Rate that the file states [Hz], or none.
+    declared
+        Sampling rates that the file declares [Hz]; see `agreed_rate`.
     start
         Time of the first sample [s].
     attributes
-        What else the file says; kept as text.
+        Further properties; kept as text.
 
     Raises
     ------
     MeasurementError
-        Where the samples are none, or not finite real numbers, or the file's rate is no positive number.
+        Where there are no samples, they are not finite real numbers or whole numbers beyond 2^53, or the file's rates are not
+        positive or contradict each other.
     InputError
-        Where the file does not state the rate and the caller neither, or they contradict each other.
+        Where neither the file nor the caller states the rate, or they contradict each other.
 
     """
     if values.ndim != 1 or values.dtype.kind not in "fiub":
@@ -236,38 +132,31 @@ def make_channel(
         raise damaged(request.path, f"channel {quoted(name)} must hold samples, none found")
     check_samples(request.path, values.size)
     samples = np.ascontiguousarray(values, dtype=np.float64)
-    _check_finite(request.path, name, samples)
+    check_finite(request.path, name, samples)
+    if values.dtype.kind in "iu" and values.dtype.itemsize == 8 and np.abs(samples).max() > 2.0**53:
+        rule = f"channel {quoted(name)} must hold whole numbers up to 2^53, {np.abs(samples).max():.6g} found"
+        raise damaged(request.path, rule, "Choose other channels")
     if not np.isfinite(start):
         raise damaged(request.path, f"channel {quoted(name)} must start at a finite time, {start} found")
-    rate = _agreed(request, name, sampling)
+    rate = agreed_rate(request.path, name, declared, request.sampling)
     return Channel(
         escape_controls(name), samples, rate, escape_controls(unit), float(start), as_text(attributes)
     )
 
 
-def _agreed(request: Request, name: str, stated: float | None) -> float:
-    asked = request.sampling
-    if stated is not None and not (np.isfinite(stated) and stated > 0.0):
-        raise damaged(
-            request.path, f"channel {quoted(name)} must have a positive sampling rate, {stated:g} Hz found"
-        )
-    if stated is None and asked is None:
-        rule = f"must be given, since {shorten(request.path.name)} does not state it for {quoted(name)}"
-        raise InputError([Fault("sampling", None, rule, "Give the sampling rate in Hz")])
-    if stated is None or asked is None:
-        return float(asked if stated is None else stated)  # type: ignore[arg-type]
-    if abs(asked - stated) > AGREEMENT * stated:
-        rule = f"must agree with {stated:g} Hz, which {shorten(request.path.name)} states for {quoted(name)}"
-        raise InputError([Fault("sampling", asked, rule, "Leave the sampling rate out")])
-    return float(stated)
-
-
 def make_record(
-    request: Request, channels: Sequence[Channel], kind: str, attributes: Mapping[str, object] | None = None
+    request: Request,
+    channels: Sequence[Channel],
+    kind: str,
+    attributes: Mapping[str, object] | None = None,
+    found: Sequence[str] = (),
 ) -> Record:
-    """Return the record of a file; `MeasurementError` where it has no channel."""
+    """Return the record of a file.
+
+    Raises `MeasurementError` where there is no channel; ``found`` names what there is instead.
+    """
     if not channels:
-        raise damaged(
-            request.path, "must hold at least one channel of evenly sampled numbers", "Choose another file"
-        )
+        shown = ", ".join(shorten(each, 60) for each in found[:6]) + (", ..." if len(found) > 6 else "")
+        rule = "must hold at least one channel of evenly sampled numbers"
+        raise damaged(request.path, f"{rule}; found: {shown}" if found else rule, "Choose another file")
     return Record(tuple(channels), request.path.name, kind, as_text(attributes or {}))

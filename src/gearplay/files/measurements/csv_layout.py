@@ -1,6 +1,7 @@
-"""How a text table is laid out: its delimiter and decimal sign, its comments, header and unit rows."""
+"""Layout of a text table: delimiter and decimal sign, comments, header and unit rows, clock times."""
 
 import csv
+import datetime
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,7 +9,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Final
 
-from gearplay.files.measurements.building import TIME_UNITS, split_unit
+from gearplay.files.measurements.building import split_unit
+from gearplay.files.measurements.rates import TIME_UNITS, is_rate_name
 from gearplay.files.measurements.refusing import damaged
 
 COMMENTS: Final = ("#", "%", "//")
@@ -29,16 +31,21 @@ _LAYOUTS: Final = (
     (" ", ","),
 )
 _NUMBER = re.compile(
-    r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*|\s*[-+]?(nan|inf|infinity)\s*", re.IGNORECASE
+    r"\s*[-+]?(\d+\.?\d*|\.\d+)([ed][-+]?\d+)?\s*|\s*[-+]?(nan|inf|infinity)\s*", re.IGNORECASE | re.ASCII
 )
-_DECLARED = re.compile(r"\W*([\w .-]{1,60}?)\s*[=:]\s*(.*)")
+_CLOCK = re.compile(
+    r"\s*(?:(\d{4}-\d\d-\d\d)[T ])?(\d{1,3}):([0-5]\d):([0-5]\d)(?:[.,](\d{1,9}))?(Z|[+-]\d\d:?\d\d)?\s*",
+    re.ASCII,
+)
+_DECLARED = re.compile(r"\W*([\w .()\[\]/-]{1,60}?)\s*[=:]\s*(.*)")
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the numbers of a text table begin and how to read them.
+    """Layout of a text table.
 
-    ``first`` is the line of the first row of numbers, from 0; ``declared`` holds what comments and preamble say.
+    ``first`` is the line of the first row of numbers, from 0; ``declared`` holds the keys and values of comments and preamble,
+    ``clock`` the column of clock times.
     """
 
     delimiter: str
@@ -47,6 +54,7 @@ class Layout:
     names: tuple[str, ...]
     units: tuple[str, ...]
     declared: dict[str, str] = field(default_factory=dict)
+    clock: int | None = None
 
     @property
     def columns(self) -> int:
@@ -55,12 +63,32 @@ class Layout:
 
 
 def is_number(text: str) -> bool:
-    """Tell whether a text with a decimal point is a number; ``1_000`` is none.
+    """Tell whether a text with a decimal point is a number, Fortran's ``1.5D+02`` too; ``1_000`` is none.
 
     >>> is_number(" -1.5e3 "), is_number("nan"), is_number("1_000"), is_number("")
     (True, True, False, False)
     """
     return _NUMBER.fullmatch(text) is not None
+
+
+def clock_time(text: str) -> tuple[int, bool] | None:
+    """Return a clock time [ns] and whether it has a date; none where the text is none.
+
+    Times are hh:mm:ss with up to nine decimals, dated as ISO 8601 has it; a time zone is ignored.
+
+    >>> clock_time("00:00:01.5"), clock_time("1970-01-02T00:00:00,25Z"), clock_time("1.5")
+    ((1500000000, False), (86400250000000, True), None)
+    """
+    match = _CLOCK.fullmatch(text)
+    if match is None:
+        return None
+    date, hours, minutes, seconds, decimals, _ = match.groups()
+    try:
+        days = (datetime.date.fromisoformat(date) - datetime.date(1970, 1, 1)).days if date else 0
+    except ValueError:
+        return None
+    whole = ((24 * days + int(hours)) * 60 + int(minutes)) * 60 + int(seconds)
+    return whole * 10**9 + int((decimals or "").ljust(9, "0")), bool(date)
 
 
 def is_comment(line: str) -> bool:
@@ -81,9 +109,14 @@ def split_rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
 
 
 def _as_numbers(row: Sequence[str], decimal: str) -> bool:
+    """Tell whether all fields of a row are numbers, but for one clock time at most."""
+    others = [text for text in row if decimal in text or not is_number(text)]
     if decimal == ",":
-        return all("." not in text and is_number(text.replace(",", ".")) for text in row)
-    return all(is_number(text) for text in row)
+        wrong = [text for text in others if "." in text or not is_number(text.replace(",", "."))]
+        wrong += [text for text in row if text not in others and "." in text]
+    else:
+        wrong = [text for text in others if not is_number(text)]
+    return not wrong or (len(wrong) == 1 and len(row) > 1 and clock_time(wrong[0]) is not None)
 
 
 def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[bool, bool, int, int, int]:
@@ -117,10 +150,25 @@ def sniff(path: Path, lines: Sequence[str]) -> Layout:
             path, "must hold rows of numbers, none found", "Check the delimiter and the decimal sign"
         )
     delimiter, decimal = _LAYOUTS[scores.index(best)]
-    heads = [row for row in split_rows(texts[:first], delimiter) if len(row) == columns]
-    names, units = _header(heads, columns)
-    declared = _declarations(lines[: numbered[first][0]])
-    return Layout(delimiter, decimal, numbered[first][0], tuple(names), tuple(units), declared)
+    rows = split_rows(texts[: first + 2], delimiter)
+    if _numbers_columns(rows[first:], decimal):  # a header of 0, 1, 2 ..., as tables without names have
+        first += 1
+    before = rows[first - 1] if first else []
+    if delimiter == "," and len(before) > 1 and columns == 2 * len(before):
+        rule = f"names {len(before)} columns and has rows of {columns} fields: decimal commas look like delimiters"
+        raise damaged(path, rule, "Export it with decimal points, or with semicolons between the fields")
+    names, units = _header([row for row in rows[:first] if len(row) == columns], columns)
+    clock = next((k for k, text in enumerate(rows[first]) if clock_time(text) is not None), None)
+    declared = _declarations(lines[: numbered[first][0]], delimiter)
+    return Layout(delimiter, decimal, numbered[first][0], tuple(names), tuple(units), declared, clock)
+
+
+def _numbers_columns(rows: Sequence[Sequence[str]], decimal: str) -> bool:
+    """Tell whether the first row counts the columns from 0 and the second holds other numbers than whole ones."""
+    if len(rows) < 2 or len(rows[0]) < 2:
+        return False
+    counts = [text.strip() for text in rows[0]] == [str(k) for k in range(len(rows[0]))]
+    return counts and any(decimal in text for text in rows[1])
 
 
 def _header(heads: Sequence[Sequence[str]], columns: int) -> tuple[list[str], list[str]]:
@@ -140,11 +188,18 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     return bracketed or (bool(bare[0]) and bare[0].strip("[]()") in TIME_UNITS)
 
 
-def _declarations(lines: Sequence[str]) -> dict[str, str]:
-    """Return what the lines before the numbers say as ``key = value`` or ``key: value``, keys in small letters."""
+def _declarations(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+    """Return keys and values of the lines before the numbers, keys in small letters.
+
+    Lines are ``key = value`` or ``key: value``; of a sampling rate also ``key;value`` and ``key;value;unit``.
+    """
     found: dict[str, str] = {}
     for line in lines[:PREAMBLE]:
-        match = _DECLARED.fullmatch(line.strip())
+        bare = line.strip().lstrip("".join(COMMENTS)).strip()
+        fields = [text.strip() for text in split_rows([bare], delimiter)[0]] if bare else []
+        match = _DECLARED.fullmatch(bare)
         if match:
-            found.setdefault(match[1].strip().lower(), match[2].strip())
+            found.setdefault(match[1].strip().lower(), match[2].strip().rstrip(delimiter))
+        elif len(fields) in (2, 3) and is_rate_name(split_unit(fields[0])[0]):
+            found.setdefault(fields[0].lower(), " ".join(fields[1:]))
     return found

@@ -1,10 +1,9 @@
-"""Sentences for files that do not hold what they declare, limits, and the fence around foreign parsers."""
+"""Messages for files that do not hold what they declare, limits, and the fence around libraries."""
 
-import io
 import logging
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -25,13 +24,17 @@ MOST_SAMPLES: Final = 2**29
 """Most samples of all chosen channels together: 4 GiB as they are kept in memory."""
 
 MOST_NODES: Final = 200_000
-"""Most blocks, segments or elements that a file may consist of."""
+"""Most chunks, segments or objects that a file may consist of."""
 
 DENSEST: Final = 1100
 """Most bytes that one stored byte can unpack to; deflate reaches 1032."""
 
 AGAIN: Final = "The file is cut or damaged: copy or export it again"
 """The cure where a file holds less than it declares."""
+
+
+UNREADABLE: Final = "The file is damaged, or of a kind that is not read: export it again in another way"
+"""The cure where a library refuses a file."""
 
 
 def damaged(path: Path, rule: str, cure: str = AGAIN) -> MeasurementError:
@@ -51,6 +54,18 @@ def quoted(text: str) -> str:
     """
     shown = shorten(text, 40)
     return f"'{shown if shown.isprintable() else ' '.join(shown.split())}'"  # other kinds of blanks than ours
+
+
+def decoded(content: bytes) -> str:
+    r"""Return text that is UTF-8, or else Latin-1, in which any byte is a letter.
+
+    >>> print(decoded("m/s²".encode()), decoded("m/s²".encode("latin-1")))
+    m/s² m/s²
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
 
 
 def check_samples(path: Path, count: int) -> None:
@@ -83,41 +98,55 @@ def need(module: str, package: str, path: Path) -> ModuleType:
 
 
 @contextmanager
-def _muted(package: str) -> Iterator[None]:
-    """Silence the loggers of a package, which would print on the standard error."""
-    known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == package]
-    loud = [logging.getLogger(name) for name in known if not logging.getLogger(name).disabled]
-    for logger in loud:
-        logger.disabled = True
-    try:
-        yield
-    finally:
-        for logger in loud:
-            logger.disabled = False
-
-
-@contextmanager
-def fenced(path: Path, kind: str, package: str = "") -> Iterator[None]:
-    """Run a foreign parser quietly and turn whatever it raises into a `MeasurementError`.
+def fenced(path: Path, kind: str) -> Iterator[None]:
+    """Run a library's reader and turn whatever it raises into a `MeasurementError`.
 
     Parameters
     ----------
     path
-        The file, for the sentence.
+        The file, for the message.
     kind
-        The kind of file, as the sentence names it.
-    package
-        The parser's package, whose loggers are silenced.
+        The kind of file, as the message names it.
 
     """
-    printed = redirect_stdout(io.StringIO())
-    with warnings.catch_warnings(), np.errstate(all="ignore"), _muted(package), printed:
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
             yield
         except (GearplayError, MemoryError):
             raise
-        except Exception as error:  # a foreign parser fed with damaged bytes can raise anything
+        except Exception as error:  # a library fed with damaged bytes can raise anything
             words = (str(error).splitlines() or [""])[0]
             said = shorten(f"{type(error).__name__}: {words}" if words else type(error).__name__, 120)
-            raise damaged(path, f"must be a readable {kind} file ({said})") from None
+            raise damaged(path, f"must be a readable {kind} file ({said})", UNREADABLE) from None
+
+
+class Complaints(logging.Handler):
+    """Warnings that a library logs about a file it does not refuse.
+
+    Parameters
+    ----------
+    package
+        The library, whose loggers are listened to.
+
+    Attributes
+    ----------
+    texts : list of str
+
+    """
+
+    def __init__(self, package: str) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: list[str] = []
+        for name in [package, *(n for n in logging.root.manager.loggerDict if n.startswith(f"{package}."))]:
+            logger = logging.getLogger(name)
+            logger.handlers, logger.propagate = [self], False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the text of one warning."""
+        self.texts.append(record.getMessage())
+
+    def refuse(self, path: Path, kind: str) -> None:
+        """Raise `MeasurementError` with the first complaint, if there is one."""
+        if self.texts:
+            raise damaged(path, f"must be a readable {kind} file ({shorten(self.texts[0], 120)})", UNREADABLE)

@@ -1,64 +1,130 @@
-"""TDMS: the segments are walked first, npTDMS decodes, and the samples read are compared with those declared."""
+"""TDMS files by npTDMS; the segments must fill the file, and samples read are compared with those declared."""
 
-from typing import Any
+import struct
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import (
-    TIME_UNITS,
-    Request,
-    distinct,
-    even_sampling,
-    is_time,
-    make_channel,
-    make_record,
+from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.rates import Declaration, declarations, even_sampling, time_scale
+from gearplay.files.measurements.refusing import (
+    MOST_NODES,
+    Complaints,
+    check_samples,
+    damaged,
+    fenced,
+    need,
+    quoted,
 )
-from gearplay.files.measurements.refusing import check_samples, damaged, fenced, need, quoted
-from gearplay.files.measurements.tdms_segments import Declared, walk
 from gearplay.files.record import Channel, Record
 
-UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
+UNITS: Final = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 """Properties that hold a channel's unit."""
+
+_LEAD_IN: Final = 28
+_BIG_ENDIAN: Final = 1 << 6
+
+
+def _check_segments(path: Path, size: int) -> None:
+    """Raise `MeasurementError` where the lead-ins do not lead to the end of the file: npTDMS reads on without a word."""
+    place = 0
+    with path.open("rb") as file:
+        for number in range(1, MOST_NODES):
+            file.seek(place)
+            lead = file.read(_LEAD_IN)
+            if len(lead) < _LEAD_IN or lead[:4] != b"TDSm":
+                raise damaged(
+                    path,
+                    f"segment {number} must begin with a lead-in of {_LEAD_IN} bytes at byte {place + 1}",
+                )
+            (contents,) = struct.unpack_from("<I", lead, 4)
+            (following,) = struct.unpack_from(">Q" if contents & _BIG_ENDIAN else "<Q", lead, 12)
+            if following == 2**64 - 1:
+                raise damaged(
+                    path, f"segment {number} was never finished: its length is not written", "Record it again"
+                )
+            place += _LEAD_IN + following
+            if place > size:
+                raise damaged(path, f"segment {number} declares to end at byte {place}, the file has {size}")
+            if place == size:
+                return
+    raise damaged(path, f"has more than {MOST_NODES} segments", "Defragment it")
 
 
 def _unit(properties: dict[str, Any]) -> str:
     return next((str(properties[key]) for key in UNITS if properties.get(key)), "")
 
 
-def _values(request: Request, channel: Any, declared: Declared) -> NDArray[Any]:
-    """Return a channel's samples after comparing their number with the declared one."""
-    expected = declared.samples.get(channel.path, 0) if declared.countable else len(channel)
-    check_samples(request.path, max(expected, len(channel)))
+def _values(request: Request, channel: Any) -> NDArray[Any]:
+    check_samples(request.path, len(channel))
     values = np.asarray(channel[:])
-    if values.size != expected:
-        name = quoted(channel.name)
-        raise damaged(request.path, f"channel {name} declares {expected} samples and holds {values.size}")
+    if values.size != len(channel):
+        rule = f"channel {quoted(channel.name)} declares {len(channel)} samples and holds {values.size}"
+        raise damaged(request.path, rule)
     return values
 
 
-def _sampling(
-    request: Request, channel: Any, group: list[Any], declared: Declared
-) -> tuple[float | None, float]:
-    """Return the rate [Hz] and start [s]: of the waveform's increment, else of the group's time channel."""
-    properties = channel.properties
-    if "wf_increment" in properties:
-        increment = float(properties["wf_increment"])
-        if not (np.isfinite(increment) and increment > 0.0 and np.isfinite(1.0 / increment)):
-            rule = f"channel {quoted(channel.name)} must have a positive wf_increment, {increment:g} found"
-            raise damaged(request.path, rule)
-        return float(f"{1.0 / increment:.12g}"), float(properties.get("wf_start_offset", 0.0))
+def _rates(request: Request, channel: Any, group: list[Any]) -> tuple[list[Declaration], float]:
+    """Return the declared rates [Hz] and the start [s]: properties, and the group's time channel."""
+    declared = declarations(channel.properties.items())
+    start = float(channel.properties.get("wf_start_offset", 0.0))
     for other in group:
+        scale = time_scale(other.name, _unit(other.properties))
         if (
             other is not channel
-            and is_time(other.name, _unit(other.properties))
+            and scale is not None
             and len(other) == len(channel)
+            and other.dtype.kind in "fiu"
         ):
-            time = _values(request, other, declared)
-            if time.dtype.kind in "fiu":
-                scale = TIME_UNITS[_unit(other.properties)]
-                return even_sampling(request.path, time.astype(np.float64) * scale, column=other.name)
-    return None, 0.0
+            times = _values(request, other).astype(np.float64) * scale
+            rate, start = even_sampling(request.path, times, column=other.name)
+            declared.append((other.name, rate))
+    return declared, start
+
+
+def read(request: Request) -> Record:
+    """Read a TDMS file: names, units, sampling and start as the waveform properties state them.
+
+    Of channels with one name in several groups, the name becomes ``group/channel``. Channels of texts or times are
+    left out, and so is the time channel of a group. Raises `MeasurementError` where a segment is cut or unfinished, a scaling
+    is unknown, or fewer samples are read than declared.
+    """
+    path = request.path
+    _check_segments(path, request.size)
+    nptdms = need("nptdms", "npTDMS", path)
+    complaints = Complaints("nptdms")
+    channels: list[Channel] = []
+    with fenced(path, "TDMS"), path.open("rb") as stream, nptdms.TdmsFile(stream, keep_open=True) as file:
+        groups = {group.name: list(group.channels()) for group in file.groups()}
+        found = [
+            channel
+            for group in groups.values()
+            for channel in group
+            if channel.dtype.kind in "fiub" and not _is_axis(channel, group) and len(channel)
+        ]
+        plain = [channel.name for channel in found]
+        names = distinct([c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found])
+        for k in request.select(names):
+            channel = found[k]
+            declared, start = _rates(request, channel, groups[channel.group_name])
+            values = _values(request, channel)
+            complaints.refuse(path, "TDMS")
+            channels.append(
+                make_channel(
+                    request,
+                    names[k],
+                    values,
+                    declared=declared,
+                    unit=_unit(channel.properties),
+                    start=start,
+                    attributes=_about(channel),
+                )
+            )
+        said = dict(file.properties)
+        complaints.refuse(path, "TDMS")
+    return make_record(request, channels, "tdms", said, [c.path for group in groups.values() for c in group])
 
 
 def _about(channel: Any) -> dict[str, object]:
@@ -66,57 +132,5 @@ def _about(channel: Any) -> dict[str, object]:
     return {"group": channel.group_name} | {k: v for k, v in channel.properties.items() if k not in known}
 
 
-def read(request: Request) -> Record:
-    """Read a TDMS file: names, units, sampling and start as the waveform properties state them.
-
-    Of channels with one name in several groups, the name becomes ``group/channel``. Channels of texts or times are
-    left out, and so is the time channel of a group. Raises `MeasurementError` where a segment is cut, unfinished or
-    contradicts itself, or fewer samples are read than declared.
-    """
-    path = request.path
-    declared = walk(path, request.size)
-    nptdms = need("nptdms", "npTDMS", path)
-    channels: list[Channel] = []
-    with (
-        fenced(path, "TDMS", "nptdms"),
-        path.open("rb") as stream,
-        nptdms.TdmsFile(stream, keep_open=True) as file,
-    ):
-        groups = {group.name: list(group.channels()) for group in file.groups()}
-        found = [
-            channel
-            for group in groups.values()
-            for channel in group
-            if channel.dtype.kind in "fiub"
-            and not (_is_axis(channel, group))
-            and declared_any(channel, declared)
-        ]
-        plain = [channel.name for channel in found]
-        names = distinct([c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found])
-        for k in request.select(names):
-            channel = found[k]
-            rate, start = _sampling(request, channel, groups[channel.group_name], declared)
-            values = _values(request, channel, declared)
-            unit = _unit(channel.properties)
-            channels.append(
-                make_channel(
-                    request,
-                    names[k],
-                    values,
-                    sampling=rate,
-                    unit=unit,
-                    start=start,
-                    attributes=_about(channel),
-                )
-            )
-        said = dict(file.properties)
-    return make_record(request, channels, "tdms", said)
-
-
-def declared_any(channel: Any, declared: Declared) -> bool:
-    """Tell whether a channel has samples at all; one without is a name only."""
-    return bool(len(channel) or declared.samples.get(channel.path, 0))
-
-
 def _is_axis(channel: Any, group: list[Any]) -> bool:
-    return is_time(channel.name, _unit(channel.properties)) and len(group) > 1
+    return time_scale(channel.name, _unit(channel.properties)) is not None and len(group) > 1

@@ -1,7 +1,8 @@
-"""WAV: the chunks are walked and their sizes compared with the file before the samples are taken."""
+"""WAV files by SciPy; the sizes of the chunks are compared with the file, which SciPy does not."""
 
 import json
 import struct
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -10,33 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
-from gearplay.files.measurements.refusing import MOST_NODES, check_samples, damaged, quoted
+from gearplay.files.measurements.refusing import MOST_NODES, check_samples, damaged, fenced, quoted
 from gearplay.files.record import Record
 
 NAMES_CHUNK: Final = b"gear"
 """Chunk of our own that holds names, units and start as JSON; other programs skip it."""
 
-_SAMPLES: Final = {
-    (1, 8): "u1",
-    (1, 16): "<i2",
-    (1, 24): "u1",
-    (1, 32): "<i4",
-    (3, 32): "<f4",
-    (3, 64): "<f8",
-}
-_EXTENSIBLE: Final = 0xFFFE
 
-
-def _chunks(path: Path, size: int) -> dict[bytes, tuple[int, int]]:
-    """Return chunk name -> (offset, length) [bytes]; of repeated names the first."""
-    found: dict[bytes, tuple[int, int]] = {}
+def _chunks(path: Path, size: int) -> dict[bytes, bytes]:
+    """Return the first bytes of each chunk; `MeasurementError` where one reaches past the file, or bytes are left."""
+    found: dict[bytes, bytes] = {}
     with path.open("rb") as file:
         head = file.read(12)
-        if len(head) < 12 or head[:4] != b"RIFF" or head[8:] != b"WAVE":
+        order = ">" if head[:4] == b"RIFX" else "<"
+        if len(head) < 12 or head[:4] not in (b"RIFF", b"RIFX") or head[8:] != b"WAVE":
             raise damaged(
                 path, f"must start as RIFF/WAVE, {head[:4]!r} found", "Save it as WAV (RIFF), up to 4 GiB"
             )
-        end = 8 + struct.unpack("<I", head[4:8])[0]
+        end = 8 + int(struct.unpack(order + "I", head[4:8])[0])
         if not size - 1 <= end <= size:  # more bytes than declared: a recorder that did not finish its header
             raise damaged(path, f"declares {end} bytes in its RIFF header and holds {size}")
         place = 12
@@ -44,38 +36,13 @@ def _chunks(path: Path, size: int) -> dict[bytes, tuple[int, int]]:
             if place + 8 > end:
                 break
             file.seek(place)
-            name, length = struct.unpack("<4sI", file.read(8))
+            name, length = struct.unpack(order + "4sI", file.read(8))
             if place + 8 + length > end:
                 rule = f"chunk {quoted(name.decode('latin-1'))} declares {length} bytes, {end - place - 8} are left"
                 raise damaged(path, rule)
-            found.setdefault(name, (place + 8, length))
+            found.setdefault(name, file.read(min(length, 2**20)))
             place += 8 + length + length % 2  # chunks start at even offsets
     return found
-
-
-def _content(path: Path, place: tuple[int, int]) -> bytes:
-    with path.open("rb") as file:
-        file.seek(place[0])
-        return file.read(min(place[1], 2**20))
-
-
-def _layout(path: Path, content: bytes) -> tuple[int, int, int, int]:
-    """Return encoding (1 integers, 3 floats), channels, rate [Hz] and bits per sample, checked for consistency."""
-    if len(content) < 16:
-        raise damaged(path, f"chunk 'fmt ' must have 16 bytes or more, {len(content)} found")
-    encoding, channels, rate, byte_rate, align, bits = struct.unpack("<HHIIHH", content[:16])
-    if encoding == _EXTENSIBLE and len(content) >= 26:
-        encoding = struct.unpack("<H", content[24:26])[0]
-    if (encoding, bits) not in _SAMPLES:
-        rule = f"must hold integers of 8 to 32 bits or floats, encoding {encoding} with {bits} bits found"
-        raise damaged(path, rule, "Export it as PCM or float")
-    if not channels or not rate or align != channels * bits // 8 or byte_rate != rate * align:
-        rule = (
-            f"contradicts itself: {channels} channels of {bits} bits at {rate} Hz, but {align} bytes a frame "
-            f"and {byte_rate} bytes a second"
-        )
-        raise damaged(path, rule)
-    return encoding, channels, rate, bits
 
 
 def _names(path: Path, content: bytes | None, channels: int) -> Mapping[str, Any]:
@@ -95,62 +62,68 @@ def _names(path: Path, content: bytes | None, channels: int) -> Mapping[str, Any
     return {"names": names, "units": units, "start": start}
 
 
-def _scaled(raw: NDArray[Any], encoding: int, bits: int) -> NDArray[np.float64]:
-    """Return one channel's samples, integers scaled to +-1; 24 bits come as three bytes in the last axis."""
-    if encoding == 3:
-        return raw.astype(np.float64)
-    if bits == 8:
-        return (raw.astype(np.float64) - 128.0) / 128.0
-    if bits == 24:
-        wide = raw.astype(np.int32)
-        whole = wide[:, 0] | (wide[:, 1] << 8) | (wide[:, 2] << 16)
-        return (whole - ((whole & 0x800000) << 1)) / 8388608.0
-    return raw.astype(np.float64) / 2.0 ** (bits - 1)
+def _scaled(samples: NDArray[Any]) -> NDArray[np.float64]:
+    """Return samples with integers scaled to +-1; those of other widths lie at the upper end of their container."""
+    values = samples.astype(np.float64)
+    if samples.dtype.kind == "f":
+        return values
+    return (
+        (values - 128.0) / 128.0
+        if samples.dtype.kind == "u"
+        else values / 2.0 ** (8 * samples.dtype.itemsize - 1)
+    )
 
 
 def read(request: Request) -> Record:
-    """Read a WAV file: integers of 8, 16, 24 or 32 bits or floats of 32 or 64 bits, any number of channels.
+    """Read a WAV file: integers of 8 to 64 bits or floats of 32 or 64 bits, any number of channels.
 
     Integers are scaled to +-1 and have no unit. Raises `MeasurementError` where a chunk is larger than the file or
     the header contradicts itself.
     """
+    from scipy.io import wavfile
+
     path = request.path
     chunks = _chunks(path, request.size)
-    for name in (b"fmt ", b"data"):
-        if name not in chunks:
-            raise damaged(path, f"has no chunk {quoted(name.decode())}")
-    encoding, count, rate, bits = _layout(path, _content(path, chunks[b"fmt "]))
-    offset, length = chunks[b"data"]
-    frame = count * bits // 8
-    if length == 0 or length % frame:
-        raise damaged(
-            path, f"declares {length} bytes of samples, which is no whole number of frames of {frame} bytes"
-        )
-    if b"fact" in chunks and chunks[b"fact"][1] >= 4:
-        (declared,) = struct.unpack("<I", _content(path, chunks[b"fact"])[:4])
-        if declared > length // frame and declared != 0xFFFFFFFF:
-            raise damaged(path, f"declares {declared} samples a channel and holds {length // frame}")
-    said = _names(path, _content(path, chunks[NAMES_CHUNK]) if NAMES_CHUNK in chunks else None, count)
+    with fenced(path, "WAV"):
+        warnings.filterwarnings("error", category=wavfile.WavFileWarning)
+        warnings.filterwarnings("ignore", message="Chunk", category=wavfile.WavFileWarning)
+        rate, samples = wavfile.read(path)
+    shaped = samples.reshape(samples.shape[0], -1)
+    length, count = shaped.shape
+    _check_layout(path, chunks, shaped, int(rate))
+    said = _names(path, chunks.get(NAMES_CHUNK), count)
     names = distinct(said["names"])
     chosen = request.select(names)
-    check_samples(path, len(chosen) * (length // frame))
-    raw = np.fromfile(
-        path,
-        _SAMPLES[encoding, bits],
-        length // (3 if bits == 24 else bits // 8) * (3 if bits == 24 else 1),
-        offset=offset,
-    )
-    shaped = raw.reshape((-1, count, 3) if bits == 24 else (-1, count))
+    check_samples(path, len(chosen) * length)
     channels = [
         make_channel(
             request,
             names[k],
-            _scaled(shaped[:, k], encoding, bits),
-            sampling=float(rate),
+            _scaled(shaped[:, k]),
+            declared=[("the header", float(rate))],
             unit=said["units"][k],
             start=said["start"],
         )
         for k in chosen
     ]
-    encoded = f"{'float' if encoding == 3 else 'integer'} of {bits} bits"
+    bits = (
+        struct.unpack_from("<H", chunks[b"fmt "], 14)[0]
+        if samples.dtype.byteorder != ">"
+        else 8 * samples.itemsize
+    )
+    encoded = f"{'float' if samples.dtype.kind == 'f' else 'integer'} of {bits} bits"
     return make_record(request, channels, "wav", {"encoding": encoded})
+
+
+def _check_layout(path: Path, chunks: dict[bytes, bytes], samples: NDArray[Any], rate: int) -> None:
+    """Compare the header's byte rate, frame size and sample count with each other."""
+    order = ">" if samples.dtype.byteorder == ">" else "<"
+    _, channels, _, byte_rate, align, _ = struct.unpack_from(order + "HHIIHH", chunks[b"fmt "])
+    if align % channels or byte_rate != rate * align:
+        rule = f"contradicts itself: {channels} channels at {rate} Hz, but {align} bytes a frame and {byte_rate} bytes a second"
+        raise damaged(path, rule)
+    fact = chunks.get(b"fact", b"")
+    if len(fact) >= 4:
+        (declared,) = struct.unpack_from(order + "I", fact)
+        if samples.shape[0] < declared != 0xFFFFFFFF:
+            raise damaged(path, f"declares {declared} samples a channel and holds {samples.shape[0]}")

@@ -14,16 +14,16 @@ from typing import Any, Final
 import numpy as np
 
 from gearplay.files.atomic import check_new, write_with
-from gearplay.files.measurements.hdf5_vectors import OURS, checksum
+from gearplay.files.measurements.formats import FORMATS
+from gearplay.files.measurements.hdf5 import OURS, checksum
 from gearplay.files.measurements.mat import RECORD
-from gearplay.files.measurements.recognise import FORMATS
 from gearplay.files.measurements.refusing import need
 from gearplay.files.measurements.wav import NAMES_CHUNK
 from gearplay.files.record import Channel, Record
+from gearplay.files.tables import mat_bytes
 from gearplay.vocabulary.errors import Fault, InputError
 
 _PACKED_FROM: Final = 1000
-_MAT_HEADING: Final = "MATLAB 5.0 MAT-file, a record of gearplay"
 
 
 def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -65,9 +65,9 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
 
 def check_record_path(path: Path, *, overwrite: bool = False) -> str:
     """Return the kind of record that a path names, before anything is computed for it; `InputError` as `write_record`."""
-    kind = next((kind for kind, suffixes in FORMATS.items() if path.suffix.lower() in suffixes), "")
+    kind = next((kind for kind, known in FORMATS.items() if path.suffix.lower() in known.suffixes), "")
     if kind not in _WRITERS:
-        known = ", ".join(FORMATS[kind][0] for kind in _WRITERS)
+        known = ", ".join(FORMATS[kind].suffixes[0] for kind in _WRITERS)
         raise InputError([Fault("out", path.name, f"must end in one of {known}", "Choose another extension")])
     check_new(path, overwrite=overwrite)
     return kind
@@ -190,12 +190,16 @@ def _write_wav(record: Record, path: Path) -> None:
     path.write_bytes(b"RIFF" + struct.pack("<I", 4 + len(body)) + b"WAVE" + body)
 
 
+def _check_several(channel: Channel, kind: str) -> None:
+    if channel.values.size < 2:
+        raise InputError([Fault("record", channel.name, f"must have 2 samples or more for a {kind} file")])
+
+
 def _write_uff(record: Record, path: Path) -> None:
     pyuff = need("pyuff", "pyuff", path)
     sets = []
     for place, channel in enumerate(record.channels, start=1):
-        if channel.values.size < 2:
-            raise InputError([Fault("record", channel.name, "must have 2 samples or more for a UFF file")])
+        _check_several(channel, "UFF")
         texts = {"id1": channel.name[:80] or "NONE", "id5": f"channel {place} of {len(record.channels)}"}
         sets.append(
             {
@@ -223,18 +227,14 @@ def _write_uff(record: Record, path: Path) -> None:
 
 
 def _write_mat(record: Record, path: Path) -> None:
-    from scipy.io import savemat
-
     rows = np.empty(
         (1, len(record.channels)),
         dtype=[(f, object) for f in ("name", "unit", "sampling", "start", "values")],
     )
     for place, channel in enumerate(record.channels):
+        _check_several(channel, "MAT")
         rows[0, place] = (channel.name, channel.unit, channel.sampling, channel.start, channel.values)
-    with path.open("wb") as file:
-        savemat(file, {RECORD: rows}, do_compression=True, oned_as="row")
-        file.seek(0)  # the heading there tells the time, and one record is one file
-        file.write(_MAT_HEADING.ljust(116).encode("ascii"))
+    path.write_bytes(mat_bytes({RECORD: rows}))
 
 
 _WRITERS: Final[dict[str, Callable[[Record, Path], None]]] = {

@@ -18,17 +18,8 @@ from acceptance.test_damaged_measurements import (
     write_plain_mat,
     write_tdms,
 )
-from gearplay.files.measurements import (
-    apart,
-    hdf5_vectors,
-    mat_elements,
-    mdf4,
-    mdf4_blocks,
-    read_measurement,
-    tdms,
-    tdms_segments,
-    write_record,
-)
+from gearplay.files import apart
+from gearplay.files.measurements import hdf5, read_measurement, tdms, write_record
 from gearplay.files.measurements.building import Request
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
@@ -68,13 +59,23 @@ def cut(length: int) -> Change:
     return lambda content: content[:length]
 
 
-def refused(path: Path, change: Change, words: str) -> None:
+LIBRARY = r"must be a readable \w|crashes on it or does not return|of memory to read it|declares \d+|declares more numbers"
+"""A library refuses the file, crashes, hangs or asks for too much."""
+
+
+def refused(path: Path, change: Change, words: str = LIBRARY) -> None:
     read_measurement(path)  # sound before
     path.write_bytes(change(path.read_bytes()))
     with pytest.raises(MeasurementError, match=words) as caught:
         read_measurement(path)
     assert str(caught.value).startswith(f"{path.name}: ")
+    assert str(caught.value).isprintable()
     assert caught.value.exit_code == 6
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(apart, "PATIENCE", 5.0)
 
 
 @pytest.mark.parametrize(
@@ -86,16 +87,13 @@ def refused(path: Path, change: Change, words: str) -> None:
         (swap(b"RIFF", b"RF64"), "must start as RIFF/WAVE"),
         (after(b"data", 4, "<I", 2**32 - 1), r"chunk 'data' declares 4294967295 bytes"),
         (after(b"data", 4, "<I", 0), r"chunk .* declares \d+ bytes"),
-        (after(b"data", 4, "<I", 1198), "no whole number of frames"),
-        (swap(b"data", b"atad"), "has no chunk 'data'"),
-        (swap(b"fmt ", b"fnt "), "has no chunk 'fmt '"),
-        (
-            lambda c: put(4, "<I", 1234)(c[:16] + b"\x0e\0\0\0" + c[20:34] + c[36:]),
-            "chunk 'fmt ' must have 16 bytes or more, 14 found",
-        ),
-        (put(20, "<H", 2), "encoding 2 with 16 bits"),
-        (put(22, "<H", 3), "contradicts itself: 3 channels"),
-        (put(24, "<I", 0), "contradicts itself"),
+        (after(b"data", 4, "<I", 1198), LIBRARY),
+        (swap(b"data", b"atad"), LIBRARY),
+        (swap(b"fmt ", b"fnt "), LIBRARY),
+        (lambda c: put(4, "<I", 1234)(c[:16] + b"\x0e\0\0\0" + c[20:34] + c[36:]), LIBRARY),
+        (put(20, "<H", 2), "ADPCM"),
+        (put(22, "<H", 3), "contradicts itself: 3 channels|readable WAV"),
+        (put(24, "<I", 0), LIBRARY),
     ],
 )
 def test_wav(change: Change, words: str, tmp_path: Path) -> None:
@@ -116,13 +114,17 @@ def test_our_wav(change: Change, words: str, tmp_path: Path) -> None:
     refused(tmp_path / "run.wav", change, words)
 
 
+PCM = bytes.fromhex("000000001000800000aa00389b71")
+"""What follows the encoding in the identifier of an extensible WAV file."""
+
+
 @pytest.mark.parametrize("bits", [8, 24, 32])
 def test_wav_of_other_widths(bits: int, tmp_path: Path) -> None:
     width = bits // 8
     raw = {8: b"\x00\x80\xff", 24: b"\x00\x00\x80\x00\x00\x00\xff\xff\x7f"}.get(
         bits, struct.pack("<3i", -(2**31), 0, 2**31 - 1)
     )
-    extensible = struct.pack("<HHIIHHHHIH14s", 0xFFFE, 1, 100, 100 * width, width, bits, 22, bits, 0, 1, b"")
+    extensible = struct.pack("<HHIIHHHHIH14s", 0xFFFE, 1, 100, 100 * width, width, bits, 22, bits, 0, 1, PCM)
     body = b"WAVEfmt " + struct.pack("<I", 40) + extensible + b"data" + struct.pack("<I", len(raw)) + raw
     path = tmp_path / "run.wav"
     path.write_bytes(b"RIFF" + struct.pack("<I", len(body)) + body)
@@ -134,22 +136,25 @@ def test_wav_of_other_widths(bits: int, tmp_path: Path) -> None:
     ("change", "words"),
     [
         (cut(-100), r"segment 2 declares to end at byte \d+, the file has"),
-        (cut(20), "lead-in of 28 bytes, 20 are left"),
-        (lambda content: content + b"TDSx" + bytes(30), "segment 3 must begin with TDSm"),
-        (lambda content: content + b"TDSm", "segment 3 must have a lead-in"),
+        (cut(20), "segment 1 must begin with a lead-in of 28 bytes"),
+        (lambda content: content + b"TDSx" + bytes(30), "segment 3 must begin with a lead-in"),
+        (lambda content: content + b"TDSm", "segment 3 must begin with a lead-in"),
         (put(12, "<Q", 2**64 - 1), "segment 1 was never finished"),
-        (put(4, "<I", 0xFFFF), "unknown lead-in"),
-        (put(8, "<I", 1), "unknown lead-in"),
-        (put(20, "<Q", 2**40), "contradicts itself"),
-        (put(28, "<I", 2**31), "declares 2147483648 objects"),
-        (put(28, "<I", 5000), "segment 1 needs|of segment 1 needs"),
-        (after(b"/'rig'/'acc'", 12, "<I", 0), "refers to an earlier index"),
-        (after(b"/'rig'/'acc'", 16, "<I", 0x77), "unknown type 0x77"),
-        (after(b"/'rig'/'acc'", 20, "<I", 2), "one dimension"),
-        (after(b"/'rig'/'acc'", 24, "<Q", 2**40), "no whole number"),
-        (after(b"unit_string", 11, "<I", 0x77), "property of unknown type"),
-        (swap(struct.pack("<d", 1 / 12800.0), struct.pack("<d", -1.0), -1), "positive wf_increment"),
-        (swap(b"/'rig'/'acc'", b"!'rig'/'acc'", 2), "readable TDMS file"),
+        (put(4, "<I", 0xFFFF), "segment 1 declares to end"),
+        (put(8, "<I", 1), "Unrecognised version"),
+        (put(20, "<Q", 2**40), LIBRARY),
+        (put(28, "<I", 2**31), LIBRARY),
+        (put(28, "<I", 5000), LIBRARY),
+        (after(b"/'rig'/'acc'", 12, "<I", 0), LIBRARY),
+        (after(b"/'rig'/'acc'", 16, "<I", 0x77), LIBRARY),
+        (after(b"/'rig'/'acc'", 20, "<I", 2), LIBRARY),
+        (after(b"/'rig'/'acc'", 24, "<Q", 2**40), "not a multiple of the chunk size"),
+        (after(b"unit_string", 11, "<I", 0x77), LIBRARY),
+        (
+            swap(struct.pack("<d", 1 / 12800.0), struct.pack("<d", -1.0), -1),
+            "positive sampling rate, wf_increment",
+        ),
+        (swap(b"/'rig'/'acc'", b"!'rig'/'acc'", 2), LIBRARY),
     ],
 )
 def test_tdms(change: Change, words: str, tmp_path: Path) -> None:
@@ -172,21 +177,20 @@ def test_tdms_time_channels_groups_and_texts(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (cut(-2000), r"refers to a block|declares \d+ bytes"),
+        (cut(-2000), LIBRARY),
         (cut(40), "identification of 64 bytes, 40 found"),
         (swap(b"MDF     ", b"UnFinMF "), "never finalised"),
         (put(60, "<H", 1), "never finalised"),
         (swap(b"4.10", b"3.30"), "must be MDF 4, version '3.30'"),
-        (after(b"##CG", 8, "<Q", 2**40), "block 'CG' declares 1099511627776 bytes"),
-        (after(b"##CG", 80, "<Q", 2**40), r"declares \d+ bytes of records and holds 7200"),
+        (after(b"##CG", 8, "<Q", 2**40), LIBRARY),
+        (after(b"##CG", 80, "<Q", 2**40), "declares 26388279066624 bytes of records"),
         (after(b"##CG", 80, "<Q", 299), "declares 7176 bytes of records and holds 7200"),
-        (after(b"##DG", 24, "<Q", 2**40), "refers to a block DG at byte 1099511627776"),
-        (swap(b"##DT", b"##XX"), "must have data at byte|must have a block"),
-        (swap(b"##CN", b"##XX"), "must have a block CN"),
-        (after(b"##CG", 8, "<Q", 80), "block 'CG' at byte \\d+ is too short"),
-        (after(b"##CG", 16, "<Q", 5), "has 5 links, 6 are due"),
-        (after(b"##DG", 16, "<Q", 3), "has 3 links, 4 are due"),
-        (after(b"##CN", 92, "<I", 1000), "a channel reaches to byte 1008 of records of 24"),
+        (after(b"##CG", 80, "<Q", 301), "declares 7224 bytes of records and holds 7200"),
+        (after(b"##DG", 24, "<Q", 2**40), LIBRARY),
+        (swap(b"##DT", b"##XX"), "declares 300 samples and holds 0"),
+        (swap(b"##CN", b"##XX"), LIBRARY),
+        (after(b"##CG", 8, "<Q", 80), LIBRARY),
+        (after(b"##CN", 92, "<I", 1000), LIBRARY),
     ],
 )
 def test_mdf4(change: Change, words: str, tmp_path: Path) -> None:
@@ -199,64 +203,30 @@ def test_mdf4_rings_of_links(mark: bytes, tmp_path: Path) -> None:
     write_mdf4(tmp_path / "run.mf4", RECORD)
     path = tmp_path / "run.mf4"
     place = path.read_bytes().index(mark)
-    refused(path, put(place + 24, "<Q", place), "form a ring")
+    refused(path, put(place + 24, "<Q", place))
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "change",
     [
-        (after(b"##DZ", 32, "<Q", 2**40), r"a packed block of \d+ bytes declares to unpack to"),
-        (after(b"##DZ", 40, "<Q", 2**40), "declares 1099511627776 bytes, more than it has"),
-        (
-            lambda c: after(b"##DZ", 26, "<B", 7)(after(b"##DZ", 32, "<Q", 2**40)(c)),
-            "a packed block declares to unpack to",
-        ),
+        after(b"##DZ", 32, "<Q", 2**40),
+        after(b"##DZ", 40, "<Q", 2**40),
+        lambda c: after(b"##DZ", 26, "<B", 7)(after(b"##DZ", 32, "<Q", 2**40)(c)),
     ],
 )
-def test_mdf4_packed_blocks_are_bounded(change: Change, words: str, tmp_path: Path) -> None:
+def test_mdf4_packed_blocks_are_bounded(change: Change, tmp_path: Path) -> None:
     write_mdf4(tmp_path / "run.mf4", RECORD, compression=1)
-    refused(tmp_path / "run.mf4", change, words)
+    refused(tmp_path / "run.mf4", change)
 
 
-def test_mdf4_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_mdf4(tmp_path / "run.mf4", RECORD)
-    monkeypatch.setattr(mdf4_blocks, "MOST_NODES", 4)
-    with pytest.raises(MeasurementError, match="more than 4 blocks"):
-        read_measurement(tmp_path / "run.mf4")
-
-
-def test_other_formats_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_tdms(tmp_path / "run.tdms", RECORD)
-    empty = b"TDSm" + struct.pack("<IIQQ", 0, 4713, 0, 0)
-    with (tmp_path / "run.tdms").open("ab") as file:
-        file.write(3 * empty)
-    monkeypatch.setattr(tdms_segments, "MOST_NODES", 4)
-    with pytest.raises(MeasurementError, match="more than 4 segments"):
-        read_measurement(tmp_path / "run.tdms")
-    write_plain_mat(tmp_path / "run.mat", RECORD)
-    monkeypatch.setattr(mat_elements, "MOST_NODES", 3)
-    with pytest.raises(MeasurementError, match="more than 3 elements"):
-        read_measurement(tmp_path / "run.mat")
-
-
-def test_samples_read_are_compared_even_where_the_walk_saw_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "run.mf4"
-    write_mdf4(path, RECORD)
-    monkeypatch.setattr(mdf4, "check_blocks", lambda path, size: None)
-    refused(path, after(b"##CG", 80, "<Q", 301), "declares 301 samples and holds 300")
-    write_mdf4(path, RECORD)
-    refused(
-        path,
-        after(b"##CN", 92, "<I", 1000),
-        r"asammdf crashes on it or does not return|readable MDF 4 file|finite",
-    )
+def test_segments_of_tdms_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "run.tdms"
     write_tdms(path, RECORD)
-    monkeypatch.setattr(tdms, "walk", lambda path, size: tdms_segments.Declared({"/'rig'/'acc'": 301}))
-    with pytest.raises(MeasurementError, match="'acc' declares 301 samples and holds 300"):
-        read_measurement(path)
+    with path.open("ab") as file:
+        file.write(3 * (b"TDSm" + struct.pack("<IIQQ", 0, 4713, 0, 0)))
+    monkeypatch.setattr(tdms, "MOST_NODES", 4)
+    with pytest.raises(MeasurementError, match="more than 4 segments"):
+        tdms.read(Request(path, path.stat().st_size))
 
 
 def test_mdf4_invalid_samples_are_counted(tmp_path: Path) -> None:
@@ -300,40 +270,33 @@ def repacked(change: Change) -> Change:
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "change",
     [
-        (cut(-50), r"an element declares 24\d\d bytes, "),
-        (cut(132), "a tag of 8 bytes, 4 are left"),
-        (cut(100), "a header of 128 bytes, 100 found"),
-        (put(126, "<2s", b"XX"), "byte order mark b'XX'"),
-        (put(124, "<H", 0x0500), "version 5 or 7.3, 0x500 found"),
-        (put(128, "<I", 9), "must be a matrix, an element of type 9"),
-        (put(136, "<I", 7), "flags, dimensions and a name"),
-        (put(144, "<I", 0x63), "unknown class 99"),
-        (put(144, "<I", 0x0806), "must hold 2 parts of numbers, 1 found"),
-        (put(160, "<i", -1), "negative dimension"),
-        (put(164, "<i", 2**30), "declares 1073741824 numbers and holds 1"),
-        (put(168, "<I", 0x00090001), "a small element declares|declares"),
-        (put(176, "<I", 99), "unknown type 99"),
-        (put(156, "<I", 4), "dimensions take 4 bytes, 8 to 128 are due"),
+        cut(-50),
+        cut(132),
+        cut(100),
+        put(126, "<2s", b"XX"),
+        put(124, "<H", 0x0500),
+        put(128, "<I", 9),
+        put(144, "<I", 0x63),
+        put(144, "<I", 0x0806),
+        put(164, "<i", 2**30),
+        put(168, "<I", 0x00090001),
+        put(176, "<I", 99),
     ],
 )
-def test_mat(change: Change, words: str, tmp_path: Path) -> None:
+def test_mat(change: Change, tmp_path: Path) -> None:
     write_plain_mat(tmp_path / "run.mat", RECORD)
-    refused(tmp_path / "run.mat", change, words)
+    refused(tmp_path / "run.mat", change)
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (after(b"MATLAB", 400, "<Q", 0), "checksum or code is wrong"),
-        (
-            lambda content: content[:132] + struct.pack("<I", len(content) - 146) + content[136:-10],
-            "ends early",
-        ),
-        (repacked(swap(b"values\0", b"valuez\0")), "the field 'values'"),
-        (repacked(swap(b"\5\0\4\0", b"\5\0\2\0")), "must hold the names of its fields"),
-        (repacked(after(b"\5\0\0\0\x08\0\0\0", 12, "<i", 9)), "a structure declares 9 rows of 5 fields"),
+        (after(b"MATLAB", 400, "<Q", 0), "incorrect data check|readable MAT"),
+        (lambda content: content[:132] + struct.pack("<I", len(content) - 146) + content[136:-10], LIBRARY),
+        (repacked(swap(b"\5\0\4\0", b"\5\0\2\0")), LIBRARY),
+        (repacked(after(b"\5\0\0\0\x08\0\0\0", 12, "<i", 9)), LIBRARY),
     ],
 )
 def test_our_mat(change: Change, words: str, tmp_path: Path) -> None:
@@ -354,27 +317,21 @@ def test_mat_time_vectors_and_other_variables(tmp_path: Path) -> None:
     found = read_measurement(path)
     assert found.names == ("acc",)
     assert found.channel().sampling == 8.0
-    deep: object = np.zeros(2)
-    for _ in range(20):
-        deep = {"a": deep}
-    savemat(path, {"deep": deep})
-    with pytest.raises(MeasurementError, match="nested more than 16 deep"):
-        read_measurement(path)
+    assert found.attributes["left out"] == "z"
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (cut(-1000), r"data set 2 declares 2400 bytes of ordinates, \d+ are left"),
-        (cut(-6), "data set 2 has no end mark"),
+        (cut(-1000), "must enclose each data set in marks -1"),
+        (cut(-6), "must enclose each data set in marks -1"),
         (lambda c: c[: c.index(b"\n    -1") + 8], "declares 2 channels and holds 1"),
-        (lambda c: c + b"rubbish\n", "data set 3 must begin with the mark -1"),
-        (lambda c: c + b"    -1\n   abc\n    -1\n", "state its kind"),
-        (swap(b"       300", b"99999999999"[:10]), "declares 9999999999 ordinates, but 2400 bytes"),
-        (swap(b"       300", b"       x00"), "number of ordinates as a whole number"),
-        (swap(b"         4       300", b"         9       300"), "300 ordinates of type 9"),
+        (lambda c: c + b"rubbish\n", "must enclose each data set in marks -1"),
+        (swap(b"       300", b"99999999999"[:10]), LIBRARY),
+        (swap(b"       300", b"       x00"), LIBRARY),
+        (swap(b"         4       300", b"         9       300"), "declares 2 channels and holds 1"),
         (swap(b"  7.81250e-05", b"  0.00000e+00"), "positive time increment"),
-        (after(b"0.00000e+00\n", 400, "<14s", b"    -1\n    -1\n"), "declares 2 data sets, 3 can be read"),
+        (after(b"0.00000e+00\n", 400, "<14s", b"    -1\n    -1\n"), "5 marks of 3 data sets"),
     ],
 )
 def test_binary_uff(change: Change, words: str, tmp_path: Path) -> None:
@@ -398,12 +355,12 @@ def test_text_uff(change: Change, words: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (cut(-1), r"declares \d+ bytes and holds \d+"),
-        (cut(20), "superblock of 48 bytes"),
-        (put(0, "<3s", b"xyz"), "mark of HDF5"),
+        (cut(-1), LIBRARY),
+        (cut(20), LIBRARY),
+        (put(0, "<3s", b"xyz"), LIBRARY),
         (put(0, "<4s", b"CDF\1"), "classic netCDF found"),
-        (put(8, "<B", 9), "unknown superblock version 9"),
-        (put(13, "<B", 4), "addresses of 8 bytes, 4 found"),
+        (put(8, "<B", 9), LIBRARY),
+        (put(13, "<B", 4), LIBRARY),
         (put(96, "<Q", 2**40), "readable HDF5 file"),
     ],
 )
@@ -449,7 +406,7 @@ def test_hdf5_that_its_writer_did_not_close(tmp_path: Path) -> None:
     with h5py.File(path, "w", libver="latest") as file:
         file["acc"] = np.arange(4.0)
         file["acc"].attrs["fs"] = 2.0
-    refused(path, put(11, "<B", 1), "was not closed")
+    refused(path, put(11, "<B", 1), LIBRARY)
 
 
 def test_hdf5_groups_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -459,9 +416,9 @@ def test_hdf5_groups_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         file.attrs["fs"] = 2.0
     with pytest.raises(MeasurementError, match="nested more than 32 deep"):
         read_measurement(path)
-    monkeypatch.setattr(hdf5_vectors, "MOST_NODES", 3)
+    monkeypatch.setattr(hdf5, "MOST_NODES", 3)
     with pytest.raises(MeasurementError, match="more than 3 objects"):
-        hdf5_vectors.read(Request(path, path.stat().st_size))
+        hdf5.read(Request(path, path.stat().st_size))
 
 
 def test_hdf5_rates_axes_packing_and_links(tmp_path: Path) -> None:

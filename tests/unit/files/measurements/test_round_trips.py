@@ -37,7 +37,7 @@ def test_written_records_are_read_again(suffix: str, tmp_path: Path) -> None:
     found = read_measurement(path)
     assert found.names == ("acc", "force")
     assert found.source == f"run{suffix}"
-    assert suffix in FORMATS[found.format]
+    assert suffix in FORMATS[found.format].suffixes
     for one, other in zip(found.channels, record.channels, strict=True):
         assert (one.unit, one.sampling) == (other.unit, other.sampling)
         assert one.start == pytest.approx(0.25, abs=1e-15)

@@ -1,34 +1,25 @@
-"""The door: one function reads every kind of measurement file into a record."""
+"""`read_measurement`: one function reads every kind of measurement file into a record."""
 
 import stat
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from importlib import import_module
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import Final, cast
+from types import MappingProxyType
+from typing import IO, Any
 
+import numpy as np
+
+from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import shown_path
+from gearplay.files.measurements import csv_file
 from gearplay.files.measurements.building import Request
-from gearplay.files.measurements.recognise import FORMATS, HEAD, recognise
-from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, damaged
-from gearplay.files.record import Record
+from gearplay.files.measurements.formats import FORMATS, HEAD, recognise
+from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, check_samples, damaged
+from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
-
-Reader = Callable[[Request], Record]
-
-READERS: Final = {
-    "csv": "csv_file",
-    "uff": "uff",
-    "tdms": "tdms",
-    "mdf4": "mdf4",
-    "wav": "wav",
-    "mat": "mat",
-    "hdf5": "hdf5",
-    "netcdf": "hdf5",
-}
-"""Module of each kind of file, loaded when it is needed."""
 
 
 def read_measurement(
@@ -38,11 +29,12 @@ def read_measurement(
     sampling: float | None = None,
     format: str | None = None,
     calibration: Mapping[str, tuple[float, str]] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> Record:
     """Read a measured record: CSV, UFF 58, TDMS, MDF 4, WAV, MAT, HDF5 or netCDF.
 
-    The kind is recognised by the content first, by the extension second. What a file declares is compared with what
-    it holds before anything of that size is allocated; docs/measurements.md says what is found and what cannot be.
+    The kind is recognised by the content first, by the extension second. All but text is read in a process of its own, with
+    limits of time and memory; docs/measurements.md says what damage is detected and what cannot be.
 
     Parameters
     ----------
@@ -51,12 +43,14 @@ def read_measurement(
     channels
         Names of the channels to read, in that order; without it all that are evenly sampled numbers.
     sampling
-        Sampling rate [Hz] for files that do not state it; must agree with those that do.
+        Sampling rate [Hz] for files that do not state it, or state two; must agree with one that is stated.
     format
         One of `FORMATS` where the content and the extension mislead.
     calibration
         Channel name -> (factor, unit): the samples are multiplied and get this unit. A WAV file's integers are
         first scaled to +-1.
+    units
+        Channel name -> unit, where the file does not state it or states a wrong one; samples stay as they are.
 
     Returns
     -------
@@ -66,7 +60,8 @@ def read_measurement(
     Raises
     ------
     MeasurementError
-        Where the file is cut, damaged, unevenly sampled, too large or not of a known kind.
+        Where the file is cut, damaged, unevenly sampled, too large or not of a known kind, states two sampling rates that
+        contradict each other, or its library crashes, hangs or needs too much memory.
     InputError
         Where there is no such file or channel, the sampling rate is missing or contradicts the file, or a package
         is not installed.
@@ -91,17 +86,45 @@ def read_measurement(
         raise damaged(
             place, f"is a text file of {size} bytes; at most 512 MiB are read", "Split it, or give it as HDF5"
         )
-    module = import_module(f"gearplay.files.measurements.{READERS[kind]}")
-    read = cast("Reader", module.read)
+    request = Request(place, size, chosen, sampling)
     try:
-        record = read(Request(place, size, chosen, sampling))
+        record = csv_file.read(request) if kind == "csv" else _read_apart(request, kind)
     except OSError as error:  # the disk, or the file went away
         raise _unreadable(place, error) from None
     except MemoryError:
         raise ResourceError(
             f"{shorten(place.name)}: needs more memory than there is. Choose fewer channels."
         ) from None
-    return _calibrated(record, calibration or {})
+    scaled = {name: (1.0, unit) for name, unit in (units or {}).items()}
+    return _calibrated(record, scaled | dict(calibration or {}), "calibration" if calibration else "units")
+
+
+def _read_apart(request: Request, kind: str) -> Record:
+    """Read a file in the other process."""
+    question = asdict(request) | {"path": str(request.path.absolute()), "kind": kind}
+    try:
+        return READER.ask("gearplay.files.measurements.child", question, partial(_record, request))
+    except UnansweredError as reason:
+        raise damaged(request.path, f"{FORMATS[kind].library} {reason}") from None
+
+
+def _record(request: Request, said: dict[str, Any], pipe: IO[bytes]) -> Record:
+    """Return the record that the process answers, `EOFError` where it ends."""
+    check_samples(request.path, sum(channel["size"] for channel in said["channels"]))
+    channels = [_channel(channel, pipe) for channel in said["channels"]]
+    return Record(tuple(channels), said["source"], said["format"], MappingProxyType(said["attributes"]))
+
+
+def _channel(said: dict[str, Any], pipe: IO[bytes]) -> Channel:
+    values = np.empty(said.pop("size"))
+    attributes = MappingProxyType(said.pop("attributes"))
+    view = values.data.cast("B")
+    while len(view):
+        count = pipe.readinto(view)  # type: ignore[attr-defined]
+        if not count:
+            raise EOFError
+        view = view[count:]
+    return Channel(values=values, attributes=attributes, **said)
 
 
 def _check_words(
@@ -156,11 +179,10 @@ def _unreadable(path: Path, error: Exception) -> InputError:
     )
 
 
-def _calibrated(record: Record, calibration: Mapping[str, tuple[float, str]]) -> Record:
+def _calibrated(record: Record, calibration: Mapping[str, tuple[float, str]], argument: str) -> Record:
+    shown = ", ".join(record.names[:12])
     faults = [
-        Fault(
-            "calibration", name, "must be a channel that is read", f"Channels: {', '.join(record.names[:12])}"
-        )
+        Fault(argument, name, "must be a channel that is read", f"Channels: {shown}")
         for name in calibration
         if name not in record.names
     ]

@@ -1,0 +1,330 @@
+"""Channels among the named arrays of MAT, HDF5 and netCDF files: vectors, columns of matrices, rates, units, time axes."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.rates import (
+    Declaration,
+    agreed_rate,
+    declarations,
+    declared_rate,
+    even_sampling,
+    is_rate_name,
+    time_scale,
+)
+from gearplay.files.measurements.refusing import damaged, quoted
+from gearplay.files.record import Channel, Record
+from gearplay.vocabulary.errors import InputError, MeasurementError, shorten
+
+MOST_COLUMNS: Final = 4096
+"""Most columns of a matrix whose columns are channels."""
+
+UNITS: Final = ("units", "unit", "Units", "Unit")
+"""Names of attributes and texts that hold a unit."""
+
+_NAMES: Final = ("names", "labels", "channels", "channelnames", "channellabels", "columns")
+_STARTS: Final = ("start", "startvalue", "t0", "starttime")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Named value of a file: a number, a text, a list of texts or an array.
+
+    Parameters
+    ----------
+    path
+        Names of the groups or structures that hold it, and its own.
+    value
+        What there is; of an array, anything with ``shape`` and ``dtype``.
+    attributes
+        Attributes of the value and of its group, as numbers and texts.
+    axes
+        Paths of the time axes attached to it.
+    is_axis
+        Whether it is an axis of others.
+
+    """
+
+    path: tuple[str, ...]
+    value: Any
+    attributes: Mapping[str, object] = field(default_factory=dict)
+    axes: tuple[tuple[str, ...], ...] = ()
+    is_axis: bool = False
+
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Path of the group that holds it."""
+        return self.path[:-1]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape without axes of length 1; empty for a scalar and what is no array of numbers."""
+        if not self.is_numeric:
+            return ()
+        return tuple(length for length in self.value.shape if length != 1)
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether it is a number or an array of real numbers."""
+        return getattr(self.value, "dtype", np.dtype("O")).kind in "fiub" and self.value.shape is not None
+
+    @property
+    def unit(self) -> str:
+        """Unit by its attributes."""
+        return next((str(self.attributes[key]).strip() for key in UNITS if key in self.attributes), "")
+
+    def __str__(self) -> str:
+        kind = getattr(self.value, "dtype", None)
+        if kind is None or self.value.shape is None:
+            return f"{'.'.join(self.path)} ({'text' if isinstance(self.value, str) else type(self.value).__name__})"
+        shape = " x ".join(map(str, self.value.shape)) or "one"
+        return f"{'.'.join(self.path)} ({shape} {'table' if kind.names else kind.name})"
+
+
+Load = Callable[[Entry], NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One channel to be: an entry, or a column of one."""
+
+    entry: Entry
+    name: str
+    index: int | None = None
+
+
+class NamedArrays:
+    """Named values of one file, and the channels among them.
+
+    Parameters
+    ----------
+    request
+        Request of the caller.
+    entries
+        Values in the order of the file.
+    load
+        Returns the samples of an entry.
+    separator
+        Between the names of a path.
+
+    """
+
+    def __init__(self, request: Request, entries: Sequence[Entry], load: Load, separator: str = ".") -> None:
+        self.request, self.entries, self.separator = request, entries, separator
+        self._load = load
+        self._loaded: dict[tuple[str, ...], NDArray[Any]] = {}
+        self.scalars = [
+            e
+            for e in entries
+            if (e.is_numeric and not e.shape and 0 not in e.value.shape) or isinstance(e.value, str)
+        ]
+        self.arrays = [e for e in entries if e.shape and 0 not in e.shape]
+        self.axes = [e for e in self.arrays if e.is_axis or self._is_time(e)]
+
+    def is_axis(self, entry: Entry) -> bool:
+        """Tell whether an entry is an axis of others."""
+        return any(entry is axis for axis in self.axes)
+
+    def _is_time(self, entry: Entry) -> bool:
+        return len(entry.shape) == 1 and time_scale(entry.path[-1], entry.unit) is not None
+
+    def load(self, entry: Entry) -> NDArray[Any]:
+        """Return the samples of an entry without axes of length 1, read once."""
+        if entry.path not in self._loaded:
+            self._loaded = {
+                entry.path: np.asarray(self._load(entry)).squeeze()
+            }  # only the last: files may be large
+        return self._loaded[entry.path]
+
+    def columns(self) -> list[_Column]:
+        """Return the channels to be: vectors, and columns along the longer side of matrices."""
+        found = []
+        for entry in self.arrays:
+            name = self.separator.join(entry.path)
+            if (
+                self.is_axis(entry)
+                or len(entry.shape) > 2
+                or (len(entry.shape) == 2 and min(entry.shape) > MOST_COLUMNS)
+            ):
+                continue
+            if is_rate_name(entry.path[-1]):
+                raise damaged(
+                    self.request.path, f"{quoted(name)} must be one sampling rate, {max(entry.shape)} found"
+                )
+            if len(entry.shape) == 1:
+                found.append(_Column(entry, self._name(entry) or name))
+                continue
+            count = min(entry.shape)
+            names = self._names(entry, count) or [f"{name} {k + 1}" for k in range(count)]
+            first = 1 if self._first_is_time(entry) else 0
+            found += [_Column(entry, names[k], k) for k in range(first, count)]
+        return found
+
+    def values(self, column: _Column) -> NDArray[Any]:
+        """Return the samples of a channel to be."""
+        values = self.load(column.entry)
+        if column.index is None:
+            return values
+        return values[:, column.index] if values.shape[0] >= values.shape[1] else values[column.index]
+
+    def record(self, kind: str, known: Sequence[str] = ()) -> Record:
+        """Return the record of all channels that are asked for; attributes in ``known`` are not repeated as text."""
+        columns = self.columns()
+        names = distinct([column.name for column in columns])
+        channels = [self.channel(columns[k], names[k], known) for k in self.request.select(names)]
+        used = {id(e) for e in (*self.scalars, *self.axes, *(column.entry for column in columns))}
+        left_out = [
+            e for e in self.entries if id(e) not in used and getattr(e.value, "shape", (1,)) is not None
+        ]
+        said: dict[str, object] = {
+            self.separator.join(e.path): e.value
+            if isinstance(e.value, str)
+            else np.asarray(self._load(e)).item()
+            for e in self.scalars[:100]
+        }
+        if left_out:
+            said["left out"] = shorten(", ".join(self.separator.join(e.path) for e in left_out), 900)
+        return make_record(self.request, channels, kind, said, [str(e) for e in self.entries])
+
+    def channel(self, column: _Column, name: str, known: Sequence[str]) -> Channel:
+        """Return one channel."""
+        entry = column.entry
+        declared = self._declared(entry)
+        start = self._number(entry, _STARTS)
+        axis = self._axis(entry)
+        values = self.values(column)
+        if axis is not None:
+            rate, start = axis
+            declared = [*declared, rate]
+        about = {key: value for key, value in entry.attributes.items() if key not in known}
+        return make_channel(
+            self.request,
+            name,
+            values,
+            declared=declared,
+            unit=self._unit(column),
+            start=start,
+            attributes=about,
+        )
+
+    def _axis(self, entry: Entry) -> tuple[Declaration, float] | None:
+        """Return rate [Hz] and start [s] by the time axis attached to an entry, in its group, or its first column."""
+        if len(entry.shape) == 2 and self._first_is_time(entry):
+            times = self.values(_Column(entry, "", 0)).astype(np.float64)
+            rate, start = even_sampling(self.request.path, times, column=f"{entry.path[-1]} 1")
+            return (f"column 1 of {entry.path[-1]}", rate), start
+        for other in self.axes:
+            beside = other.group == entry.group and self._is_time(other)
+            attached = other.path in entry.axes
+            scale = time_scale(other.path[-1], other.unit)
+            if scale is None and attached and other.unit:
+                scale = time_scale("time", other.unit)
+            if scale is not None and (beside or attached) and max(other.shape) == max(entry.shape):
+                times = np.asarray(self._load(other)).ravel().astype(np.float64) * scale
+                name = self.separator.join(other.path)
+                rate, start = even_sampling(self.request.path, times, column=name)
+                return (name, rate), start
+        return None
+
+    def _first_is_time(self, entry: Entry) -> bool:
+        """Tell whether the first column of a matrix is its time: it rises evenly, at the rate that is stated, if one is."""
+        if len(entry.shape) != 2 or any(
+            max(a.shape) == max(entry.shape) and a.group == entry.group for a in self.axes
+        ):
+            return False
+        times = self.values(_Column(entry, "", 0)).astype(np.float64)
+        if not (np.isfinite(times).all() and (np.diff(times) > 0.0).all()):
+            return False
+        try:
+            rate, _ = even_sampling(self.request.path, times)
+            declared = self._declared(entry)
+            if declared or self.request.sampling is not None:
+                stated = agreed_rate(self.request.path, "", declared, self.request.sampling)
+                agreed_rate(self.request.path, "", [("", rate)], stated)
+        except (MeasurementError, InputError):
+            return False
+        return rate != 1.0  # whole numbers count the samples
+
+    def _levels(self, entry: Entry) -> Iterator[list[Entry]]:
+        """Yield scalars from near to far: of the entry's group, of header groups in it, then of the groups around it."""
+        holding = {other.group for other in self.arrays if not self.is_axis(other)}
+        for depth in range(len(entry.group), -1, -1):
+            prefix = entry.group[:depth]
+            yield [s for s in self.scalars if s.group == prefix]
+            yield [s for s in self.scalars if s.group[:depth] == prefix and s.group not in holding]
+
+    def _declared(self, entry: Entry) -> list[Declaration]:
+        """Return the nearest declarations of the sampling rate [Hz]: attributes, scalars beside, headers."""
+        own = declarations(entry.attributes.items())
+        if own:
+            return own
+        for level in self._levels(entry):
+            found = []
+            for scalar in level:
+                value = scalar.value if isinstance(scalar.value, str) else self._load(scalar)
+                rate = declared_rate(scalar.path[-1], value, scalar.group[-1] if scalar.group else "")
+                if rate is not None:
+                    found.append((self.separator.join(scalar.path), rate))
+            if found:
+                return found
+        return []
+
+    def _number(self, entry: Entry, keys: Sequence[str]) -> float:
+        """Return a number that an attribute, or a scalar beside the entry, holds under one of the names; else 0."""
+        for key, value in entry.attributes.items():
+            if key in keys and isinstance(value, (int, float)):
+                return float(value)
+        for scalar in self.scalars:
+            if (
+                scalar.group == entry.group
+                and scalar.path[-1].replace("_", "").lower() in keys
+                and scalar.is_numeric
+            ):
+                return float(np.asarray(self._load(scalar)).ravel()[0])
+        return 0.0
+
+    def _text(self, entry: Entry, keys: Sequence[str], *, inside: bool = False) -> str:
+        """Return the text beside an entry under one of the names, or in a group below; the entry must be alone there."""
+        alone = sum(other.group == entry.group and not self.is_axis(other) for other in self.arrays) == 1
+        for scalar in self.scalars:
+            near = scalar.group == entry.group or (inside and scalar.group[: len(entry.group)] == entry.group)
+            if alone and near and isinstance(scalar.value, str) and scalar.path[-1].lower() in keys:
+                return scalar.value.strip()
+        return ""
+
+    def _name(self, entry: Entry) -> str:
+        return self._text(entry, ("name",)) if entry.group else ""
+
+    def _names(self, entry: Entry, count: int, keys: Sequence[str] = _NAMES) -> list[str]:
+        """Return the list of texts beside a matrix that is as long as its columns are many."""
+        for other in self.entries:
+            key = other.path[-1].replace("_", "").lower()
+            if (
+                other.group == entry.group
+                and key in keys
+                and isinstance(other.value, list)
+                and len(other.value) == count
+            ):
+                return [str(text) for text in other.value]
+        return []
+
+    def _unit(self, column: _Column) -> str:
+        entry = column.entry
+        if column.index is not None:
+            units = self._names(entry, min(entry.shape), UNITS)
+            if units:
+                return units[column.index]
+        beside = {f"{entry.path[-1]}_{word}".lower() for word in ("unit", "units")}
+        for scalar in self.scalars:
+            if (
+                scalar.group == entry.group
+                and isinstance(scalar.value, str)
+                and scalar.path[-1].lower() in beside
+            ):
+                return scalar.value.strip()
+        return entry.unit or self._text(entry, ("unit", "units"), inside=True)

@@ -1,0 +1,86 @@
+"""Checks of a run that is read from a file: it may be of another program, or changed since it was written."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearplay.model.case import Case
+from gearplay.solver.status import Status
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EVEN = 1e-6
+"""Largest deviation of a time from its even place, in sampling steps."""
+
+
+def check_run(dataset: "xr.Dataset", case: Case) -> None:
+    """Raise `InputError` where times, status, names or signals cannot be those of a run of the case.
+
+    Times must be finite, rising and even, the status known, the names those of the case, the signals finite.
+
+    Signals may end in NaN only where their member did not reach its end.
+    """
+    if "contact" not in dataset.dims or "time" not in dataset.coords:
+        _refuse("dataset", str(list(dataset.data_vars))[:60], "must be what simulate returned")
+    _check_times(np.asarray(dataset["time"].values, dtype=np.float64))
+    statuses = (
+        dataset["member_status"].values if "member_status" in dataset else [dataset.attrs.get("status")]
+    )
+    for status in statuses:
+        if str(status) not in Status.__members__:
+            _refuse("status", str(status), f"must be one of {', '.join(Status.__members__)}")
+    known = {
+        "rotor": set(case.rotors),
+        "sleeve": set(case.sleeves),
+        "mesh": {mesh.label for mesh in case.meshes},
+    }
+    for dimension, names in known.items():
+        for name in map(str, dataset[dimension].values) if dimension in dataset.coords else ():
+            if name not in names:
+                _refuse(dimension, name, f"must be a {dimension} of the case that the file holds")
+    done = [str(status) == Status.DONE.name for status in statuses]
+    for signal, variable in dataset.data_vars.items():
+        if "time" in variable.dims and variable.dtype.kind == "f":
+            _check_signal(str(signal), variable, done)
+
+
+def _check_times(time: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> None:
+    if not np.isfinite(time).all():
+        _refuse("time", "nan", "must be finite numbers")
+    if time.size < 2:
+        return
+    steps = np.diff(time)
+    if not (steps > 0.0).all():
+        place = int((steps <= 0.0).argmax()) + 1
+        _refuse(
+            "time", float(time[place]), f"must rise from sample to sample, and does not at sample {place + 1}"
+        )
+    step = (time[-1] - time[0]) / (time.size - 1)
+    deviation = np.abs(time - time[0] - step * np.arange(time.size))
+    worst = int(deviation.argmax())
+    if deviation[worst] > EVEN * step + 4.0 * np.spacing(np.abs(time).max()):
+        rule = f"must be evenly spaced, and is {deviation[worst]:.3g} s off at sample {worst + 1}"
+        _refuse("time", float(time[worst]), rule)
+
+
+def _check_signal(name: str, variable: "xr.DataArray", done: list[bool]) -> None:
+    """Refuse NaN and infinity, but for the end of a member that was cut short."""
+    rest = [dim for dim in variable.dims if dim not in ("time", "member")]
+    several = "member" in variable.dims
+    members = variable.transpose(*(["member"] if several else []), "time", *rest).values
+    members = members if several else members[None]
+    for member, values in enumerate(members):
+        bad = ~np.isfinite(values.reshape(values.shape[0], -1)).all(axis=1)
+        if bad.any() and (done[min(member, len(done) - 1)] or not bad[int(bad.argmax()) :].all()):
+            place = int(bad.argmax())
+            _refuse(
+                name,
+                "nan",
+                f"must be finite numbers; {int(bad.sum())} samples are not (the first at sample {place + 1})",
+            )
+
+
+def _refuse(path: str, value: object, rule: str) -> None:
+    raise InputError([Fault(path, value, rule, "Simulate the case again")])
