@@ -32,10 +32,6 @@ $(VENV)/mutation.stamp: $(VENV)/dev.stamp
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[mutation]'
 	@touch $@
 
-$(VENV)/translation.stamp: $(VENV)/dev.stamp
-	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[translation]'
-	@touch $@
-
 $(VENV)/docs.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@ $(VENV)/user.stamp
@@ -48,11 +44,11 @@ extras: $(VENV)/extras.stamp ## add what calibrate, serve, Sobol indices, cluste
 test: $(VENV)/dev.stamp ## set up, then run the tests: the whole width at small size
 	$(BIN)/python -m pytest $(SPREAD)
 
-test-all: $(VENV)/translation.stamp ## the tests in full depth, and the physics once wholly without the compiler
+test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once wholly without the compiler
 	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
-test-beyond: $(VENV)/translation.stamp ## what test-all has beyond test
+test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
 	GEARPLAY_DEEP=beyond $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 

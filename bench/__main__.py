@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 import gearplay as gp
-from bench import device, joined, loaded, page, plain, trains, work_precision
+from bench import joined, loaded, page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET, spread
 from gearplay.kernels import run as kernel
@@ -331,7 +331,6 @@ SECTIONS = (  # the peers last: their libraries' threads and memory would distur
     ("Scaling", scaling),
     ("Start-up", starting),
     ("The page", page.part),
-    ("On a CUDA device", device.report),
     ("Hardware limit, and lanes", hardware),
     ("Work and precision", work_precision.report),
     ("Work at equal error, loaded", loaded.against_peers),

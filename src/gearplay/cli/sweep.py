@@ -16,7 +16,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
 Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads or processes; the cores.")]
-EngineKind = Annotated[str, typer.Option("--engine", help="threads, processes or cuda.")]
+EngineKind = Annotated[str, typer.Option("--engine", help="threads or processes.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
 Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
 Zarr = Annotated[bool, typer.Option("--zarr", help="Also write sweep.zarr.")]

@@ -38,7 +38,7 @@ from gearplay.kernels.signed import Signed, array_of
 
 # IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
 # give inf, which the stepper's finite check then reports. Without numba's runtime (``_nrt``) no kernel can allocate and
-# no array is reference-counted: twice as fast here, fit for a device, and threads have nothing to fight over.
+# no array is reference-counted: twice as fast here, and threads have nothing to fight over.
 _OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _WITHIN = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _TUPLE: Any = types.BaseTuple

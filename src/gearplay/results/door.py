@@ -50,7 +50,6 @@ def simulate(
     signals: list[str] | None = ...,
     progress: Progress | None = ...,
     threads: int | None = ...,
-    device: str = ...,
     stop: threading.Event | None = ...,
 ) -> Result: ...
 
@@ -68,7 +67,6 @@ def simulate(
     signals: list[str] | None = ...,
     progress: Progress | None = ...,
     threads: int | None = ...,
-    device: str = ...,
     stop: threading.Event | None = ...,
 ) -> list[Result]: ...
 
@@ -85,7 +83,6 @@ def simulate(
     signals: list[str] | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
-    device: str = "cpu",
     stop: threading.Event | None = None,
 ) -> Result | list[Result]:
     """Simulate a case and return its `Result`, whatever its status; for a list of cases, the list of their results.
@@ -112,9 +109,6 @@ def simulate(
         Called with what is running, simulated seconds done, and of how many.
     threads
         Threads that all members of all cases share; the cores by default. It changes nothing in the results.
-    device
-        "cpu", or "cuda": all members of all cases together on a CUDA device, for hundreds of them or more. Signals are then
-        sampled on the way. States agree with the processor's but for rounding.
     stop
         An event that ends the work early; what was computed until then is returned.
 
@@ -152,8 +146,6 @@ def simulate(
     jobs = [(each, range(each.run.ensemble)) for each in cases]
     label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
     told = ticking(progress, label)
-    runs = run_batch(
-        jobs, signals=signals, progress=told, threads=threads, stop=stop, keep_motion=True, device=device
-    )
+    runs = run_batch(jobs, signals=signals, progress=told, threads=threads, stop=stop, keep_motion=True)
     results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
     return results if isinstance(case, (list, tuple)) else results[0]

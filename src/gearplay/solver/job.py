@@ -13,7 +13,7 @@ from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
-from gearplay.solver.course import LOG_CAPACITY, Course
+from gearplay.solver.course import Course
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.status import Status
@@ -73,15 +73,15 @@ class Job:
         starts = self.starts if packed is self.packed else None
         return (starts or Starts(self.case, packed)).of_member(self.member)
 
-    def begin(self, packed: Packed, log: int = LOG_CAPACITY) -> Course:
-        """Return the motion, not yet begun, with room for so many contact changes at a time."""
+    def begin(self, packed: Packed) -> Course:
+        """Return the motion, not yet begun."""
         start = self.first_state(packed)
         if self.keep:  # signals are computed when they are asked for
-            course = Course(self.case, packed, start, log=log)
+            course = Course(self.case, packed, start)
         else:
             samples = max(1, int(self.duration * self.sampling + 0.5))
             rows = np.empty((len(self.kept[1]), samples))
-            course = Course(self.case, packed, start, places=self.kept[1], rows=rows, log=log)
+            course = Course(self.case, packed, start, places=self.kept[1], rows=rows)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course

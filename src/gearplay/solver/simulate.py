@@ -18,7 +18,6 @@ from gearplay.solver.compiling import prepare_packed
 from gearplay.solver.course import Course
 from gearplay.solver.job import Job, Watch
 from gearplay.solver.limits import check_estimate, estimate
-from gearplay.solver.on_device import check_device, run_together
 from gearplay.solver.trajectory import Trajectory, choose_columns
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
@@ -106,14 +105,6 @@ def job_of(
     return Job(place, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
 
 
-def run_on_cuda(jobs: Sequence[Job], stop: threading.Event | None = None) -> list[Trajectory]:
-    """Simulate members together on a CUDA device, on the caller's thread; each as `run_one` does it, but for rounding.
-
-    Limits on wall time hold for all of them together. Raises `InputError` where there is no device.
-    """
-    return run_together(jobs, Watch(0.0, None, stop or threading.Event()))
-
-
 def run_batch(
     jobs: Sequence[tuple[Case, Sequence[int]]],
     *,
@@ -125,16 +116,12 @@ def run_batch(
     threads: int | None = None,
     stop: threading.Event | None = None,
     keep_motion: bool = False,
-    device: str = "cpu",
 ) -> list[list[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
 
     With ``keep_motion`` nothing is sampled on the way: signals are computed when they are asked for (`KeptSamples`). The
     result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
-    On the ``device`` "cuda" all run together, sampled on the way.
     """
-    check_device(device)
-    keep_motion = keep_motion and device == "cpu"
     runs: list[Job] = []
     bytes_, steps, total = 0.0, 0.0, 0.0
     for case, members in jobs:
@@ -165,10 +152,7 @@ def run_batch(
     if runs:
         _load(runs[0].case, runs[0].packed)
     watch = Watch(total, progress, stop or threading.Event())
-    if device != "cpu":
-        (done,) = _on_threads([partial(run_together, runs, watch)], watch, 1)
-    else:
-        done = _on_threads([partial(run.run, watch) for run in runs], watch, threads or worker_count())
+    done = _on_threads([partial(run.run, watch) for run in runs], watch, threads or worker_count())
     ends = np.cumsum([0] + [len(members) for _, members in jobs])
     return [done[first:last] for first, last in pairwise(ends)]
 

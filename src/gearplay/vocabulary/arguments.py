@@ -214,7 +214,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         **dict.fromkeys(
             ("carry", "keep_load", "compare", "upwards", "overwrite", "square", "backlash"), FLAG
         ),
-        **dict.fromkeys(("contact", "change", "load", "name", "format", "device"), TEXT),
+        **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
         **dict.fromkeys(("signals", "directions"), Texts()),
         **dict.fromkeys(("channels", "at"), Texts(single=True)),
         **dict.fromkeys(("folder", "records"), PATH),

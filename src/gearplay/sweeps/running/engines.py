@@ -18,9 +18,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 if TYPE_CHECKING:
     from gearplay.sweeps.running.processes import Processes
 
-KINDS = ("threads", "processes", "cuda")
-TOGETHER = 8192
-"""Cases that a CUDA device is given at a time: what was finished before is stored."""
+KINDS = ("threads", "processes")
 HANDED = 0.02
 """How long a thread keeps finished cases before it hands them over [s]."""
 
@@ -84,23 +82,6 @@ def run_threads(
             thread.join()
 
 
-def run_cuda(
-    sweep: Sweep, jobs: Sequence[int], *, stop: threading.Event | None = None
-) -> Generator[list[Outcome]]:
-    """Evaluate jobs on a CUDA device, many at a time; yields the outcomes of each lot.
-
-    Raises `InputError` for a sweep whose cases go on from one another, and where there is no device.
-    """
-    if sweep.template.chain is not None:
-        rule = "must be threads or processes for a sweep whose cases go on from one another"
-        raise InputError(Fault("engine", "cuda", rule, "Choose one of them"))
-    prepare(sweep.template.base)
-    for first in range(0, len(jobs), TOGETHER):
-        if stop is not None and stop.is_set():
-            return
-        yield sweep.evaluate_together([int(job) for job in jobs[first : first + TOGETHER]], stop)
-
-
 @dataclass(frozen=True)
 class Engine:
     """Where a sweep runs; none of it changes the result.
@@ -108,7 +89,7 @@ class Engine:
     Parameters
     ----------
     kind
-        "threads", "processes", or "cuda": many cases at a time on a CUDA device, equal but for rounding.
+        "threads" or "processes".
     workers
         How many of them; the cores if not given.
     scheduler
@@ -141,7 +122,7 @@ class Engine:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise InputError(Fault("engine", self.kind, "must be threads, processes or cuda", "Choose one"))
+            raise InputError(Fault("engine", self.kind, "must be threads or processes", "Choose one"))
 
     @contextmanager
     def lasting(self) -> Iterator["Engine"]:
@@ -164,8 +145,6 @@ class Engine:
             yield from run_dask(
                 made, jobs, address=self.scheduler, security=dict(self.security or {}), stop=stop
             )
-        elif self.kind == "cuda":
-            yield from run_cuda(made, jobs, stop=stop)
         elif self.kind == "threads":
             yield from run_threads(made, jobs, workers=self.workers, stop=stop)
         elif self._kept is not None:

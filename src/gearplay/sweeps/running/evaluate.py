@@ -3,8 +3,6 @@
 import math
 import threading
 import time
-from collections.abc import Iterable
-from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,8 +13,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
 from gearplay.solver.carry import End
-from gearplay.solver.job import Job
-from gearplay.solver.simulate import job_of, run_on_cuda, run_one
+from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.sweeps.cases.template import Template
@@ -136,25 +133,6 @@ class Sweep:
             return self._refused(index, error, time.perf_counter() - started), run.end
         status, address = REDUCED if lacking else 0, self.template.address_of(index)
         return Outcome(index, address, status, lacking, row, time.perf_counter() - started), run.end
-
-    def evaluate_together(self, jobs: Iterable[int], stop: threading.Event | None = None) -> list[Outcome]:
-        """Do what `evaluate` does for many jobs of one point each, all at a time on a CUDA device."""
-        started = time.perf_counter()
-        outcomes: list[Outcome] = []
-        begun: list[tuple[int, Case, Job]] = []
-        for index in jobs:
-            try:
-                case, member = self.template.case_at(index)
-                one = job_of(case, member, signals=self.reducer.signals, place=index)
-                one.draw()
-                begun.append((index, case, one))
-            except GearplayError as error:
-                outcomes.append(self._refused(index, error, time.perf_counter() - started))
-        runs = run_on_cuda([job for _, _, job in begun], stop)
-        for (index, case, _), run in zip(begun, runs, strict=True):
-            with suppress(_StoppedError):
-                outcomes.append(self._reduced(index, case, run, time.perf_counter() - run.wall_time)[0])
-        return outcomes
 
     def _refused(self, index: int, error: GearplayError, seconds: float) -> Outcome:
         return self._failed(index, REFUSED, str(error).splitlines()[0], seconds)
