@@ -10,13 +10,14 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.check_damping import damping_findings
 from gearplay.model.check_elements import element_findings
+from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
 from gearplay.model.pack import Packed, pack
-from gearplay.model.planetary_frequencies import set_frequencies
+from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.terms import largest_torque
 
@@ -61,6 +62,7 @@ def check_case(case: Case) -> list[Finding]:
     found += teeth_findings(case)
     found += run_findings(case)
     found += damping_findings(case)
+    found += pair_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
@@ -191,8 +193,18 @@ def _sets(case: Case) -> Iterator[Finding]:
                 f"planetary.{name}",
                 f"mesh frequency {found.mesh:.6g} Hz; a tooth of the sun meets planets at {found.sun:.6g} Hz, of a planet the "
                 f"sun at {found.planet:.6g} Hz, of the ring planets at {found.ring:.6g} Hz; the carrier turns at "
-                f"{found.carrier:.6g} Hz.",
+                f"{found.carrier:.6g} Hz{_passing(found)}.",
             )
+
+
+def _passing(found: SetFrequencies) -> str:
+    """Say the sidebands of the mesh frequency that a sensor on the ground records, of a carrier that turns."""
+    if found.carrier_passing == 0.0:
+        return ""
+    return (
+        f", planets pass a place on the ground at {found.carrier_passing:.6g} Hz, sidebands "
+        f"{found.mesh:.6g} +- {found.carrier_passing:.6g} Hz"
+    )
 
 
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
