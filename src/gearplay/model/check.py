@@ -18,6 +18,7 @@ from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
+from gearplay.model.reading import Source, load_case
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.terms import largest_torque
 
@@ -28,13 +29,13 @@ MISFIT: Final = 1e-6
 """Relative difference of a centre distance from its nominal value that is more than rounding."""
 
 
-def check_case(case: Case) -> list[Finding]:
+def check_case(case: Source) -> list[Finding]:
     """Return what is remarkable about a valid case, warnings first.
 
     Parameters
     ----------
     case
-        A valid case.
+        A `Case`, a bundled name, a path or a mapping.
 
     Returns
     -------
@@ -54,6 +55,7 @@ def check_case(case: Case) -> list[Finding]:
     warning rotors.pinion.inertia
 
     """
+    case = load_case(case)
     packed = pack(case)
     found = [*start_findings(case, packed)]  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))

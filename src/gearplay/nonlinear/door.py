@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from gearplay.model.plan_values import number_in_si
+from gearplay.model.reading import Source
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.families import along
@@ -14,7 +15,7 @@ from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, listening, ticking

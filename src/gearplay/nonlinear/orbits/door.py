@@ -6,6 +6,7 @@ import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si, value_at
+from gearplay.model.reading import Source
 from gearplay.nonlinear.families import along, resonant_value
 from gearplay.nonlinear.orbits.answers import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
@@ -13,7 +14,7 @@ from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
@@ -228,7 +229,7 @@ def _first_value(base: Case, path: str, start: Any) -> float:
 
 def _value_now(base: Case, path: str) -> float:
     """Return the case's own value of a field [SI]."""
-    return number_in_si(base, (path,), value_at(base.resolved(), path), path)
+    return number_in_si(base, (path,), value_at(base, path), path)
 
 
 def _settings(base: Case, path: str, low: Any, high: Any, size: float | None, orbits: int) -> Settings:
