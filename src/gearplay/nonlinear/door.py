@@ -13,6 +13,7 @@ from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
 from gearplay.nonlinear.families import along
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
+from gearplay.nonlinear.kinds.sections import AUTO
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
@@ -177,7 +178,7 @@ def motion(
     *,
     periods: int = 1000,
     settle: int = 300,
-    period: str | float = "common",
+    period: str | float = AUTO,
     ensemble: int = 12,
     compare: bool = True,
     progress: Progress | None = None,
@@ -194,7 +195,8 @@ def motion(
     settle
         Periods before.
     period
-        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+        Between sections: "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"),
+        or a time [s]. "auto" is the common one up to 20 mesh periods, else, as with hunting teeth, that of the mesh.
     ensemble
         Members of each ensemble that is compared, 4 or more.
     compare
