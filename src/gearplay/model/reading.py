@@ -23,6 +23,7 @@ from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
 from gearplay.model.tables import brings_file, with_tables, without_replaced
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
+from gearplay.model.torsional_pair import FIELD, PARTS, speed_fault
 from gearplay.model.wording import did_you_mean, translate
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
@@ -80,6 +81,8 @@ def load_case(source: Source, overrides: Sequence[str] = ()) -> Case:
     if isinstance(source, Case):
         return replace(source, dict(changes))
     document, folder = _document(source)
+    if document.get(FIELD) is not None and changes:
+        return replace(_changed(document, (), folder), dict(changes))
     case = _changed(document, changes, folder)
     return case.with_changed(numbered(case, path) for path, _ in changes) if changes else case
 
@@ -113,6 +116,8 @@ def replace(case: Source, changes: Mapping[str, Any]) -> Case:
 
     """
     case = load_case(case)
+    if case.torsional_pair is not None:
+        case, changes = _other_pair(case, changes)
     wanted = [(str(path), plain_copy(value)) for path, value in changes.items()]
     paths = [path for path, _ in wanted]
     if any(brings_file(path, value) for path, value in wanted):
@@ -125,6 +130,30 @@ def replace(case: Source, changes: Mapping[str, Any]) -> Case:
                 [*case.changed, *(numbered(case, path) for path in paths)]
             )
     return _changed(case.resolved(), wanted)  # says what is at fault
+
+
+def _other_pair(case: Case, changes: Mapping[str, Any]) -> tuple[Case, dict[str, Any]]:
+    """Return a torsional pair after those of the changes that are of its own numbers, and the other changes.
+
+    Where these are of its parts, it is a pair of the literature no more; a speed alone is refused.
+    """
+    own = {path: value for path, value in changes.items() if str(path).partition(".")[0].strip() == FIELD}
+    others = {str(path): value for path, value in changes.items() if path not in own}
+    faults = [speed_fault(path, value) for path, value in others.items() if _is_speed(path)]
+    if faults:
+        raise InputError(faults)
+    if own:
+        document = case.resolved()
+        case = _changed(document, [(str(path), plain_copy(value)) for path, value in own.items()])
+        case = case.with_changed(map(str, own))
+    if any(path.partition(".")[0].strip() in PARTS for path in others):
+        document = {**case.resolved(), **case.model_dump(mode="json", include=set(PARTS))}
+        case = _changed({name: part for name, part in document.items() if name != FIELD}, ())
+    return case, others
+
+
+def _is_speed(path: str) -> bool:
+    return path.startswith("rotors.") and path.rpartition(".")[2].strip() in ("speed", "start_speed")
 
 
 def to_toml(case: Case) -> str:
@@ -198,7 +227,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[
             raise InputError(Fault("case", name, rule, every))
         text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
-    if "case" in document and not document.keys() & {"rotors", "planetary"}:
+    if "case" in document and not document.keys() & {"rotors", "planetary", FIELD}:
         rule = "must be a case, but this is a plan, which names its case"
         raise InputError(
             Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
@@ -220,7 +249,7 @@ def _validated(document: dict[str, Any]) -> Case:
         return Case.model_validate(document)
     except ValidationError as error:
         faults = translate(error, document, Case)
-    if document.get("rotors") == {} and not document.get("planetary"):
+    if document.get("rotors") == {} and not document.get("planetary") and not document.get(FIELD):
         faults.insert(0, NO_ROTORS)
     raise InputError(faults + _faults_between_parts(document, {fault.path for fault in faults}))
 
