@@ -147,16 +147,13 @@ class Measure:
         return f"{bound:g} {self.quantity.unit}"
 
     def _range(self) -> str:
-        parts = []
-        if self.gt is not None:
-            parts.append(f"greater than {self._show(self.gt)}")
-        if self.ge is not None:
-            parts.append(f"{self._show(self.ge)} or more")
-        if self.lt is not None:
-            parts.append(f"less than {self._show(self.lt)}")
-        if self.le is not None:
-            parts.append(f"at most {self._show(self.le)}")
-        return " and ".join(parts)
+        bounds = {
+            "greater than {}": self.gt,
+            "{} or more": self.ge,
+            "less than {}": self.lt,
+            "at most {}": self.le,
+        }
+        return " and ".join(words.format(self._show(b)) for words, b in bounds.items() if b is not None)
 
     def _advice(self, value: float, *, text: bool) -> str:
         if value < 0.0 and self.quantity is q.TEMPERATURE:

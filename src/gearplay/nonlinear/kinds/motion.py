@@ -225,17 +225,8 @@ def identify_motion(
             f"{abs(worst.t):.3g} standard errors apart where {limit:.3g} are chance: the numbers of the method decide it."
         )
         return Motion(ARTEFACT, None, reason, response, (value, half), step, comparisons, limit, case)
-    return Motion(
-        response.kind,
-        response.order,
-        response.reason,
-        response,
-        (value, half),
-        step,
-        comparisons,
-        limit,
-        case,
-    )
+    r = response
+    return Motion(r.kind, r.order, r.reason, r, (value, half), step, comparisons, limit, case)
 
 
 def _section(
