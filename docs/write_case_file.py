@@ -19,6 +19,7 @@ PLACES = {
     "base": "[base]",
     "environment": "[environment]",
     "planetary": "[planetary.NAME]",
+    "torsional_pair": "[torsional_pair]",
     "run": "[run]",
 }
 """Tables of a case file, as they are headed there."""

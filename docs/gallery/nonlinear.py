@@ -9,6 +9,7 @@ import numpy as np
 from sizes import draw, sized
 
 import gearplay as gp
+from gearplay.model.torsional_pair import BASE_RADIUS
 from gearplay.nonlinear.basins import basins_figure
 from gearplay.nonlinear.diagrams import bifurcation_diagram
 from gearplay.nonlinear.figures import WAYS
@@ -16,7 +17,6 @@ from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
 from gearplay.nonlinear.orbits.figures import BRANCH, draw_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
-from gearplay.nonlinear.torsional import BASE_RADIUS
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 
 RED = "#b02a4c"

@@ -74,7 +74,10 @@ def test_contact_ratio_of_the_pair() -> None:
 
 
 def test_contact_ratio_of_the_ring_from_where_tips_cross_the_line_of_action() -> None:
-    """Internal by construction: where both tip circles cut the common tangent of the base circles."""
+    """Internal by construction: where both tip circles cut the common tangent of the base circles, from the tangent point on.
+
+    The ring's tip circle cuts it 0.15 mm within the pinion's base tangent point, where the pinion has no involute.
+    """
     u = np.array(
         [math.sin(ALPHA), math.cos(ALPHA)]
     )  # along the tangent, from the ring's side of the pinion's centre
@@ -85,7 +88,9 @@ def test_contact_ratio_of_the_ring_from_where_tips_cross_the_line_of_action() ->
         half = pitch @ u
         return -half + math.sqrt(half**2 - pitch @ pitch + r_tip**2)
 
-    path = along(44.0, 80.0) - along(116.0, 0.0)
+    tangent_point = -40.0 * math.sin(ALPHA)
+    assert along(116.0, 0.0) == pytest.approx(tangent_point - 0.15, abs=1e-3)
+    path = along(44.0, 80.0) - max(along(116.0, 0.0), tangent_point)
     assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(
         path / (4.0 * math.pi * math.cos(ALPHA)), rel=1e-9
     )

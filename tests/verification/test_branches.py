@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from gearplay.model.torsional_pair import BASE_RADIUS, HALF_BACKLASH
 from gearplay.nonlinear.orbits.branches import (
     CLOSED,
     DOUBLING,
@@ -23,7 +24,7 @@ from gearplay.nonlinear.orbits.branches import (
 )
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import Image, StrobeMap
-from gearplay.nonlinear.torsional import BASE_RADIUS, HALF_BACKLASH, torsional_pair
+from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]

@@ -8,9 +8,10 @@ import pytest
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.torsional_pair import BASE_RADIUS, HALF_BACKLASH
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
-from gearplay.nonlinear.torsional import BASE_RADIUS, HALF_BACKLASH, torsional_pair
+from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.vocabulary.errors import SimulationError
 
 Floats = NDArray[np.float64]

@@ -193,7 +193,7 @@ def fit_model(
 
     Raises `SimulationError` where too few trials finished.
     """
-    plan, number = problem.plan, len(problem.plan.parameters)
+    plan, number = problem.plan, len(problem.parameters)
     own = distinct(trials)
     good = [trial for trial in own if trial.good]
     if len(good) < fewest_trials(number):
@@ -262,7 +262,7 @@ def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
     table = [
         problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
     ]
-    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.plan.parameters)
+    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.parameters)
 
 
 def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:

@@ -45,7 +45,7 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
             raise InputError(Fault("targets", plan.targets, rule, "Add a line, a hump, a level or rms"))
         pieces = _pieces(plan, condition, at, folder)
         ensemble = Ensemble(
-            pieces, plan.simulation.sampling, rolling.mesh_frequency(case), plan.simulation.window
+            pieces, plan.simulation.sampling, rolling.first_mesh_frequency(case), plan.simulation.window
         )
         found[condition.name] = observe(targets, ensemble)
     return found

@@ -17,9 +17,9 @@ from gearplay.calibration.recovery import summary
 from gearplay.calibration.report import write_calibration
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.search import run_even
-from gearplay.calibration.store import StudyStore, digest_of
+from gearplay.calibration.store import EVEN, StudyStore, digest_of
 from gearplay.calibration.trials import Problem
-from gearplay.files.atomic import write_text
+from gearplay.files.atomic import make_folder, write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import FolderStore
 from gearplay.vocabulary.progress import Progress, Tick, listening
@@ -43,7 +43,7 @@ def calibrate(
     plan
         A `Plan`, a bundled name, a path or a mapping.
     folder
-        Where trials, report and document are kept.
+        Where trials, report and document are kept; it is made if it is not there.
     records
         Folder of the plan's records; beside the plan if not given.
     progress
@@ -54,7 +54,8 @@ def calibrate(
     Returns
     -------
     Calibration
-        ``ds`` has a row for each parameter of each fit, ``message`` the statement about the models, ``document`` the rest.
+        ``ds`` has a row for each parameter of each fit, ``message`` the intervals and the statement about the models,
+        ``document`` the rest.
 
     Raises
     ------
@@ -74,6 +75,7 @@ def calibrate(
     """
     loaded = plan if isinstance(plan, Plan) else load_plan(plan)
     place, digest = Path(folder), digest_of(loaded)
+    make_folder(place)
     if records is None:
         records = plan_folder(plan) if isinstance(plan, (str, os.PathLike)) else Path()
     fits = run_calibration(
@@ -105,8 +107,9 @@ def recover(
     """
     loaded = plan if isinstance(plan, Plan) else load_plan(plan)
     model, place = loaded.models[0], Path(folder)
+    make_folder(place)
     problem = Problem(loaded, model)
-    store = StudyStore(place, loaded, f"{model.name}, even", digest_of(loaded))
+    store = StudyStore(place, loaded, f"{model.name}{EVEN}", digest_of(loaded))
 
     def tell(what: str) -> Tick:
         return lambda done, total: progress(what, done, total) if progress is not None else None

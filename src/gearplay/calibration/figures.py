@@ -78,16 +78,19 @@ def density_of(units: Floats) -> tuple[Floats, Floats]:
 
 def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str]) -> bytes:
     """Draw what the data say of each parameter over its searched range, the models of one reading overlaid."""
-    number = len(fits[0].unit)
+    drawn = {span.name: span for fit in fits for span in spans[fit.model]}
+    number = len(drawn)
     columns = min(number, 3)
     rows = -(-number // columns)
     figure, axes = make_figure(rows, columns, 0.9 + 1.9 * rows, width=WIDTH if columns > 1 else 6.0)
     for ax in axes.flat[number:]:
         ax.remove()
-    for at, ax in enumerate(axes.flat[:number]):
+    for place, (ax, span) in enumerate(zip(axes.flat[:number], drawn.values(), strict=True)):
         for fit in fits:
-            if not fit.sample:
+            names = [each.name for each in spans[fit.model]]
+            if not fit.sample or span.name not in names:
                 continue
+            at = names.index(span.name)
             x, density = density_of(np.array(fit.sample)[:, at])
             ax.fill_between(x, density, color=colors[fit.model], alpha=0.12, linewidth=0)
             ax.plot(x, density, color=colors[fit.model], linewidth=1.2)
@@ -101,14 +104,13 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
                 zorder=5,
             )
         ax.axhline(1.0, color=TEST, linewidth=0.8, linestyle=":")
-        span = spans[fits[0].model][at]
         ax.set_xticks(*span.ticks(5))
         ax.set_xlim(0.0, 1.0)
         ax.set_ylim(0.0, None)
         ax.set_xlabel(
             f"{plain(span.name)} [{plain(span.unit)}]", fontsize=TEXT if len(span.name) < 24 else SMALL
         )
-        if at % columns == 0:
+        if place % columns == 0:
             ax.set_ylabel("density [prior = 1]", fontsize=TEXT)
     handles = {model: legend_mark(colors[model], line="-") for model in dict.fromkeys(f.model for f in fits)}
     handles["prior"] = legend_mark(TEST, line=":")

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.model.wording import did_you_mean
 from gearplay.rig.plan import Accelerometer
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
@@ -134,10 +135,13 @@ class Condition(Part):
 
 
 class Model(Part):
-    """One of the models that compete, as changes of the case."""
+    """One of the models that compete: changes of the case, and the parameters that it frees; the others stay as in the case."""
 
     name: Text
     set: Changes = Field(default_factory=dict)
+    parameters: (
+        Annotated[tuple[Name, ...], Listed(1, 32, "free parameters of this model; all if not given")] | None
+    ) = Field(default=None, exclude_if=lambda given: given is None)
 
 
 class Sensor(Part):
@@ -172,10 +176,10 @@ class Effort(Part):
 
 
 class Plan(Part):
-    """A calibration plan. Every model gets the same parameters, bounds, targets and effort."""
+    """A calibration plan. Every model gets the same targets, effort and bounds, and all parameters unless it names its own."""
 
     title: Annotated[str, Field(max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")] = ""
-    case: Text
+    case: Text | dict[str, Any]
     set: Changes = Field(default_factory=dict)
     parameters: Annotated[tuple[Parameter, ...], Listed(1, 32, "free parameters")]
     models: Annotated[tuple[Model, ...], Listed(1, 16, "models")] = (Model(name="model"),)
@@ -205,11 +209,35 @@ class Plan(Part):
                 problems += _measured_problems(
                     ("conditions", at, "measured", name), targets.get(name), measured
                 )
+        problems += self._freed_problems()
         if self.effort.startup + self.effort.polish > self.effort.evaluations:
             rule = f"must be at least startup + polish = {self.effort.startup + self.effort.polish}"
             problems.append(Problem(("effort", "evaluations"), rule, "Raise it, or lower those"))
         refuse(problems)
         return self
+
+    def parameters_of(self, model: str) -> tuple[Parameter, ...]:
+        """Return the parameters that a model frees; all for a name that is no model's."""
+        freed = next((each.parameters for each in self.models if each.name == model), None)
+        return tuple(p for p in self.parameters if freed is None or p.name in freed)
+
+    def _freed_problems(self) -> list[Problem]:
+        known, used = [p.name for p in self.parameters], set[str]()
+        problems = []
+        for at, model in enumerate(self.models):
+            used |= set(known if model.parameters is None else model.parameters)
+            for place, name in enumerate(model.parameters or ()):
+                where = ("models", at, "parameters", place)
+                if name not in known:
+                    cure = did_you_mean(name, known, "Parameters")
+                    problems.append(Problem(where, "must be the name of a parameter of the plan", cure))
+                elif name in (model.parameters or ())[:place]:
+                    problems.append(Problem(where, "must not be given twice", "Remove one"))
+        for at, name in enumerate(known):
+            if name not in used:
+                rule = "must be freed by a model"
+                problems.append(Problem(("parameters", at, "name"), rule, "Name it in a model, or remove it"))
+        return problems
 
 
 def _measured_problems(

@@ -46,7 +46,7 @@ def synthetic(problem: Problem, number: int, *, members: int, noise: float) -> t
     """Return a true point and what a test there would have shown: fresh members, and noise [decades] on every number."""
     plan = problem.plan
     generator = np.random.default_rng([plan.effort.seed, TRUE_SEED, number])
-    unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(plan.parameters)))
+    unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(problem.parameters)))
     seen = problem.see(unit, seed=plan.effort.seed + TRUE_SEED + number, members=members)
     noisy = {
         condition: {
@@ -94,7 +94,7 @@ def recover(
             problem.values(q)
             for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
         ]
-        intervals = tuple(Interval(p.name, *(row[p.name] for row in rows)) for p in problem.plan.parameters)
+        intervals = tuple(Interval(p.name, *(row[p.name] for row in rows)) for p in problem.parameters)
         found.append(Recovered(number, problem.values(unit), intervals))
         if report is not None:
             report(number + 1.0, float(sets))

@@ -93,9 +93,9 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
 
 
 def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
-    """Return the answer in three sentences: which model, how well, and which parameters the records tell.
+    """Return the answer in sentences: the intervals against the values of the case, which model, how well.
 
-    A fourth says of a fit whose motion has not settled.
+    The model is left out where there is only one; a last sentence says of a fit whose motion has not settled.
     """
     reading = fits[0].reading
     own = [fit for fit in fits if fit.reading == reading]
@@ -106,20 +106,31 @@ def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statemen
     )
     named = next((fit for fit in own if fit.model == statement.overall), None)
     best = named or min(own, key=lambda fit: fit.amplitude_error)
-    told = [
-        f"{span.name.replace('_', ' ')} {span.words(each.low)} to {span.words(each.high)}"
-        + ("" if span.unit == "1" else f" {span.unit}")
-        for span, each in zip(spans[best.model], best.intervals, strict=True)
-        if each.identified
-    ]
-    count = len(plan.parameters)
-    listed = f": {', '.join(told)} (90 % intervals)" if told else ""
     return [
-        _sentences(statement)[0],
+        _told(best, spans[best.model]),
+        *(_sentences(statement)[:1] if len(plan.models) > 1 else []),
         f"Mean error of amplitudes on fresh members, and under conditions left out of the fit{where}: {errors}.",
-        f"The data tell {len(told)} of {count} parameter{'s' if count > 1 else ''} of the model {best.model}{listed}.",
         *_unsettled(plan, own),
     ]
+
+
+def _told(fit: Fit, spans: Sequence[Span]) -> str:
+    """Return the sentence about a fit's parameters: each interval against the value of the case."""
+    told, silent = [], []
+    for span, each in zip(spans, fit.intervals, strict=True):
+        name, unit = span.name.replace("_", " "), "" if span.unit == "1" else f" {span.unit}"
+        if not each.identified:
+            silent.append(name)
+            continue
+        words = f"{name} {span.words(each.low)} to {span.words(each.high)}{unit}"
+        if math.isfinite(span.drawn):
+            place = "below" if span.drawn < each.low else "above" if span.drawn > each.high else "inside"
+            words += f" (the case's {span.words(span.drawn)} lies {place})"
+        told.append(words)
+    if not told:
+        return f"The data tell none of the {len(spans)} parameters of the model {fit.model}."
+    untold = f"; the data do not tell {', '.join(silent)}" if silent else ""
+    return f"90 % intervals of the model {fit.model}: {', '.join(told)}{untold}."
 
 
 def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
@@ -169,6 +180,7 @@ def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]
             "unit": span.si,
             "shown_unit": span.unit,
             "shown_factor": span.factor,
+            "case": span.drawn,
             "shown_offset": offset_in(span.unit),
             "searched": [(end - offset_in(span.unit)) / span.factor for end in (span.low, span.high)],
             "scale": span.scale,

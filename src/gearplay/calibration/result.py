@@ -34,7 +34,7 @@ class Calibration(Answer, WasDocument):
     """What a calibration found: which parameters explain the records, and which model explains them better.
 
     Attributes: ``ds`` (a row for each parameter of each fit), ``document`` (all of ``calibration.json``), ``message`` (the
-    statement about the models).
+    intervals against the values of the case, and which model explains the records).
     """
 
     document: Mapping[str, Any]
@@ -43,8 +43,8 @@ class Calibration(Answer, WasDocument):
 
     @property
     def message(self) -> str:
-        """The statement about the models."""
-        return " ".join(self.document["statement"]["words"][:1])
+        """The first sentences of the answer: intervals against the values of the case, and which model explains the records."""
+        return " ".join(self.document["answer"][:2])
 
     @property
     def parameters(self) -> list[dict[str, Any]]:

@@ -34,7 +34,7 @@ class Search:
     def __init__(self, problem: Problem, comparisons: Sequence[Comparison], trials: Sequence[Trial]) -> None:
         self.problem, self.comparisons = problem, tuple(comparisons)
         self.effort = problem.plan.effort
-        self.names = [p.name for p in problem.plan.parameters]
+        self.names = [p.name for p in problem.parameters]
         self.trials: list[Trial] = []
         self._tried: set[tuple[tuple[float, ...], bool]] = set()
         self._studies = [self._new_study() for _ in self.comparisons]
@@ -163,7 +163,7 @@ def run_even(
     for number in range(len(trials), effort.evaluations):
         if stop is not None and stop.is_set():
             raise KeyboardInterrupt
-        point = even_point(number, len(problem.plan.parameters), effort.seed)
+        point = even_point(number, len(problem.parameters), effort.seed)
         trials.append(problem.run(number, point, phase=STARTUP, stop=stop))
         store.add(trials[-1])
         if report is not None:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
-from gearplay.calibration.plan import Plan, StatisticTarget, to_value
+from gearplay.calibration.plan import Parameter, Plan, StatisticTarget, to_value
 from gearplay.calibration.trials import Problem
+from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
+from gearplay.model.plan_values import value_at
 from gearplay.pictures.words import offset_in, plain, shown_in, shown_unit, wrapped
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import ACCELERATION, CONTACT_STATISTICS
 
 AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
@@ -19,7 +22,7 @@ AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "disp
 class Span:
     """The range in which one parameter was searched: its bounds (or factors) in a unit, log or linear.
 
-    ``factor`` of the unit are one ``si``.
+    ``factor`` of the unit are one ``si``; ``drawn`` is what the case has there [SI], 1 of a factor.
     """
 
     name: str
@@ -29,6 +32,7 @@ class Span:
     scale: str
     si: str = "1"
     factor: float = 1.0
+    drawn: float = math.nan
 
     def words(self, value: float | None, digits: int = 3) -> str:
         """Return a value in SI as text in the unit shown, without it; a dash where there is none.
@@ -73,7 +77,7 @@ class Span:
 Spans = Mapping[str, Sequence[Span]]  # by model
 
 
-def span_of(name: str, unit: str, low: float, high: float, scale: str) -> Span:
+def span_of(name: str, unit: str, low: float, high: float, scale: str, drawn: float = math.nan) -> Span:
     """Return a range in SI as engineers read it: short lengths in micrometres, angles in degrees.
 
     >>> span_of("clearance", "m", 4e-5, 2.5e-4, "log").ticks(5)[1]
@@ -81,7 +85,7 @@ def span_of(name: str, unit: str, low: float, high: float, scale: str) -> Span:
     """
     shown, factor = shown_in(unit, max(abs(low), abs(high)))
     low, high = (factor * end + offset_in(shown) for end in (low, high))
-    return Span(name, shown, low, high, scale, unit, factor)
+    return Span(name, shown, low, high, scale, unit, factor, drawn)
 
 
 def label_of(span: Span, width: int) -> str:
@@ -99,10 +103,27 @@ def spans_of(plan: Plan, fits: Sequence[Fit]) -> Spans:
         problem = Problem(plan, model)
         case = problem.cases_at(best)[0]
         found[model.name] = tuple(
-            span_of(p.name, unit_at(case, p.path) if p.mode == "set" else "1", *bounds, p.scale)
-            for p, bounds in zip(plan.parameters, problem.bounds, strict=True)
+            span_of(
+                p.name,
+                unit_at(case, p.path) if p.mode == "set" else "1",
+                *bounds,
+                p.scale,
+                _drawn(problem.cases[0], p),
+            )
+            for p, bounds in zip(problem.parameters, problem.bounds, strict=True)
         )
     return found
+
+
+def _drawn(case: Case, parameter: Parameter) -> float:
+    """Return what the case of the first condition has where a parameter is free [SI]; NaN where it has nothing."""
+    if parameter.mode == "scale":
+        return 1.0
+    try:
+        value = value_at(case, parameter.path)
+    except InputError:
+        return math.nan
+    return math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else float(value)
 
 
 def datum_unit(plan: Plan, reading: str, row: Row) -> str:

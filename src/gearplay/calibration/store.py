@@ -12,6 +12,8 @@ from gearplay.files.databases import told_of
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
 
+EVEN = ", even"
+"""End of the name of a study of evenly spread trials of a model."""
 FILE = "trials.sqlite"
 AFTER = ("evaluations", "polish", "check_members")
 """What a plan's effort says of the end of a search and of what comes after it."""
@@ -27,7 +29,7 @@ class StudyStore:
         optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path, self.folder = folder / FILE, folder
-        self.names = [p.name for p in plan.parameters]
+        self.names = [p.name for p in plan.parameters_of(model.removesuffix(EVEN))]
         with _told_of(path, foreign=True):  # optuna has errors of its own for what is no database
             self.study = optuna.create_study(
                 storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.calibration.observe import Ensemble, Observed, observe
-from gearplay.calibration.plan import Model, Parameter, Plan, Simulation, to_value
+from gearplay.calibration.plan import LineTarget, Model, Parameter, Plan, Simulation, to_value
 from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
@@ -82,9 +82,16 @@ class Problem:
 
     def __init__(self, plan: Plan, model: Model) -> None:
         self.plan, self.model = plan, model
+        self.parameters = plan.parameters_of(model.name)
         base = replace(load_case(plan.case), {**plan.set, **model.set})
         self.cases = [changed(base, c.set, f"conditions.{at}.set") for at, c in enumerate(plan.conditions)]
-        self.bounds = [_bounds(p, at, self.cases[0]) for at, p in enumerate(plan.parameters)]
+        self.bounds = [_bounds(p, plan.parameters.index(p), self.cases[0]) for p in self.parameters]
+        for at, target in enumerate(plan.targets):
+            if isinstance(target, LineTarget) and target.order is not None and not base.meshes:
+                rule = "counts mesh frequencies, but the case has no mesh"
+                raise InputError(
+                    Fault(f"targets.{at}.order", target.order, rule, "Give near, a frequency, instead")
+                )
         if plan.sensor.rotor not in base.rotors:
             known = ", ".join(base.rotors)
             raise InputError(
@@ -95,7 +102,7 @@ class Problem:
         """Return the parameters in SI (or as factors) at a point of the unit cube."""
         return {
             p.name: to_value(u, *bounds, p.scale)
-            for p, u, bounds in zip(self.plan.parameters, unit, self.bounds, strict=True)
+            for p, u, bounds in zip(self.parameters, unit, self.bounds, strict=True)
         }
 
     def cases_at(self, values: Mapping[str, float], *, seed: int | None = None) -> list[Case]:
@@ -104,13 +111,10 @@ class Problem:
 
     def _changes(self, case: Case, values: Mapping[str, float], seed: int | None) -> dict[str, Any]:
         changes: dict[str, Any] = {"run.seed": self.plan.effort.seed if seed is None else seed}
-        document = case.resolved()
-        for parameter in self.plan.parameters:
+        for parameter in self.parameters:
             for path in (parameter.path, *parameter.also):
                 value = values[parameter.name]
-                changes[path] = (
-                    value * float(value_at(document, path)) if parameter.mode == "scale" else value
-                )
+                changes[path] = value * float(value_at(case, path)) if parameter.mode == "scale" else value
         return changes
 
     def see(
@@ -161,7 +165,7 @@ class Problem:
         return Ensemble(
             as_sensed(accelerations, simulation.sampling, sensor.accelerometer),
             simulation.sampling,
-            rolling.mesh_frequency(case),
+            rolling.first_mesh_frequency(case),
             simulation.window,
             [run.statistics for run in good],
         )

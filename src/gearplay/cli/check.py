@@ -19,8 +19,9 @@ def check(
     changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Validate a case, and warn where its numbers do not fit."""
+    """Validate a case, warn where its numbers do not fit; say contact ratio and frequencies of each pair of gears."""
     from gearplay.model.check import check_case
+    from gearplay.model.check_pairs import pair_table
     from gearplay.model.reading import load_case
 
     loaded = load_case(case, changes or ())
@@ -30,6 +31,7 @@ def check(
             "status": "done",
             "case": loaded.resolved(),
             "sha256": loaded.sha256,
+            "pairs": pair_table(loaded),
             "findings": [finding.as_document() for finding in findings],
         }
         print_json(document)

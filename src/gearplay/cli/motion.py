@@ -5,10 +5,17 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes, Period, period_of
+from gearplay.cli.arguments import CaseName, Changes, period_of
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
+
+SectionPeriod = Annotated[
+    str,
+    typer.Option(
+        "--period", help="common, mesh, shaft, a time: 25ms; auto: common up to 20 mesh periods, else mesh."
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +27,7 @@ def motion(
     case: CaseName,
     periods: Annotated[int, typer.Option("--periods", help="Periods looked at, 100 or more.")] = 1000,
     settle: Annotated[int, typer.Option("--settle", help="Periods before.")] = 300,
-    period: Period = "common",
+    period: SectionPeriod = "auto",
     members: Annotated[int, typer.Option("--members", help="Runs of each ensemble that is compared.")] = 12,
     compare: Annotated[
         bool,

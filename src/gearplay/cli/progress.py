@@ -1,23 +1,49 @@
-"""A progress bar with an estimate, only where somebody can see it."""
+"""Progress on standard error: a bar with an estimate on a terminal, else a line now and then."""
 
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Final
 
+from gearplay.vocabulary.errors import escape_controls
 from gearplay.vocabulary.progress import Progress as Told
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
 
+INTERVAL: Final = 10.0
+"""Time [s] between two lines of progress; short work writes none."""
+
+
+class Lines:
+    """Progress as lines of text, ``section: 40 %``, one every `INTERVAL`; none once standard error is closed."""
+
+    def __init__(self) -> None:
+        self._next = time.monotonic() + INTERVAL
+
+    def __call__(self, label: str, done: float, total: float) -> None:
+        """Write a line if the last one, or the start, is long enough ago."""
+        if time.monotonic() < self._next:
+            return
+        self._next = time.monotonic() + INTERVAL
+        share = 100.0 * done / total if total > 0.0 else 0.0
+        with suppress(OSError, ValueError):
+            sys.stderr.write(f"{escape_controls(label)}: {share:.0f} %\n")
+            sys.stderr.flush()
+
+
 @contextmanager
 def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
-    """Yield a function that shows progress on standard error, or None off a terminal or when ``quiet``."""
-    if quiet or not sys.stderr.isatty():
+    """Yield a function that shows progress on standard error, None when ``quiet``: a bar, or lines where that is no terminal."""
+    if quiet or sys.stderr is None:
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield Lines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -44,4 +70,4 @@ def compile_kernels(case: Case, *, quiet: bool, derivative: bool = False) -> Non
     from gearplay.solver.compiling import prepare
 
     with progress_bar(quiet=quiet) as bar:
-        prepare(case, derivative=derivative, progress=bar)
+        prepare(case, derivative=derivative, progress=None if isinstance(bar, Lines) else bar)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gearplay.model.bundled import bundled, bundled_text
+from gearplay.model.case import Case
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean
 from gearplay.vocabulary.errors import Fault, InputError, shorten
@@ -19,7 +20,9 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
     Raises `InputError` where there is no such plan or file, or it is no TOML.
     """
     if isinstance(source, Mapping):
-        copied: dict[str, Any] = plain_copy(source)
+        case = source.get("case")
+        table = {**source, "case": case.resolved()} if isinstance(case, Case) else source
+        copied: dict[str, Any] = plain_copy(table)
         return copied
     name, known = os.fspath(source), bundled(package, "plans")
     if name in known:

@@ -11,8 +11,9 @@ from gearplay.linear.campbell import Campbell, campbell_of
 from gearplay.linear.modes import Modes, modes_of
 from gearplay.linear.response import FrequencyResponse, response_of
 from gearplay.linear.system import linear_system
+from gearplay.model.reading import Source
 from gearplay.model.units import UnitError, parse_quantity
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 from gearplay.vocabulary.progress import Progress

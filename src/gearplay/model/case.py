@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.base import Base
 from gearplay.model.consistency import cross_faults
@@ -35,6 +36,7 @@ from gearplay.model.policy import (
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
+from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
 
@@ -115,6 +117,8 @@ class Case(Part):
         What connects rotors.
     planetary
         Planetary sets by name; their rotors, pins and meshes are among those above.
+    torsional_pair
+        The pair of the literature, from dimensionless numbers; its rotors and mesh are among those above.
     mesh_phases
         "by_position", where the teeth of each mesh stand, or "from_zero".
     run
@@ -181,6 +185,13 @@ class Case(Part):
         Counted(0, 20),
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    torsional_pair: Annotated[
+        TorsionalPair | None,
+        Field(
+            description="the torsional pair of the literature, from dimensionless numbers",
+            exclude_if=is_absent,
+        ),
+    ] = None
     mesh_phases: Annotated[
         Literal["by_position", "from_zero"],
         Field(
@@ -193,13 +204,22 @@ class Case(Part):
     @model_validator(mode="before")
     @classmethod
     def _expand(cls, given: Any) -> Any:
-        return with_members(given) if isinstance(given, Mapping) else given
+        if not isinstance(given, Mapping):
+            return given
+        pair = given.get(FIELD)
+        if pair is not None and not any(given.get(name) for name in PARTS):
+            with suppress(ValidationError):  # a pair at fault is said by its own validation
+                valid = pair if isinstance(pair, TorsionalPair) else TorsionalPair.model_validate(pair)
+                return {**given, **valid.parts(), FIELD: valid}
+            return {**given, "rotors": {}}
+        return with_members(given)
 
     @model_validator(mode="after")
     def _check(self) -> Case:
         joints = {name: getattr(self, name) for name in JOINTS}
         if not self.rotors:
             raise InputError(NO_ROTORS)
+        self._check_pair()
         faults = [
             *cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints),
             *set_faults(self.planetary, self.rotors),
@@ -223,6 +243,17 @@ class Case(Part):
         if faults:
             raise InputError(faults)
         return self
+
+    def _check_pair(self) -> None:
+        """Refuse parts beside a torsional pair that are not those that it stands for."""
+        if self.torsional_pair is None:
+            return
+        own = self.torsional_pair.parts()
+        rotors = {name: Rotor.model_validate(raw) for name, raw in own["rotors"].items()}
+        meshes = tuple(Mesh.model_validate(raw) for raw in own["meshes"])
+        if dict(self.rotors) != rotors or self.meshes != meshes:
+            rule = "must be left out beside rotors and meshes, which it stands for"
+            raise InputError(Fault(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table"))
 
     _changed: ChangedPaths = PrivateAttr(default_factory=ChangedPaths)
 
@@ -248,7 +279,12 @@ class Case(Part):
         a case does not change when a new kind comes.
         """
         document: dict[str, Any] = without_members(self.model_dump(mode="json"), self.planetary)
-        return {name: value for name, value in document.items() if value or name not in JOINTS}
+        left_out = () if self.torsional_pair is None else PARTS
+        return {
+            name: value
+            for name, value in document.items()
+            if (value or name not in JOINTS) and name not in left_out
+        }
 
     @property
     def policy(self) -> Policy:

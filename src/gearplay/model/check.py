@@ -10,13 +10,15 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.check_damping import damping_findings
 from gearplay.model.check_elements import element_findings
+from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
 from gearplay.model.pack import Packed, pack
-from gearplay.model.planetary_frequencies import set_frequencies
+from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
+from gearplay.model.reading import Source, load_case
 from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.terms import largest_torque
 
@@ -27,13 +29,13 @@ MISFIT: Final = 1e-6
 """Relative difference of a centre distance from its nominal value that is more than rounding."""
 
 
-def check_case(case: Case) -> list[Finding]:
+def check_case(case: Source) -> list[Finding]:
     """Return what is remarkable about a valid case, warnings first.
 
     Parameters
     ----------
     case
-        A valid case.
+        A `Case`, a bundled name, a path or a mapping.
 
     Returns
     -------
@@ -53,6 +55,7 @@ def check_case(case: Case) -> list[Finding]:
     warning rotors.pinion.inertia
 
     """
+    case = load_case(case)
     packed = pack(case)
     found = [*start_findings(case, packed)]  # raises what only the assembled train can show
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
@@ -61,6 +64,7 @@ def check_case(case: Case) -> list[Finding]:
     found += teeth_findings(case)
     found += run_findings(case)
     found += damping_findings(case)
+    found += pair_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
@@ -191,8 +195,18 @@ def _sets(case: Case) -> Iterator[Finding]:
                 f"planetary.{name}",
                 f"mesh frequency {found.mesh:.6g} Hz; a tooth of the sun meets planets at {found.sun:.6g} Hz, of a planet the "
                 f"sun at {found.planet:.6g} Hz, of the ring planets at {found.ring:.6g} Hz; the carrier turns at "
-                f"{found.carrier:.6g} Hz.",
+                f"{found.carrier:.6g} Hz{_passing(found)}.",
             )
+
+
+def _passing(found: SetFrequencies) -> str:
+    """Say the sidebands of the mesh frequency that a sensor on the ground records, of a carrier that turns."""
+    if found.carrier_passing == 0.0:
+        return ""
+    return (
+        f", planets pass a place on the ground at {found.carrier_passing:.6g} Hz, sidebands "
+        f"{found.mesh:.6g} +- {found.carrier_passing:.6g} Hz"
+    )
 
 
 def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:

@@ -57,7 +57,7 @@ def _transient(case: Case) -> Iterator[Finding]:
 
 def _undamped(case: Case) -> Iterator[Finding]:
     bare = [j for j, mesh in enumerate(case.meshes) if not (mesh.damping.maximum or mesh.damping.ratio)]
-    if not bare:
+    if not bare or case.torsional_pair is not None:  # the pair's damping is the drag of its wheel
         return
     labels = ", ".join(case.meshes[j].label for j in bare[:3]) + (", ..." if len(bare) > 3 else "")
     yield Finding(

@@ -1,4 +1,4 @@
-"""Findings about teeth: undercut, fouling of internal pairs, contact at the installed distance, planets that touch or do not fit.
+"""Findings about teeth: undercut and pointed ones, fouling of internal pairs, contact ratio, planets that touch or do not fit.
 
 Full-depth teeth without profile shift (ISO 53), as everywhere. Fouling of internal pairs: tips that meet outside the line of
 action, J. R. Colbourne, The Geometry of Involute Gears, Springer 1987.
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from gearplay.kernels.involute import involute
 from gearplay.model import geometry
+from gearplay.model.check_pairs import installed_contact_ratio
 from gearplay.model.finding import Finding
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def teeth_findings(case: Case) -> Iterator[Finding]:
             if full not in seen:
                 seen.add(full)
                 yield from _cut(case, mesh, name)
+                yield from _pointed(case, mesh, name)
         yield from _contact_ratio(case, j)
         yield from _fouling(case, j)
     yield from _planets(case)
@@ -63,6 +65,36 @@ def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
         )
 
 
+def _pointed(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
+    """Say where the flanks of a tooth meet before its tip circle."""
+    z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
+    internal = geometry.gear_of(case, name).internal
+    if tip_thickness(z, internal, alpha) <= 0.0:
+        kind = "internal teeth" if internal else "teeth"
+        more = "" if internal or 0.25 * math.pi <= geometry.ADDENDUM * math.tan(alpha) else ", or more teeth"
+        yield Finding(
+            "warning",
+            f"rotors.{geometry.rotor_of(case, name)}.teeth",
+            f"{z} {kind} of {math.degrees(alpha):.4g} deg are pointed: their flanks meet before the tip circle, so that the true "
+            f"contact ratio is lower. Take a smaller pressure angle{more}.",
+        )
+
+
+def tip_thickness(z: int, internal: bool, alpha: float) -> float:
+    """Return the thickness of full-depth teeth along the tip circle, in modules; negative where the flanks meet before it.
+
+    s_a = d_a (pi / (2 z) + inv alpha - inv alpha_a) of an external gear, with both inv terms reversed of a ring, whose teeth
+    are the spaces of an external gear. A ring's tip within its base circle is as thick as at that circle.
+
+    >>> round(tip_thickness(20, False, math.radians(20.0)), 3), tip_thickness(40, True, math.radians(45.0)) < 0.0
+    (0.695, True)
+    """
+    sign = -1.0 if internal else 1.0
+    base, tip = 0.5 * z * math.cos(alpha), 0.5 * z + sign * geometry.ADDENDUM
+    at_tip = involute(math.acos(min(1.0, base / max(tip, base))))
+    return 2.0 * tip * (0.5 * math.pi / z + sign * (involute(alpha) - at_tip))
+
+
 def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
     nominal, installed = geometry.mesh_contact_ratio(case, j), installed_contact_ratio(case, j)
     if installed < 1.0:
@@ -77,12 +109,6 @@ def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
             f"the contact ratio, {installed:.2f}{where}, is below 1: between two pairs of teeth nothing would be in contact. "
             "Check teeth, module, pressure angle and positions.",
         )
-
-
-def installed_contact_ratio(case: Case, j: int) -> float:
-    """Return the contact ratio of mesh j at the distance of its nominal centres; NaN where these cannot mesh."""
-    at = geometry.centres(case)
-    return geometry.mesh_contact_ratio(case, j, math.dist(*(at[name] for name in case.meshes[j].rotors)))
 
 
 def _fouling(case: Case, j: int) -> Iterator[Finding]:

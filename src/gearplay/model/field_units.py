@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from gearplay.model.case import Case
 from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.model.item_names import numbered
+from gearplay.model.wording import parts_in
 from gearplay.vocabulary.quantities import hertz_stiffness
 
 
@@ -17,19 +18,22 @@ def unit_at(case: Case, path: str) -> str:
     >>> from gearplay.model.reading import load_case
     >>> unit_at(load_case("han2021"), "rotors.ring.load.drag"), unit_at(load_case("han2021"), "sleeves.ring.restitution")
     ('N m s/rad', '1')
+    >>> unit_at(load_case("han2021"), "environment.temperature")
+    'K'
     """
     place: Any = case
-    holder, field = case, ""
+    info, holder = None, None
     for part in numbered(case, path).split("."):
-        if isinstance(place, BaseModel):
-            holder, field = place, part  # type: ignore[assignment]
-            place = getattr(place, part, None)
+        if isinstance(place, BaseModel) or (isinstance(place, type) and issubclass(place, BaseModel)):
+            holder, info = place, (place if isinstance(place, type) else type(place)).model_fields.get(part)
+            place = None if isinstance(place, type) else getattr(place, part, None)
+            if place is None and info is not None:  # a table that the case does not have
+                place = next(iter(parts_in(info.annotation)), None)
         elif isinstance(place, (list, tuple)):
             place = place[int(part)]
         else:
             place = place[part]
-    info = type(holder).model_fields[field]
-    measure = measure_in((*info.metadata, info.annotation))
+    measure = None if info is None else measure_in((*info.metadata, info.annotation))
     if isinstance(measure, HertzStiffness):
         return hertz_stiffness(getattr(holder, "exponent", 1.5)).unit
     return measure.quantity.unit if measure is not None and measure.quantity is not None else "1"

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final, NoReturn, TypeVar
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from gearplay.model.units import LONGEST, UnitError, parse_quantity, unit_exponent
+from gearplay.model.units import ICE, LONGEST, UnitError, parse_quantity, unit_exponent
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import Quantity
 
@@ -103,7 +103,7 @@ class Measure:
         if self.quantity is None:
             return self._within(_plain_number(value))
         try:
-            return self._within(parse_quantity(value, self.quantity))
+            return self._within(parse_quantity(value, self.quantity), text=isinstance(value, str))
         except UnitError as error:
             _refuse_here(error.rule, error.cure)
 
@@ -125,11 +125,11 @@ class Measure:
         text = {"type": "string", "maxLength": LONGEST, "description": "number and unit"}
         return {"anyOf": [number, text], "description": f"{self.about} [{unit}]", "x-unit": unit}
 
-    def _within(self, value: float) -> float:
+    def _within(self, value: float, *, text: bool = False) -> float:
         low_ok = (self.gt is None or value > self.gt) and (self.ge is None or value >= self.ge)
         high_ok = (self.lt is None or value < self.lt) and (self.le is None or value <= self.le)
         if not (low_ok and high_ok):
-            _refuse_here(f"must be {self._range()}", self._advice(value))
+            _refuse_here(f"must be {self._range()}", self._advice(value, text=text))
         largest = math.inf if self.quantity is None else LARGEST[self.quantity.name]
         if abs(value) > largest:
             _refuse_here(
@@ -147,20 +147,20 @@ class Measure:
         return f"{bound:g} {self.quantity.unit}"
 
     def _range(self) -> str:
-        parts = []
-        if self.gt is not None:
-            parts.append(f"greater than {self._show(self.gt)}")
-        if self.ge is not None:
-            parts.append(f"{self._show(self.ge)} or more")
-        if self.lt is not None:
-            parts.append(f"less than {self._show(self.lt)}")
-        if self.le is not None:
-            parts.append(f"at most {self._show(self.le)}")
-        return " and ".join(parts)
+        bounds = {
+            "greater than {}": self.gt,
+            "{} or more": self.ge,
+            "less than {}": self.lt,
+            "at most {}": self.le,
+        }
+        return " and ".join(words.format(self._show(b)) for words, b in bounds.items() if b is not None)
 
-    def _advice(self, value: float) -> str:
-        if self.quantity is not None and self.quantity.unit == "K" and value < 0.0:
-            return f'Plain numbers are kelvin: write "{value:g} degC"'
+    def _advice(self, value: float, *, text: bool) -> str:
+        if value < 0.0 and self.quantity is q.TEMPERATURE:
+            celsius = (
+                "" if text or value <= -ICE else f'Write "{value:g} degC" if these are degrees Celsius; '
+            )
+            return f"{celsius or 'Correct it; '}absolute zero is {-ICE:g} degC"
         if value < 0.0 and (self.gt == 0.0 or self.ge == 0.0):
             return "Remove the minus sign or check what the field means"
         return "Choose a value in this range"

@@ -76,18 +76,17 @@ def nominal_center_distance(case: "Case", j: int) -> float:
     return abs(r_2 - r_1) if ring_of(case, mesh) else r_1 + r_2
 
 
-def contact_ratio(
+def contact_path(
     z_1: int, z_2: int, internal: bool, module: float, alpha: float, distance: float | None = None
-) -> float:
-    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at a centre ``distance`` [m], nominal if None.
+) -> tuple[float, float, float]:
+    """Return where the tip circles of full-depth teeth cut the line of action: start, end and length of the line [m].
 
-    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad. NaN at a
-    distance at which they cannot mesh.
-    Path of contact between the tip circles over the base pitch, ISO 21771-1. The path of an internal pair is cut
-    where the ring's tip would reach inside its base circle.
-
-    >>> round(contact_ratio(20, 20, False, 0.004, math.radians(20.0)), 4)
-    1.5568
+    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad,
+    ``distance`` of the centres in m, the nominal one if None. The start is that of the tip of gear 2, the end that of the
+    pinion's tip, both counted from the pinion's base tangent point T1. The line ends at the tangent point of gear 2 of an
+    external pair, at infinity for a ring. A start below 0 or an end beyond the line is interference: the tip would touch
+    within the other gear's base circle, where there is no involute. NaN at a distance at which they cannot mesh.
+    ISO 21771-1; J. R. Colbourne, The Geometry of Involute Gears, 1987.
     """
 
     def beyond_base(r_tip: float, r_base: float) -> float:
@@ -95,19 +94,44 @@ def contact_ratio(
 
     r_1, r_2 = 0.5 * module * z_1, 0.5 * module * z_2
     b_1, b_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
-    tip_1 = beyond_base(r_1 + ADDENDUM * module, b_1)
     nominal, least = (r_2 - r_1, b_2 - b_1) if internal else (r_1 + r_2, b_1 + b_2)
     if distance is None:
         across = nominal * math.sin(alpha)
     elif distance <= least:
-        return math.nan
+        return math.nan, math.nan, math.nan
     else:
         across = math.sqrt(distance * distance - least * least)
+    end = beyond_base(r_1 + ADDENDUM * module, b_1)
     if internal:
-        path = tip_1 - beyond_base(r_2 - ADDENDUM * module, b_2) + across
-    else:
-        path = tip_1 + beyond_base(r_2 + ADDENDUM * module, b_2) - across
-    return path / (math.pi * module * math.cos(alpha))
+        return beyond_base(r_2 - ADDENDUM * module, b_2) - across, end, math.inf
+    return across - beyond_base(r_2 + ADDENDUM * module, b_2), end, across
+
+
+def contact_ratio(
+    z_1: int, z_2: int, internal: bool, module: float, alpha: float, distance: float | None = None
+) -> float:
+    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at a centre ``distance`` [m], nominal if None.
+
+    The path of contact between the tip circles, cut at the base tangent points (`contact_path`), over the base pitch.
+    NaN at a distance at which they cannot mesh.
+
+    >>> round(contact_ratio(20, 20, False, 0.004, math.radians(20.0)), 4)
+    1.5568
+    >>> round(contact_ratio(18, 48, True, 0.001, math.radians(20.0)), 3)  # cut at the pinion's tangent point, else 2.02
+    1.808
+    """
+    start, end, line = contact_path(z_1, z_2, internal, module, alpha, distance)
+    if math.isnan(start):
+        return math.nan
+    return (min(end, line) - max(start, 0.0)) / (math.pi * module * math.cos(alpha))
+
+
+def mesh_contact_path(case: "Case", j: int, distance: float | None = None) -> tuple[float, float, float]:
+    """Return start, end and line of mesh j's path of contact [m] at a centre ``distance`` [m]; see `contact_path`."""
+    mesh = case.meshes[j]
+    z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
+    internal = ring_of(case, mesh) is not None
+    return contact_path(z_1, z_2, internal, mesh.module, mesh.pressure_angle, distance)
 
 
 def mesh_contact_ratio(case: "Case", j: int, distance: float | None = None) -> float:

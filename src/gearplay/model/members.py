@@ -9,7 +9,8 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from gearplay.model.fields import NAME
-from gearplay.model.planetary import Planetary
+from gearplay.model.planetary import MEMBERS, Planetary
+from gearplay.model.planetary_parts import MOST_PLANETS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
 TABLES: Final = ("rotors", "sleeves", "supports")
@@ -50,6 +51,28 @@ def without_members(given: Mapping[str, Any], sets: Iterable[str]) -> dict[str, 
     if isinstance(case.get("meshes"), (list, tuple)):
         case["meshes"] = [mesh for mesh in case["meshes"] if not _is_within(mesh, sets)]
     return case
+
+
+def assumed_members(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return raw rotors that sets at fault would stand for, so that what names them is not at fault as well."""
+    sets = given.get("planetary")
+    found: dict[str, Any] = {}
+    for name, raw in sets.items() if isinstance(sets, Mapping) else ():
+        if not isinstance(name, str) or _valid(raw) is not None:
+            continue
+        raw = raw if isinstance(raw, Mapping) else {}
+        planets = _table(raw, "planets")
+        count = planets.get("count")
+        number = count if isinstance(count, int) and 1 <= count <= MOST_PLANETS else MOST_PLANETS
+        parts = {**{member: _table(raw, member) for member in MEMBERS}}
+        parts |= {f"planet{k}": planets for k in range(1, number + 1)}
+        found |= {f"{name}.{member}": {"teeth": 0, **part} for member, part in parts.items()}
+    return found
+
+
+def _table(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    part = raw.get(name)
+    return part if isinstance(part, Mapping) else {}
 
 
 def _valid(raw: Any) -> Planetary | None:

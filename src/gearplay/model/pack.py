@@ -38,6 +38,8 @@ class Packed:
     natural: Floats  # natural size per state: m, rad, m/s, rad/s
     restart_step: float  # s, first step after a switch
     stops: Floats  # s, times where the right-hand side jumps
+    half_backlashes: Mapping[str, tuple[str, float]]
+    """By a signal in half backlashes, ``mesh.x``: the penetration of the drive flank, and half the backlash [m]."""
 
     @property
     def rotor_names(self) -> tuple[str, ...]:
@@ -268,4 +270,15 @@ def pack(
         restart_step=0.1
         / max(1.0, *(r.ripple_rate for r in rotors), base[base_motion.RATE], assembly.fastest),
         stops=np.array(sorted(stops - {0.0}), dtype=np.float64),
+        half_backlashes=_half_backlashes(case),
     )
+
+
+def _half_backlashes(case: "Case") -> dict[str, tuple[str, float]]:
+    found = {
+        f"{mesh.label}.x": (f"{mesh.label}.drive_penetration", 0.5 * mesh.backlash)
+        for mesh in case.meshes
+        if mesh.backlash > 0.0
+    }
+    alone = next(iter(found.values()), None)
+    return found | ({"x": alone} if case.torsional_pair is not None and alone is not None else {})

@@ -3,9 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pydantic_core import to_jsonable_python
+
 from gearplay.model.case import Case
+from gearplay.model.fields import Part
 from gearplay.model.item_names import numbered
 from gearplay.model.reading import replace
+from gearplay.model.tables import brings_file
 from gearplay.vocabulary.errors import Fault, InputError
 
 
@@ -19,21 +23,30 @@ def changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
         ) from None
 
 
-def value_at(document: Any, path: str) -> Any:
-    """Return the value at a dotted path of a resolved case; `InputError` where there is none."""
-    value = document
-    for part in numbered(document, path).split("."):
+def value_at(case: Case, path: str) -> Any:
+    """Return the value at a dotted path of a case [SI], JSON-able, defaults included; `InputError` where there is no field."""
+    value: Any = case
+    for part in numbered(case, path).split("."):
         try:
-            value = value[int(part)] if isinstance(value, list) else value[part]
+            if isinstance(value, Part):
+                if part not in type(value).model_fields:
+                    raise KeyError(part)
+                value = getattr(value, part)
+            else:
+                value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):
             rule = "must lead to a field of the case"
             raise InputError(Fault("path", path, rule, "See gearplay schema")) from None
-    return value
+    return to_jsonable_python(value)
 
 
 def value_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> Any:
-    """Return what a value, perhaps with a unit, becomes at the first of ``paths``, after trying it at all of them."""
-    return value_at(changed(base, dict.fromkeys(paths, raw), where).resolved(), paths[0])
+    """Return what a value, perhaps with a unit, becomes at the first of ``paths``, after trying it at all of them.
+
+    The name of a table's file stays: a resolved case holds the values of the file.
+    """
+    made = changed(base, dict.fromkeys(paths, raw), where)
+    return raw if brings_file(paths[0], raw) else value_at(made, paths[0])
 
 
 def number_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> float:

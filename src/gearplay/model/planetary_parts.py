@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -17,7 +17,8 @@ from gearplay.model.support import Support
 from gearplay.model.unbalance import Unbalance
 from gearplay.vocabulary import quantities as q
 
-PlanetNumber = Annotated[int, Field(ge=1, le=24, description="number of the planet, from 1")]
+MOST_PLANETS: Final = 24
+PlanetNumber = Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of the planet, from 1")]
 
 
 def problems_of(make: Callable[[], object]) -> list[Problem]:
@@ -88,7 +89,7 @@ class Toothed(Member):
 class Planets(Part):
     """The planets, which are alike."""
 
-    count: Annotated[int, Field(ge=1, le=24, description="number of planets")]
+    count: Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of planets")]
     teeth: Teeth
     mass: Annotated[float, Measure(q.MASS, "mass of one planet", gt=0.0)]
     inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia of one about its centre", gt=0.0)]

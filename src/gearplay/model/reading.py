@@ -15,18 +15,22 @@ from gearplay.model.case import JOINTS, NO_ROTORS, Case
 from gearplay.model.consistency import cross_faults
 from gearplay.model.fields import FrozenTable, Part
 from gearplay.model.item_names import numbered
-from gearplay.model.members import with_members
+from gearplay.model.members import assumed_members, with_members
 from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.rotor import Rotor
 from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
-from gearplay.model.tables import with_tables
+from gearplay.model.tables import brings_file, with_tables, without_replaced
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
+from gearplay.model.torsional_pair import FIELD, PARTS, speed_fault
 from gearplay.model.wording import did_you_mean, translate
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
 _MOST_OVERRIDES: Final = 1000
+
+Source = Case | str | os.PathLike[str] | Mapping[str, Any]
+"""What every public function takes as a case: one, a bundled name, a path, or a table laid out as a file."""
 
 
 def bundled_names() -> list[str]:
@@ -41,13 +45,13 @@ def bundled_names() -> list[str]:
     return bundled("gearplay.model", "cases")
 
 
-def load_case(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Sequence[str] = ()) -> Case:
+def load_case(source: Source, overrides: Sequence[str] = ()) -> Case:
     """Read a case.
 
     Parameters
     ----------
     source
-        Name of a bundled case, path of a TOML file, or a dictionary laid out as such a file.
+        Name of a bundled case, path of a TOML file, a dictionary laid out as such a file, or a `Case`.
     overrides
         Changes such as ``"meshes.0.backlash=200 um"``, applied before validation.
 
@@ -67,26 +71,32 @@ def load_case(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
     0.0002
 
     """
-    document = _document(source)
+    if isinstance(source, Case) and not overrides:
+        return source
     if len(overrides) > _MOST_OVERRIDES:
         raise InputError(
             Fault("overrides", len(overrides), f"must be at most {_MOST_OVERRIDES}", "Write a case file")
         )
     changes = [parse_override(text) for text in overrides]
-    case = _changed(document, changes)
+    if isinstance(source, Case):
+        return replace(source, dict(changes))
+    document, folder = _document(source)
+    if document.get(FIELD) is not None and changes:
+        return replace(_changed(document, (), folder), dict(changes))
+    case = _changed(document, changes, folder)
     return case.with_changed(numbered(case, path) for path, _ in changes) if changes else case
 
 
-def replace(case: Case, changes: Mapping[str, Any]) -> Case:
+def replace(case: Source, changes: Mapping[str, Any]) -> Case:
     """Return a copy of a case with changes, validated anew.
 
     Parameters
     ----------
     case
-        What to start from.
+        A `Case`, a bundled name, a path or a mapping.
     changes
         New values by path (``meshes.pinion-ring.backlash`` or ``meshes.0.backlash``), as numbers in SI, text with a unit, or
-        tables; None removes an optional value.
+        tables; None removes an optional value. A ``file`` of a table is a path from the current directory.
 
     Returns
     -------
@@ -105,8 +115,14 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
     (0.0002, 3)
 
     """
+    case = load_case(case)
+    if case.torsional_pair is not None:
+        case, changes = _other_pair(case, changes)
     wanted = [(str(path), plain_copy(value)) for path, value in changes.items()]
     paths = [path for path, _ in wanted]
+    if any(brings_file(path, value) for path, value in wanted):
+        made = _changed(case.resolved(), wanted)
+        return made.with_changed([*case.changed, *(numbered(case, path) for path in paths)])
     opened = _opened(case, paths)
     if all(apply_change(opened, path, value) is None for path, value in wanted):
         with suppress(ValidationError):
@@ -114,6 +130,30 @@ def replace(case: Case, changes: Mapping[str, Any]) -> Case:
                 [*case.changed, *(numbered(case, path) for path in paths)]
             )
     return _changed(case.resolved(), wanted)  # says what is at fault
+
+
+def _other_pair(case: Case, changes: Mapping[str, Any]) -> tuple[Case, dict[str, Any]]:
+    """Return a torsional pair after those of the changes that are of its own numbers, and the other changes.
+
+    Where these are of its parts, it is a pair of the literature no more; a speed alone is refused.
+    """
+    own = {path: value for path, value in changes.items() if str(path).partition(".")[0].strip() == FIELD}
+    others = {str(path): value for path, value in changes.items() if path not in own}
+    faults = [speed_fault(path, value) for path, value in others.items() if _is_speed(path)]
+    if faults:
+        raise InputError(faults)
+    if own:
+        document = case.resolved()
+        case = _changed(document, [(str(path), plain_copy(value)) for path, value in own.items()])
+        case = case.with_changed(map(str, own))
+    if any(path.partition(".")[0].strip() in PARTS for path in others):
+        document = {**case.resolved(), **case.model_dump(mode="json", include=set(PARTS))}
+        case = _changed({name: part for name, part in document.items() if name != FIELD}, ())
+    return case, others
+
+
+def _is_speed(path: str) -> bool:
+    return path.startswith("rotors.") and path.rpartition(".")[2].strip() in ("speed", "start_speed")
 
 
 def to_toml(case: Case) -> str:
@@ -149,10 +189,13 @@ def _fields(part: Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in type(part).model_fields}
 
 
-def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]]) -> Case:
+def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]], folder: Path = Path()) -> Case:
+    """Return the case of a raw one with changes; its own files lie in ``folder``, those of changes in the current directory."""
+    without_replaced(document, [path for path, _ in changes])
+    document = with_tables(document, folder)
     faults = [fault for path, value in changes if (fault := apply_change(document, path, value)) is not None]
     try:
-        case = _validated(document)
+        case = _validated(with_tables(document, Path()))
     except InputError as error:
         raise InputError(faults + error.faults) from None
     if faults:
@@ -160,13 +203,13 @@ def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]]) -> Ca
     return case
 
 
-def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the raw case behind a source: plain dictionaries, lists and values."""
+def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[str, Any], Path]:
+    """Return the raw case behind a source, plain dictionaries, lists and values, and the folder of the files that it names."""
     if isinstance(source, Mapping):
         copied: dict[str, Any] = plain_copy(source)
-        return with_tables(copied, Path())
+        return copied, Path()
     if not isinstance(source, (str, os.PathLike)):
-        rule = "must be a bundled name, a path or a table"
+        rule = "must be a Case, a bundled name, a path or a table"
         raise InputError(Fault("case", source, rule, "Pass one of these"))
     name = os.fspath(source)
     if not isinstance(name, str):
@@ -184,12 +227,12 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
             raise InputError(Fault("case", name, rule, every))
         text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
-    if "case" in document and not document.keys() & {"rotors", "planetary"}:
+    if "case" in document and not document.keys() & {"rotors", "planetary", FIELD}:
         rule = "must be a case, but this is a plan, which names its case"
         raise InputError(
             Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
         )
-    return with_tables(document, folder)
+    return document, folder
 
 
 def _looks_like_a_name(name: str) -> bool:
@@ -206,19 +249,20 @@ def _validated(document: dict[str, Any]) -> Case:
         return Case.model_validate(document)
     except ValidationError as error:
         faults = translate(error, document, Case)
-    if document.get("rotors") == {} and not document.get("planetary"):
+    if document.get("rotors") == {} and not document.get("planetary") and not document.get(FIELD):
         faults.insert(0, NO_ROTORS)
     raise InputError(faults + _faults_between_parts(document, {fault.path for fault in faults}))
 
 
 def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[Fault]:
     """Check names across parts although some part is at fault, so that one reading reports everything."""
+    assumed = assumed_members(document)
     document = with_members(document)
     rotors, sleeves, supports = (_table(document, name) for name in ("rotors", "sleeves", "supports"))
-    if not rotors:
+    if not rotors and not assumed:
         return []
     faults = cross_faults(
-        {name: _part(Rotor, raw) for name, raw in rotors.items()},
+        {**{name: _part(Rotor, raw) for name, raw in rotors.items()}, **assumed},
         {name: _part(Sleeve, raw) for name, raw in sleeves.items()},
         {name: _part(Support, raw) for name, raw in supports.items()},
         [_part(Mesh, raw) for raw in _listed(document, "meshes")],

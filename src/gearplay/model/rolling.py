@@ -254,6 +254,11 @@ def sense_between(case: "Case", one: str, other: str) -> float:
     return float(np.sign(speeds[list(case.rotors).index(other)]))
 
 
+def first_mesh_frequency(case: "Case") -> float:
+    """Return the nominal mesh frequency [Hz] of the first mesh, 0 of a case without meshes."""
+    return mesh_frequency(case, 0) if case.meshes else 0.0
+
+
 def mesh_frequency(case: "Case", j: int = 0) -> float:
     """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
     mesh, speeds, names = case.meshes[j], nominal_speeds(case), list(case.rotors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +13,35 @@ from gearplay.vocabulary.errors import Fault, InputError, shorten
 
 EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
+
+
+FILLED: Final = ("values", "sampling", "start")
+"""Fields of a record that its file says."""
+
+
+def without_replaced(document: dict[str, Any], paths: Iterable[str]) -> None:
+    """Remove from the records of a raw case what a changed ``file`` says anew; ``paths`` are those of all changes."""
+    for path in paths:
+        *way, last = (part.strip() for part in path.split("."))
+        place: Any = document
+        for part in way:
+            place = place.get(part) if isinstance(place, dict) else None
+        if last == "file" and isinstance(place, dict):
+            for field in ("file", *FILLED):
+                place.pop(field, None)
+
+
+def brings_file(path: str, value: Any) -> bool:
+    """Return whether a change of a case names a file, itself or in a table.
+
+    >>> brings_file("base.acceleration.file", "shock.csv"), brings_file("base", {"acceleration": {"file": "shock.csv"}})
+    (True, True)
+    >>> brings_file("run.seed", 3)
+    False
+    """
+    if path.rpartition(".")[2].strip() == "file":
+        return True
+    return isinstance(value, Mapping) and any(brings_file(str(name), each) for name, each in value.items())
 
 
 def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -43,7 +72,7 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
     at, name = f"{path}.file", given["file"]
     if not isinstance(name, str):
         raise InputError(Fault(at, name, "must be the path of a file", "Write it in quotes"))
-    for field in ("values", "sampling", "start"):
+    for field in FILLED:
         if field in given:
             rule = "must not be given beside a file, which says it"
             raise InputError(Fault(f"{path}.{field}", given[field], rule, "Remove one of the two"))

@@ -120,7 +120,8 @@ def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
         case "string_too_long":
             return f"must have at most {context['max_length']} characters", "Shorten it"
         case "string_pattern_mismatch" if "planet" in str(context.get("pattern")):
-            return "must be a letter followed by at most 31 letters, digits or _", "Choose another name"
+            rule = "must be the name of a rotor, a letter followed by at most 31 letters, digits or _"
+            return rule, "Members of a planetary set are set.sun, set.ring, set.carrier, set.planet1 ..."
         case "string_pattern_mismatch" if r"\." in str(context.get("pattern")):
             return "must be a rotor, or rotor.gear", "Write the name of a rotor, a dot, the name of its gear"
         case "string_pattern_mismatch" if "A-Za-z" in str(context.get("pattern")):
@@ -173,7 +174,7 @@ def known_fields(model: type[BaseModel], path: Path, document: Mapping[str, Any]
         deeper: list[type[BaseModel]] = []
         for each in types:
             if isinstance(part, str) and part in each.model_fields:
-                deeper.extend(_parts_in(each.model_fields[part].annotation))
+                deeper.extend(parts_in(each.model_fields[part].annotation))
         types = deeper or types  # a name or an index: its part is of the table's type
     kind = value.get("kind") if isinstance(value, Mapping) else None
     fitting = [
@@ -182,7 +183,8 @@ def known_fields(model: type[BaseModel], path: Path, document: Mapping[str, Any]
     return list(dict.fromkeys(name for each in fitting or types for name in each.model_fields))
 
 
-def _parts_in(annotation: Any) -> list[type[BaseModel]]:
+def parts_in(annotation: Any) -> list[type[BaseModel]]:
+    """Return the kinds of parts that a field may hold."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for inner in getattr(annotation, "__args__", ()) for found in _parts_in(inner)]
+    return [found for inner in getattr(annotation, "__args__", ()) for found in parts_in(inner)]

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from gearplay.model.plan_values import number_in_si
+from gearplay.model.reading import Source
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
-from gearplay.nonlinear.families import along
+from gearplay.nonlinear.families import Family, Varied
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
+from gearplay.nonlinear.kinds.sections import AUTO
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, listening, ticking
@@ -25,7 +26,7 @@ MOST_VALUES = 100_000
 
 
 def bifurcation(
-    case: Source,
+    case: Source | Family,
     path: str,
     values: Sequence[Any],
     signals: Sequence[str],
@@ -45,11 +46,11 @@ def bifurcation(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; or a function that returns a `Case` for a value of a parameter.
     path
-        The field: ``rotors.pinion.drive.speed``.
+        The field: ``rotors.pinion.drive.speed``; of a function the name of its parameter.
     values
-        Its values, rising: numbers in SI or texts with a unit.
+        Its values, rising: numbers in SI or texts with a unit; of a function plain numbers.
     signals
         ``ring.x``, ``pinion-ring.drive_penetration`` ...: those that follow from the state.
     settle, keep
@@ -87,14 +88,15 @@ def bifurcation(
     ({'direction': 2, 'backlash': 2, 'section': 3}, 'm')
 
     """
-    base = case_of(case)
+    varied = Varied(case, path)
     if len(values) > MOST_VALUES:
         raise ResourceError(
             f"bifurcation: {len(values)} values, more than {MOST_VALUES} on one diagram. Give fewer."
         )
-    numbers = [number_in_si(base, (path,), value, f"values.{at}") for at, value in enumerate(values)]
+    numbers = [varied.number(value, f"values.{at}") for at, value in enumerate(values)]
+    base = varied.case(numbers[0] if numbers else 0.0)
     found = bifurcation_diagram(
-        along(base, path, keep_load=keep_load),
+        varied.family(base, keep_load=keep_load),
         numbers,
         signals,
         settle=settle,
@@ -176,7 +178,7 @@ def motion(
     *,
     periods: int = 1000,
     settle: int = 300,
-    period: str | float = "common",
+    period: str | float = AUTO,
     ensemble: int = 12,
     compare: bool = True,
     progress: Progress | None = None,
@@ -193,7 +195,8 @@ def motion(
     settle
         Periods before.
     period
-        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+        Between sections: "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"),
+        or a time [s]. "auto" is the common one up to 20 mesh periods, else, as with hunting teeth, that of the mesh.
     ensemble
         Members of each ensemble that is compared, 4 or more.
     compare

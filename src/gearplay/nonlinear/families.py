@@ -1,20 +1,65 @@
 """Families of a case along one of its fields, and where on them a resonance lies."""
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearplay.model import rolling
 from gearplay.model.case import Case
-from gearplay.model.reading import replace
+from gearplay.model.plan_values import number_in_si
+from gearplay.model.reading import Source, load_case, replace
 from gearplay.model.rotor import TorqueDrive
+from gearplay.vocabulary.arguments import Real
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.linear.response import FrequencyResponse
 
 Family = Callable[[float], Case]
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A case over one of its fields, or over the parameter of a function that returns cases; numbers in SI.
+
+    ``path`` is the field's, or the name of the parameter.
+    """
+
+    given: Source | Family
+    path: str
+
+    @property
+    def is_function(self) -> bool:
+        """Whether the cases come from a function."""
+        return callable(self.given) and not isinstance(self.given, Case)
+
+    def case(self, value: float) -> Case:
+        """Return the case from which the family begins; of a function that at a value."""
+        if not self.is_function:
+            return load_case(self.given)  # type: ignore[arg-type]
+        made = self.given(value)  # type: ignore[operator]
+        if not isinstance(made, Case):
+            rule = "must return a Case"
+            raise InputError(
+                Fault("case", type(made).__name__, rule, "Return gearplay.replace(...) or the like")
+            )
+        return made
+
+    def number(self, value: Any, where: str) -> float:
+        """Return a value of the field [SI], of text with a unit too, or of the parameter, a plain number."""
+        if not self.is_function:
+            return number_in_si(self.case(0.0), (self.path,), value, where)
+        fault = Real(-math.inf).fault(value)
+        if fault:
+            raise InputError(Fault(where, value, fault, "Give plain numbers for the parameter of a function"))
+        return float(value)
+
+    def family(self, base: Case, *, keep_load: bool = False) -> Family:
+        """Return the family: along the field of a case, or the function."""
+        return self.case if self.is_function else along(base, self.path, keep_load=keep_load)
 
 
 def along(case: Case, path: str, *, keep_load: bool = False) -> Family:

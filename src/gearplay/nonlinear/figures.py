@@ -9,7 +9,7 @@ from gearplay.nonlinear.orbits.branches import Branch
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
-from gearplay.pictures.words import axis_label, offset_in, shown_in
+from gearplay.pictures.words import axis_label, offset_in, plain, shown_in
 from gearplay.results.titles import words_of
 
 if TYPE_CHECKING:
@@ -67,8 +67,8 @@ def bifurcation_drawing(
             )
         edge = 0.01 * (axis.values[-1] - axis.values[0])
         ax.set_xlim(factor_x * (axis.values[0] - edge) + offset, factor_x * (axis.values[-1] + edge) + offset)
-        ax.set_ylabel(axis_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
-    axes[-1, 0].set_xlabel(axis_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
+        ax.set_ylabel(_label(variable.attrs["long_name"], unit_y), fontsize=SMALL)
+    axes[-1, 0].set_xlabel(_label(axis.attrs["long_name"], unit_x), fontsize=SMALL)
     arrows = {"up": "up →", "down": "← down"}
     handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
     set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
@@ -76,3 +76,8 @@ def bifurcation_drawing(
         figure, title or f"{words_of(diagram, 'Bifurcation diagram')}: {axis.attrs['long_name']} varied"
     )
     return figure
+
+
+def _label(name: str, unit: str) -> str:
+    """Return the words of an axis with its unit, [1] where there is none."""
+    return axis_label(name, unit) if unit not in ("", "1") else f"{plain(name)} [1]"

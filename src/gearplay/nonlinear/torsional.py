@@ -1,29 +1,10 @@
-"""The torsional gear pair of the literature, one degree of freedom, as a case of the same machinery.
-
-With x the penetration over half the backlash b, measured from the middle of the gap, and time in 1/omega_n,
-
-    x'' + 2 zeta x' + kappa(tau) f(x) = F_m + F_a cos(Omega tau + phi),    f(x) = x - 1 above 1, x + 1 below -1, else 0:
-
-A. Kahraman, R. Singh, J. Sound Vib. 142 (1990) 49, eq. (10). Here the pinion's speed is prescribed, so that the mesh phase is
-Omega tau; the wheel turns about a fixed centre with a drag, which acts in and out of contact; F_a is made by a transmission
-error. The equation holds exactly.
-"""
+"""`torsional_pair`: the torsional gear pair of the literature as a case of the same machinery."""
 
 import math
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.vocabulary.errors import Fault, InputError
-
-STIFFNESS, MASS, HALF_BACKLASH = (
-    1e8,
-    1.0,
-    50e-6,
-)  # N/m, kg, m: what the dimensionless numbers are multiplied with
-TEETH, MODULE = 20, 0.01
-BASE_RADIUS = 0.5 * TEETH * MODULE * math.cos(math.radians(20.0))
-NATURAL_FREQUENCY = math.sqrt(STIFFNESS / MASS)
-"""omega_n [rad/s] of the pair that `torsional_pair` returns."""
+from gearplay.model.torsional_pair import FIELD, NATURAL_FREQUENCY
 
 
 def torsional_pair(
@@ -40,6 +21,10 @@ def torsional_pair(
     tolerance: float = 1e-10,
 ) -> Case:
     """Return the torsional pair as a case, from dimensionless numbers.
+
+    Its numbers are fields of the case, ``torsional_pair.frequency`` and the like: over them all functions run, and the signal
+    ``x`` is the displacement in half backlashes. The speed of a drive alone cannot be changed, since torque and error belong to
+    it.
 
     ``frequency`` is Omega, mesh over natural frequency; ``mean_force`` F_m and ``force`` F_a are over ``k_m b``;
     ``stiffness_amplitude`` is that of kappa = 1 + a cos(Omega tau), or with ``square`` of a wave 1 + a over ``duty`` of the
@@ -77,66 +62,31 @@ def torsional_pair(
     Examples
     --------
     >>> case = torsional_pair(0.5, mean_force=0.2)
-    >>> round(case.rotors["pinion"].drive.speed * TEETH / NATURAL_FREQUENCY, 6), case.meshes[0].backlash
+    >>> round(case.rotors["pinion"].drive.speed * 20 / NATURAL_FREQUENCY, 6), case.meshes[0].backlash
     (0.5, 0.0001)
 
     """
-    for name, value, low, high in (
-        ("frequency", frequency, 1e-3, 1e3),
-        ("damping_ratio", damping_ratio, 0.0, 10.0),
-        ("mean_force", mean_force, -1e3, 1e3),
-        ("force", force, 0.0, 1e3),
-        ("stiffness_amplitude", stiffness_amplitude, 0.0, 0.999),
-        ("duty", duty, 0.001, 0.999),
-    ):
-        if not low <= value <= high:
-            raise InputError(Fault(name, value, f"must lie between {low:g} and {high:g}", "Correct it"))
-    omega = frequency * NATURAL_FREQUENCY
-    damping = 2.0 * damping_ratio * MASS * NATURAL_FREQUENCY  # N s/m along the line of action
-    unit = STIFFNESS * HALF_BACKLASH
-    rotor = {"teeth": TEETH, "mass": 1.0, "inertia": MASS * BASE_RADIUS**2}
-    drag = damping * BASE_RADIUS**2
-    # The drag at the nominal speed is no load: the drive's torque takes it off.
-    torque = mean_force * unit * BASE_RADIUS - drag * omega / TEETH
-    stiffness: dict[str, object] = {
-        "kind": "harmonic",
-        "mean": STIFFNESS,
-        "amplitude": stiffness_amplitude * STIFFNESS,
+    numbers = {
+        "frequency": frequency,
+        "mean_force": mean_force,
+        "force": force,
+        "force_phase": force_phase,
+        "damping_ratio": damping_ratio,
+        "stiffness_amplitude": stiffness_amplitude,
+        "square": square,
+        "duty": duty,
+        "backlash": backlash,
     }
-    if square:
-        stiffness = {
-            "kind": "square",
-            "single": (1.0 - stiffness_amplitude) * STIFFNESS,
-            "double": (1.0 + stiffness_amplitude) * STIFFNESS,
-            "contact_ratio": 1.0 + duty,
-        }
-    # m e'' + c e' of e = A sin(psi + alpha) is A omega sqrt((m omega)^2 + c^2) cos(psi + alpha + atan2(m omega, c)).
-    amplitude = force * unit / (omega * math.hypot(MASS * omega, damping))
-    phase = force_phase - math.atan2(MASS * omega, damping)
+    omega = frequency * NATURAL_FREQUENCY
+    period = 2.0 * math.pi / omega if omega > 0.0 else 1.0
     return load_case(
         {
             "title": f"Torsional pair, frequency {frequency:g}",
-            "rotors": {
-                "pinion": {**rotor, "drive": {"kind": "speed", "speed": omega / TEETH}},
-                "wheel": {**rotor, "drive": {"kind": "torque", "torque": torque}, "load": {"drag": drag}},
-            },
-            "meshes": [
-                {
-                    "driver": "pinion",
-                    "driven": "wheel",
-                    "module": MODULE,
-                    "pressure_angle": math.radians(20.0),
-                    "backlash": 2.0 * HALF_BACKLASH if backlash else 0.0,
-                    "stiffness": stiffness,
-                    "transmission_error": [{"order": 1, "amplitude": amplitude, "phase": phase}]
-                    if force
-                    else [],
-                }
-            ],
+            FIELD: numbers,
             "run": {
-                "duration": 200.0 * math.pi / omega,
+                "duration": 100.0 * period,
                 "transient": 0.0,
-                "sampling": 100.0 * omega / (2.0 * math.pi),
+                "sampling": 100.0 / period,
                 "tolerance": tolerance,
             },
         }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from gearplay.model.reading import Source
 from gearplay.planets.sharing import LoadSharing, moving_sharing, static_sharing
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.results.result import Result
 
 

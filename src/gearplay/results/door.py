@@ -1,19 +1,15 @@
 """`simulate`: a case, or several, into results."""
 
-import os
 import threading
-from collections.abc import Mapping
 from typing import Any, overload
 
 from gearplay.files.netcdf import load_writers
 from gearplay.model.case import Case
 from gearplay.model.policy import Policy
-from gearplay.model.reading import load_case, replace
+from gearplay.model.reading import Source, load_case, replace
 from gearplay.results.result import Result
 from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.progress import Progress, ticking
-
-Source = Case | str | os.PathLike[str] | Mapping[str, Any]
 
 
 def case_of(source: Source, **run: Any) -> Case:
@@ -22,7 +18,7 @@ def case_of(source: Source, **run: Any) -> Case:
     >>> case_of("han2021", duration=0.5, seed=None).run.duration
     0.5
     """
-    case = source if isinstance(source, Case) else load_case(source)
+    case = load_case(source)
     given = {f"run.{name}": value for name, value in run.items() if value is not None}
     return replace(case, given) if given else case
 

@@ -21,6 +21,7 @@ from gearplay.pictures.pages import html_table
 from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
+from gearplay.results.replay import runs_again
 from gearplay.results.soundness import check_run
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.solver.kept_motion import KeptSamples
@@ -53,7 +54,7 @@ class Result(Answer, WasDataset):
     ds : xarray.Dataset
         Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
     runs : list of Trajectory
-        Members with counters, final states and the log of contacts; not kept in files.
+        Members with counters, final states and the log of contacts; computed again for a result read from a file.
     status, message, success
         The worst status of all members, in words, and whether every member reached its end.
 
@@ -101,12 +102,12 @@ class Result(Answer, WasDataset):
 
     @property
     def runs(self) -> list[Trajectory]:
-        """One `Trajectory` a member; `InputError` for a result that was read from a file."""
-        if not self._runs:
-            raise InputError(
-                Fault("runs", "none", "is not kept in files", "Use .ds and .signal, or simulate again")
-            )
-        return self._runs
+        """One `Trajectory` a member; of a result from a file, the case is integrated again."""
+        return self._runs or self._repeated
+
+    @cached_property
+    def _repeated(self) -> list[Trajectory]:
+        return runs_again(self)
 
     @property
     def members(self) -> int:
@@ -201,8 +202,7 @@ class Result(Answer, WasDataset):
         sampling
             Samples per second [Hz]; the record's if not given.
         window
-            First time and the one that no sample reaches [s], counted from the start of the run, so that the transient lies
-            within reach too; the record if not given.
+            First time and the one that no sample reaches [s], counted from the start of the run; the record if not given.
 
         Returns
         -------
@@ -213,7 +213,7 @@ class Result(Answer, WasDataset):
         ------
         InputError
             For a signal or element that the result does not hold, a window outside the run, or another rate or window of a
-            result that was read from a file, which has no motion.
+            file's result that the case does not give again.
         ResourceError
             For more samples than fit into the memory.
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from gearplay.files.record import Record
-from gearplay.results.door import Source, case_of
+from gearplay.model.reading import Source
+from gearplay.results.door import case_of
 from gearplay.rig import measure as record_of
 from gearplay.rig.plan import Rig
 from gearplay.vocabulary.progress import Progress, ticking

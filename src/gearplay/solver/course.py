@@ -1,5 +1,6 @@
 """A motion in progress: one run of the kernels, fed piece by piece, its log emptied, its limits kept."""
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -26,7 +27,7 @@ MOST_GROWTH = 16.0
 """How many times as many steps the next chunk may have."""
 LOG_CAPACITY = 16_384
 MOST_STEPS = 50_000_000
-"""Steps from which on a course without a watch counts as run away: some minutes; ``run.max_steps`` may be less."""
+"""Steps of one piece from which on a course without a watch counts as run away: some minutes."""
 
 
 def next_steps(steps: int, took: float) -> int:
@@ -94,7 +95,7 @@ class Course:
         self._paced = FIRST_STEPS
         self._begun = time.monotonic()
         self.system, settings = packed.system, case.run
-        self.most_steps = min(settings.max_steps or MOST_STEPS, MOST_STEPS)
+        self._piece_begun = 0
         wanted = np.zeros(0, dtype=np.int64) if places is None else places
         self.run = kernel.make_run(
             packed.system,
@@ -151,7 +152,7 @@ class Course:
         reason_to_stop: Callable[["Course"], Status | None] | None = None,
     ) -> Status:
         """Advance to t_end [s] or to the first reason to stop, which is asked for before each chunk; return the status."""
-        asked = reason_to_stop or Course._own_reason
+        asked, self._piece_begun = reason_to_stop or Course._own_reason, self.steps
         while (reason := asked(self)) is None:
             steps = min(self.chunk, self._paced, CHUNK_STEPS)
             steps = max(0, min(steps, (self.case.run.max_steps or self.steps + steps) - self.steps))
@@ -168,7 +169,8 @@ class Course:
         limit = self.case.run.max_wall_time
         if limit is not None and time.monotonic() > self._begun + limit:
             return Status.OUT_OF_TIME
-        return Status.TOO_MANY_STEPS if self.steps >= self.most_steps else None
+        most = min(self.case.run.max_steps or math.inf, self._piece_begun + MOST_STEPS)
+        return Status.TOO_MANY_STEPS if self.steps >= most else None
 
     def advance(self, t_end: float) -> None:
         """Go on to t_end [s]; `SimulationError` where the motion cannot be followed so far."""

@@ -1,6 +1,6 @@
 """Signals of a result at one instant, from the state alone: for sections and maps, where nothing is sampled."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,8 @@ class Observables:
     """Chosen signals as functions of time and state.
 
     Names are those of a result, ``element.signal`` or a signal of all its elements; those that need forces are not among them.
+    ``mesh.x`` is the displacement along the line of action in half backlashes, 1 + drive_penetration / (backlash / 2): above 1
+    the drive flank is pressed, below -1 the back flank, in between the teeth are free; of a torsional pair ``x`` says it.
     Rotations and speeds count from the nominal ones; centres of planetary sets are seen from their turning carriers, of carried
     rotors beside their pins, in axes that turn with the actual carrier.
 
@@ -38,7 +40,11 @@ class Observables:
     """
 
     def __init__(self, packed: Packed, names: Sequence[str]) -> None:
-        self.columns, columns = choose_columns(packed, list(names))
+        halves = packed.half_backlashes
+        self.columns, columns = choose_columns(
+            packed, [halves[name][0] if name in halves else name for name in names]
+        )
+        self.shown = _shown(self.columns, names, halves)
         known = {"rotor": ROTOR} | {
             kind.name: tuple(signal.name for signal in kind.file.SIGNALS if signal.of_state)
             for kind in table.KINDS
@@ -64,7 +70,7 @@ class Observables:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the signals, ``element.signal``."""
-        return tuple(_name(column) for column in self.columns)
+        return tuple(name for name, _, _ in self.shown)
 
     def __call__(self, t: float, y: Floats, branch: Branch | None = None) -> Floats:
         """Return the signals at time t [s] and state y, shape [signal]; NaN for a mesh whose gears cannot mesh there.
@@ -79,7 +85,7 @@ class Observables:
             table.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
         for at, place in self.others:
             found[at] = self.row[place]
-        return found
+        return np.array([found[at] if half is None else 1.0 + found[at] / half for _, at, half in self.shown])
 
     def _beside_seats(self, t: float, y: Floats, seen: Floats) -> Floats:
         """Return ``seen`` with centres and velocities of the carried rotors that are asked for beside their seats."""
@@ -96,6 +102,21 @@ class Observables:
                 i, beside, y[rate], y[hub_rate], angle, np.array(speed + y[3 * (n + hub) + 2])
             )
         return found
+
+
+def _shown(
+    columns: Sequence[Column], names: Sequence[str], halves: Mapping[str, tuple[str, float]]
+) -> list[tuple[str, int, float | None]]:
+    """Return the name of each signal, the place of its column, and the half backlash [m] of one in half backlashes."""
+    places = {_name(column): at for at, column in enumerate(columns)}
+    shown: list[tuple[str, int, float | None]] = []
+    for name in names:
+        if name in halves:
+            shown.append((name, places[halves[name][0]], halves[name][1]))
+        else:
+            of = [(each, at, None) for each, at in places.items() if name in (each, columns[at].signal)]
+            shown += [each for each in of if each not in shown]
+    return shown
 
 
 def _shows(kind: int) -> bool:

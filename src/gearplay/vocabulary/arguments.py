@@ -192,7 +192,6 @@ TEXT: Final = Kind((str,), "text")
 FLAG: Final = Kind((bool,), "True or False")
 TABLE: Final = Kind((Mapping,), "a table")
 FREE: Final = Anything()
-CASE: Final = Has("resolved", "a Case, as load_case returns it")
 PLAN: Final = Has("model_dump", "a plan, its name, a path or a table", (str, os.PathLike, Mapping))
 
 RULES: Final[Mapping[str, Any]] = MappingProxyType(
@@ -245,7 +244,6 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
 OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
     {
         ("frequency_response", "force"): TEXT,
-        **{(door, "case"): CASE for door in ("check_case", "replace")},
         ("load_plan", "source"): PLAN,
         ("planetary", "case"): TABLE,
         ("read_measurement", "sampling"): Real(0.0, above=True),

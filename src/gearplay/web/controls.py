@@ -13,10 +13,12 @@ from gearplay.model.environment import Material
 from gearplay.model.field_units import measure_in
 from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.model.mesh import PlanetMesh
+from gearplay.model.torsional_pair import PARTS
 from gearplay.vocabulary import quantities as q
 
 GROUPS = (
     "Planetary sets",
+    "Torsional pair",
     "Sleeves",
     "Supports",
     "Mesh",
@@ -102,6 +104,8 @@ def controls(case: Case) -> list[dict[str, Any]]:
 def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
     if isinstance(part, BaseModel):
         for name, info in type(part).model_fields.items():
+            if isinstance(part, Case) and part.torsional_pair is not None and name in PARTS:
+                continue  # they follow from the pair
             if name in SKIPPED or (name == "angle" and path.startswith("meshes")):
                 continue
             if isinstance(part, Material) and name in OF_MATERIAL:  # they do not act
@@ -251,6 +255,7 @@ def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
 
 _HEADS: Mapping[str, str] = {
     "planetary": "Planetary sets",
+    "torsional_pair": "Torsional pair",
     "sleeves": "Sleeves",
     "supports": "Supports",
     "meshes": "Mesh",

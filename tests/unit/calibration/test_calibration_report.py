@@ -161,16 +161,19 @@ def test_parameters_have_units_bounds_and_a_verdict(written: Any) -> None:
 
 def test_the_page_begins_with_the_answer_and_one_picture(written: Any) -> None:
     _, fits, folder, document = written
-    first, errors, told = document["answer"]
+    told, first, errors = document["answer"]
     assert first == document["statement"]["words"][0]
     assert "coupled <b> 8 % and 26 %" in errors  # 0.1 decades are 26 %
-    assert told.startswith("The data tell 1 of 2 parameters of the model coupled <b>: drag ")
-    low = next(each.low for each in fits[0].intervals if each.name == "drag")
-    assert f"drag {low:.3g} to " in told
+    assert told.startswith("90 % intervals of the model coupled <b>: drag ")
+    interval = next(each for each in fits[0].intervals if each.name == "drag")
+    assert (
+        f"drag {interval.low:.3g} to {interval.high:.3g} N m s/rad (the case's 0.000293 lies below)" in told
+    )
+    assert told.endswith("; the data do not tell factor.")
     page = (folder / "report.html").read_text()
     places = [
         page.index(text)
-        for text in ("The data tell 1 of 2", "data:image/png", 'id="models"', 'id="parameters"')
+        for text in ("90 % intervals of the model", "data:image/png", 'id="models"', 'id="parameters"')
     ]
     assert places == sorted(places)
 

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 import gearplay as gp
-from gearplay.model.check_teeth import fouls, installed_contact_ratio
+from gearplay.model.check_pairs import installed_contact_ratio
+from gearplay.model.check_teeth import fouls
 from gearplay.model.geometry import mesh_contact_ratio
 
 

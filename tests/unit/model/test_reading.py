@@ -20,6 +20,7 @@ BUNDLED = [
     "han2021-calibrated",
     "han2021-calibrated-uncoupled",
     "han2021-geometric-inertia",
+    "kahraman-singh-1990",
     "lin-parker-1999",
     "pinion-idler-ring",
     "planetary-reducer",

@@ -38,7 +38,7 @@ def some_calibration() -> Any:
         "reading": "absolute",
         "parameters": [row, {**row, "name": "drag", "unit": "N m s/rad"}],
     }
-    return Calibration({"title": "t", "statement": {"words": ["Cannot be told.", "more"]}, "fits": [fit]})
+    return Calibration({"title": "t", "answer": ["90 % intervals.", "Cannot be told."], "fits": [fit]})
 
 
 MAKERS: dict[str, Callable[[], Any]] = {

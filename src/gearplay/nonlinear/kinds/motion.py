@@ -14,7 +14,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
 from gearplay.nonlinear.kinds.response import Response, classify
-from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.nonlinear.kinds.sections import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind
@@ -175,7 +175,7 @@ def identify_motion(
     *,
     periods: int = 1000,
     settle: int = 300,
-    period: str | float = "common",
+    period: str | float = AUTO,
     ensemble: int = 12,
     compare: bool = True,
     progress: Progress | None = None,
@@ -196,7 +196,8 @@ def identify_motion(
             raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
     tell = progress or (lambda what, done, total: None)
     flow = Flow(case)
-    step = section_period(flow.packed, period)
+    chosen = chosen_period(flow.packed, period)
+    step = chosen.step
     seconds = (settle + periods) * step * (1 + ensemble)
     check_work("motion", flow.packed, seconds=seconds, numbers=20.0 * periods * (1 + ensemble))
     prepare(case, derivative=case.run.fixed_step is None)
@@ -215,6 +216,7 @@ def identify_motion(
         value, half = found.largest
         known = (value * step, 0.5 * half * step)
     response = classify(samples, resolution=resolution, exponent=known, swing=swing)
+    response = with_repetition(response, samples, resolution, chosen)
     comparisons, limit = _compare(flow, ensemble, tell, stop) if compare else ((), math.inf)
     worst = max(comparisons, key=lambda each: abs(each.t), default=None)
     if worst is not None and abs(worst.t) > limit:
@@ -223,17 +225,8 @@ def identify_motion(
             f"{abs(worst.t):.3g} standard errors apart where {limit:.3g} are chance: the numbers of the method decide it."
         )
         return Motion(ARTEFACT, None, reason, response, (value, half), step, comparisons, limit, case)
-    return Motion(
-        response.kind,
-        response.order,
-        response.reason,
-        response,
-        (value, half),
-        step,
-        comparisons,
-        limit,
-        case,
-    )
+    r = response
+    return Motion(r.kind, r.order, r.reason, r, (value, half), step, comparisons, limit, case)
 
 
 def _section(
@@ -241,8 +234,9 @@ def _section(
 ) -> tuple[Floats, Floats]:
     """Return the free states once per period, shape [period, state], and their swing within a period, shape [state]."""
     course = flow.begin(flow.start(), stop=stop)
-    if settle:
-        course.advance(settle * step)
+    for at in range(1, settle + 1):
+        course.advance(at * step)
+        tell("settling", float(at), float(settle))
     samples = np.empty((periods, len(flow.free)))
     for at in range(periods):
         course.advance((settle + at) * step)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
-from gearplay.nonlinear.families import along
+from gearplay.nonlinear.families import Family, along
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.orbits import Orbit
@@ -73,7 +73,8 @@ class PeriodicOrbit(Orbit, Tabled):
 class Branches(Answer):
     """Branches of periodic orbits over a field of a case: a sequence of `Branch`, with what a verb's answer has.
 
-    ``missed`` are the starts near which no orbit was found, and why.
+    ``missed`` are the starts near which no orbit was found, and why; ``family`` is the function of the parameter, which no file
+    keeps.
     """
 
     branches: tuple[Branch, ...]
@@ -81,6 +82,7 @@ class Branches(Answer):
     path: str
     keep_load: bool = False
     missed: tuple[str, ...] = ()
+    family: Family | None = field(default=None, compare=False)
 
     answer = "branches"
 
@@ -120,9 +122,8 @@ class Branches(Answer):
 
     def levels(self, signals: Sequence[str]) -> list[Floats]:
         """Return signals at the sections of each branch's orbits, shape [orbit, order, signal] each, SI."""
-        family = StrobeMap(
-            along(self.case, self.path, keep_load=self.keep_load), self.branches[0].orbits[0].parameter
-        )
+        over = self.family or along(self.case, self.path, keep_load=self.keep_load)
+        family = StrobeMap(over, self.branches[0].orbits[0].parameter)
         return [signals_of(family, branch, list(signals)) for branch in self]
 
     def table(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:

@@ -6,14 +6,15 @@ import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si, value_at
-from gearplay.nonlinear.families import along, resonant_value
+from gearplay.model.reading import Source
+from gearplay.nonlinear.families import Family, Varied, along, resonant_value
 from gearplay.nonlinear.orbits.answers import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import Source, case_of
+from gearplay.results.door import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
@@ -62,7 +63,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
 
 
 def branch(
-    case: Source,
+    case: Source | Family,
     path: str,
     low: Any,
     high: Any,
@@ -84,11 +85,12 @@ def branch(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
+        A `Case`, a bundled name, a path or a mapping; or a function that returns a `Case` for a value of a parameter; computed
+        at its tolerance, at 1e-9 if that is looser.
     path
-        The field: ``rotors.ring.load``.
+        The field: ``rotors.ring.load``; of a function the name of its parameter.
     low, high
-        Its bounds, in SI or with a unit.
+        Its bounds, in SI or with a unit; of a function plain numbers.
     order
         Common periods after which the orbits repeat, 1 to 1000.
     settle
@@ -100,8 +102,8 @@ def branch(
     upwards
         Which way to go.
     start
-        Value of the field where the first orbit is sought, the case's own if not given; or a `frequency_response` to the error of
-        a mesh: the speed at which that mesh meets its largest resonance.
+        Value of the field where the first orbit is sought, the case's own (of a function ``low``) if not given; or a
+        `frequency_response` to the error of a mesh: the speed at which that mesh meets its largest resonance.
     keep_load
         Whether loads stay what they are at the case's own speeds, although drag follows the speed.
     progress
@@ -130,19 +132,20 @@ def branch(
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("settle", settle, 0, 10_000_000)
-    base = sharp(case_of(case))
+    varied = Varied(case, path)
+    settings = _settings(varied, low, high, size, orbits)
+    base = sharp(varied.case(settings.low))
     prepare(base, derivative=True)
-    settings = _settings(base, path, low, high, size, orbits)
-    first = _first_value(base, path, start)
-    family = StrobeMap(along(base, path, keep_load=keep_load), first)
+    first = settings.low if varied.is_function and start is None else _first_value(varied, base, start)
+    family = StrobeMap(_sharp_family(varied, base, keep_load=keep_load), first)
     (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
     tick = ticking(progress, "orbits")
     whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
-    return OneBranch((whole,), base, path, keep_load)
+    return OneBranch((whole,), base, path, keep_load, family=family.family)
 
 
 def branches(
-    case: Source,
+    case: Source | Family,
     path: str,
     low: Any,
     high: Any,
@@ -192,17 +195,18 @@ def branches(
     """
     _check_whole("order", order, 1, 1000)
     _check_whole("doublings", doublings, 0, 8)
-    base = sharp(case_of(case))
+    varied = Varied(case, path)
+    settings = _settings(varied, low, high, size, orbits)
+    base = sharp(varied.case(settings.low))
     prepare(base, derivative=True)
-    settings = _settings(base, path, low, high, size, orbits)
-    now = _value_now(base, path)
+    now = settings.low if varied.is_function else _value_now(base, path)
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
-    family = StrobeMap(along(base, path), places[0])
+    family = StrobeMap(_sharp_family(varied, base), places[0])
     starts, missed = settled_orbits(family, places, order=order, settle=settle)
     tick = ticking(progress, "orbits")
     found = branch_tree(family, starts, settings, doublings=doublings, progress=tick)
-    return Branches(found, base, path, missed=missed)
+    return Branches(found, base, path, missed=missed, family=family.family)
 
 
 def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:
@@ -215,24 +219,30 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))
 
 
-def _first_value(base: Case, path: str, start: Any) -> float:
+def _sharp_family(varied: Varied, base: Case, *, keep_load: bool = False) -> Family:
+    """Return the family at a tolerance that derivatives need."""
+    found = varied.family(base, keep_load=keep_load)
+    return (lambda value: sharp(found(value))) if varied.is_function else found
+
+
+def _first_value(varied: Varied, base: Case, start: Any) -> float:
     """Return where a branch begins [SI]."""
     if start is None:
-        return _value_now(base, path)
+        return _value_now(base, varied.path)
     from gearplay.linear.response import FrequencyResponse
 
     if isinstance(start, FrequencyResponse):
-        return resonant_value(base, path, start)
-    return number_in_si(base, (path,), start, "start")
+        return resonant_value(base, varied.path, start)
+    return varied.number(start, "start")
 
 
 def _value_now(base: Case, path: str) -> float:
     """Return the case's own value of a field [SI]."""
-    return number_in_si(base, (path,), value_at(base.resolved(), path), path)
+    return number_in_si(base, (path,), value_at(base, path), path)
 
 
-def _settings(base: Case, path: str, low: Any, high: Any, size: float | None, orbits: int) -> Settings:
-    ends = [number_in_si(base, (path,), value, name) for name, value in (("low", low), ("high", high))]
+def _settings(varied: Varied, low: Any, high: Any, size: float | None, orbits: int) -> Settings:
+    ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
     if size is not None and not (np.isfinite(size) and size > 0.0):

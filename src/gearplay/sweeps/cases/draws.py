@@ -52,12 +52,11 @@ def check_draws(design: Design, sample: Floats, base: Case) -> None:
 
 def _try_draw(p: Random, at: int, reached: float, base: Case) -> None:
     """Raise `InputError` where the case does not take a value that the draws reach."""
-    document = base.resolved()
     try:
         replace(
             base,
             {
-                path: reached * value_at(document, path) if p.mode == "scale" else reached
+                path: reached * value_at(base, path) if p.mode == "scale" else reached
                 for path in (p.path, *p.also)
             },
         )

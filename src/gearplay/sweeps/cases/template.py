@@ -32,9 +32,8 @@ class Template:
         self.base: Case = changed(load_case(plan.case), plan.set, "set")
         self.points: Points = points_of(plan, self.base)
         drawn = plan.design.parameters if plan.design else ()
-        document = self.base.resolved()
         self.fields: list[tuple[str, str, float | None]] = [  # path, name, base value of what scales
-            (path, each.name, _number_at(document, path) if each.mode == "scale" else None)
+            (path, each.name, _number_at(self.base, path) if each.mode == "scale" else None)
             for each in (*plan.axes, *drawn)
             for path in (each.path, *each.also)
         ]
@@ -70,7 +69,11 @@ class Template:
             place: Any = document
             *way, last = numbered(document, path).split(".")
             for part in way:
+                if isinstance(place, dict) and place.get(part) is None:
+                    return  # a table that the base does not have
                 place = place[int(part)] if isinstance(place, list) else place[part]
+            if isinstance(place, dict) and last not in place:
+                return  # a field that the base does not write out, or the file of a table
             place[int(last) if isinstance(place, list) else last] = f"{MARK}{at}{MARK}"
         text = _json(document)
         mark = json.dumps(MARK)[1:-1]
@@ -124,9 +127,9 @@ class Template:
         return hashlib.sha256(words.encode()).digest()
 
 
-def _number_at(document: Any, path: str) -> float:
+def _number_at(case: Case, path: str) -> float:
     """Return the number that factors multiply; `InputError` where there is none."""
-    value = value_at(document, path)
+    value = value_at(case, path)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         rule = "must be a number in the case, to be multiplied"
         raise InputError(Fault(path, value, rule, 'Take mode = "set", or correct the path'))
