@@ -40,6 +40,12 @@ def make_bare(path: Path) -> None:
     )
 
 
+def make_bare_mat(path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(path, {"X1_DE_time": np.sin(0.1 * np.arange(2000.0)), "fs": 12000.0})
+
+
 def make_sound(path: Path) -> None:
     values = 0.5 * np.sin(0.1 * np.arange(8000.0))
     gp.write_record(gp.Record((gp.Channel("channel 1", values, 8000.0, "Pa"),)), path)
@@ -65,6 +71,7 @@ FILES: dict[str, Callable[[Path], None]] = {
     "run 7.tdms": make_record,
     "run.tdms": make_long_record,
     "bare.csv": make_bare,
+    "bare.mat": make_bare_mat,
     "loud.wav": make_sound,
     "my-case.toml": make_case,
     "rig.toml": make_rig,

@@ -95,5 +95,5 @@ def test_a_plain_temperature_below_zero_is_told_the_unit() -> None:
     import gearplay as gp
 
     case = gp.load_case("two-stage-reducer")
-    with pytest.raises(gp.GearplayError, match='write "-60 degC"'):
+    with pytest.raises(gp.GearplayError, match='Write "-60 degC"'):
         gp.replace(case, {"environment.temperature": -60})

@@ -76,7 +76,11 @@ def test_the_derivative_of_the_map_is_that_of_differences() -> None:
 
 
 def test_a_branch_starts_on_a_resonance_and_keeps_the_load() -> None:
-    case = small(carrier={"load": {"torque": 40.0, "drag": 0.5}})
+    held = {
+        "floating": False,
+        "support": {"stiffness": [1e8, 1e8]},
+    }  # between two planets it would fall to one side
+    case = small(carrier={"load": {"torque": 40.0, "drag": 0.5}}, sun=held)
     path = "planetary.stage.sun.drive.speed"
     found = gp.frequency_response(
         case, force="stage.sun-stage.planet1.transmission_error", at="stage.carrier.theta",

@@ -19,7 +19,7 @@ def check(
     changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Validate a case, warn where its numbers do not fit; say contact ratio and frequencies of each pair of gears."""
+    """Validate a case; warn; list ratios and frequencies of pairs."""
     from gearplay.model.check import check_case
     from gearplay.model.check_pairs import pair_table
     from gearplay.model.reading import load_case

@@ -150,7 +150,7 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
-    seen = f" beside its pin, in axes of {on}" if on else ""
+    seen = "\nbeside its pin, axes of the carrier" if on else ""
     circle = f"\nclearance circle {1e6 * clearance:.4g} µm" if clearance > 0.0 else ""
     ax.set_title(plain(f"{rotor}{seen}{circle}"), fontsize=SMALL, loc="left")
 

@@ -20,7 +20,7 @@ def check_run(dataset: "xr.Dataset", case: Case) -> None:
 
     Times must be finite, rising and even, the status known, the names those of the case, the signals finite.
 
-    Signals may end in NaN only where their member did not reach its end.
+    Signals are NaN only where they were not kept, and behind the end of a member that was cut short.
     """
     if "contact" not in dataset.dims or "time" not in dataset.coords:
         _refuse("dataset", str(list(dataset.data_vars))[:60], "must be what simulate returned")
@@ -66,13 +66,14 @@ def _check_times(time: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> None:
 
 
 def _check_signal(name: str, variable: "xr.DataArray", done: list[bool]) -> None:
-    """Refuse NaN and infinity, but for the end of a member that was cut short."""
+    """Refuse NaN and infinity, but for signals of elements that were not kept and the end of a member that was cut short."""
     rest = [dim for dim in variable.dims if dim not in ("time", "member")]
     several = "member" in variable.dims
     members = variable.transpose(*(["member"] if several else []), "time", *rest).values
     members = members if several else members[None]
     for member, values in enumerate(members):
-        bad = ~np.isfinite(values.reshape(values.shape[0], -1)).all(axis=1)
+        table = values.reshape(values.shape[0], -1)
+        bad = ~np.isfinite(table[:, ~np.isnan(table).all(axis=0)]).all(axis=1)
         if bad.any() and (done[min(member, len(done) - 1)] or not bad[int(bad.argmax()) :].all()):
             place = int(bad.argmax())
             _refuse(

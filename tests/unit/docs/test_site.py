@@ -21,7 +21,18 @@ from serving import find_browser, launch
 
 ROOT = Path(__file__).resolve().parents[3]
 MARKDOWN_LINK = re.compile(r"\]\(([^)\s]+)\)")
-TABLES = {"rotors", "sleeves", "meshes", "couplings", "supports", "base", "environment", "planetary", "run"}
+TABLES = {
+    "rotors",
+    "sleeves",
+    "meshes",
+    "couplings",
+    "supports",
+    "base",
+    "environment",
+    "planetary",
+    "torsional_pair",
+    "run",
+}
 """Fields of a case that are headings of the page, not rows."""
 ELSEWHERE = ("http:", "https:", "mailto:")
 
