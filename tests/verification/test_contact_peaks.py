@@ -4,11 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import gearplay as gp
 from building import Document, forum_pair
 from depth import sized
 from random_trains import train
+
+Floats = NDArray[np.float64]
 
 
 class Peak(NamedTuple):
@@ -18,27 +21,36 @@ class Peak(NamedTuple):
     penetration: float
 
 
-def sampled(document: Document, sampling: float) -> dict[str, tuple[Peak, Peak, bool]]:
-    """Return the largest samples and the statistics of each flank, journal and coupling, and whether its force falls at the end.
+def motion_of(result: gp.Result, label: str, sampling: float) -> tuple[Floats, Floats]:
+    """Return the force [N or N m] and penetration [m] of a flank, journal or coupling, shape [sample]."""
+    owner, _, part = label.partition(":")
 
-    A force that rises at the end of a run is larger there than in its last sample.
+    def signal(name: str) -> Floats:
+        return result.signal(f"{owner}.{name}", sampling=sampling, window=(0.0, result.case.run.duration))
+
+    if part in ("drive", "back"):
+        return signal(f"{part}_force"), signal(f"{part}_penetration")
+    if not part:
+        return np.hypot(signal("sleeve_force_x"), signal("sleeve_force_y")), signal("sleeve_penetration")
+    return (1.0 if part == "forward" else -1.0) * signal("coupling_torque"), np.zeros(1)
+
+
+def sampled(document: Document, sampling: float) -> dict[str, tuple[Peak, Peak, float]]:
+    """Return the largest samples of each contact, its statistics, and how far the peak force is above a fine sample.
+
+    A force that rises at the end of a run is larger there than in its last sample, and one that is damped may peak between two:
+    where the statistic is the larger one by more than 0.1 % the motion is looked at every 2 ns.
     """
     result = gp.simulate(gp.load_case(document), threads=1, sampling=sampling)
-    run = result.runs[0]
-    found = {}
-    for k, label in enumerate(run.statistics.labels):
-        owner, _, part = label.partition(":")
-        if part in ("drive", "back"):
-            force, depth = run.signal(f"{part}_force", owner), run.signal(f"{part}_penetration", owner)
-        elif not part:
-            force = np.hypot(run.signal("sleeve_force_x", owner), run.signal("sleeve_force_y", owner))
-            depth = run.signal("sleeve_penetration", owner)
-        else:
-            sign = 1.0 if part == "forward" else -1.0
-            force, depth = sign * run.signal("coupling_torque", owner), np.zeros(1)
+    statistics, found = result.runs[0].statistics, {}
+    for k, label in enumerate(statistics.labels):
+        force, depth = motion_of(result, label, sampling)
         seen = Peak(float(force.max(initial=0.0)), float(depth.max(initial=0.0)))
-        said = Peak(float(run.statistics.peak_force[k]), float(run.statistics.max_penetration[k]))
-        found[label] = seen, said, bool(np.argmax(force) < len(force) - 1)
+        said = Peak(float(statistics.peak_force[k]), float(statistics.max_penetration[k]))
+        fine = seen.force
+        if fine > 1.0 and said.force > 1.001 * fine:
+            fine = float(motion_of(result, label, 5e8)[0].max())
+        found[label] = seen, said, said.force / fine - 1.0 if fine > 1.0 else 0.0
     return found
 
 
@@ -52,8 +64,9 @@ def test_peaks_of_a_steep_ramp() -> None:
 
 @pytest.mark.parametrize("depth", [1e-8, 1e-7, 1e-6, 1e-5])
 def test_peaks_are_the_largest_samples_whatever_the_ramp(depth: float) -> None:
-    for label, (seen, said, _) in sampled(forum_pair({"ratio": 0.2, "depth": depth}), 1e7).items():
-        assert seen.force * (1.0 - 1e-6) <= said.force <= seen.force * 1.001, label
+    for label, (seen, said, above) in sampled(forum_pair({"ratio": 0.2, "depth": depth}), 1e7).items():
+        assert seen.force * (1.0 - 1e-6) <= said.force, label
+        assert above <= 1e-3, label
         assert seen.penetration * (1.0 - 1e-6) <= said.penetration <= seen.penetration * 1.001, label
 
 
@@ -65,8 +78,7 @@ def test_peaks_of_random_trains_are_the_largest_samples() -> None:
         for sleeve in document.get("sleeves", {}).values():
             sleeve.pop("friction_coefficient", None)  # the statistic is of the normal force
         document["run"] |= {"duration": 1e-3}
-        for label, (seen, said, falls) in sampled(document, 5e6).items():
+        for label, (seen, said, above) in sampled(document, 5e6).items():
             assert said.force >= seen.force * (1.0 - 1e-6) - 1e-9, (seed, label)
-            assert said.penetration >= seen.penetration * (1.0 - 1e-6) - 1e-15, (seed, label)
-            if falls and seen.force > 1.0:
-                assert said.force <= seen.force * 1.001, (seed, label)
+            assert said.penetration >= seen.penetration * (1.0 - 1e-6) - 1e-14, (seed, label)
+            assert above <= 1e-3, (seed, label)
