@@ -1,4 +1,4 @@
-"""Every slider of the page in every bundled case moves what it says; faults are told; measurements keep their units."""
+"""Every slider of the page in every bundled case moves what it says; faults are shown; measurements keep their units."""
 
 from pathlib import Path
 from typing import Any
@@ -91,7 +91,7 @@ def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
 
 
 def test_a_fault_of_the_page_is_shown_and_stops_nothing(visit: Open) -> None:
-    """What a control does throws once: the user is told, the next move runs."""
+    """What a control does throws once: a message is shown, the next move runs."""
     made = visit().ready()
     made.page.evaluate(
         """() => {

@@ -137,41 +137,31 @@ class Linear:
 
     def _element_stiffness(self, e: int, places: list[int]) -> Floats:
         """Return the stiffness matrix of element e alone, of some places of the state, shape [place, place]."""
+        columns = [-self._force_change(e, place).ravel()[places] for place in places]
+        return np.reshape(columns, (len(places), len(places))).T
+
+    def _force_change(self, e: int, place: int) -> Floats:
+        """Return the forces of element e per unit of a place of the state, shape [rotor, 3], overwritten by the next call."""
         element, force, z = self.system.elements[e], self.slopes.force, self.scratch
-        file, found = KINDS[int(element["kind"])].file, np.zeros((len(places), len(places)))
-        for column, place in enumerate(places):
-            force[:], z[:] = 0.0, 0.0
-            z[place] = 1.0
-            file.add_change(
-                self.system, int(element["index"]), self.slopes.elements[e], z, self.branch, force, self.rates
-            )
-            found[:, column] = -force.ravel()[places]
-        z[:] = 0.0
-        return found
+        add_change = KINDS[int(element["kind"])].file.add_change
+        force[:] = 0.0
+        z[place] = 1.0
+        add_change(
+            self.system, int(element["index"]), self.slopes.elements[e], z, self.branch, force, self.rates
+        )
+        z[place] = 0.0
+        return force
 
     def force_rows(self, e: int, rotor: int, axis: int) -> tuple[Floats, Floats]:
         """Return what free displacements and velocities change in the force of element e on an axis of a rotor.
 
         Shapes [coordinate]; N or N m per m, rad, m/s, rad/s. `matrix` has been there.
         """
-        element, force, z = self.system.elements[e], self.slopes.force, self.scratch
-        file, rows = KINDS[int(element["kind"])].file, np.zeros((2, self.free.size))
-        for k, first in enumerate((0, 3 * self.rotors)):
-            for c, place in enumerate(self.free):
-                force[:], z[:] = 0.0, 0.0
-                z[first + place] = 1.0
-                file.add_change(
-                    self.system,
-                    int(element["index"]),
-                    self.slopes.elements[e],
-                    z,
-                    self.branch,
-                    force,
-                    self.rates,
-                )
-                rows[k, c] = force[rotor, axis]
-        z[:] = 0.0
-        return rows[0], rows[1]
+        by_place, by_rate = (
+            np.array([self._force_change(e, first + int(place))[rotor, axis] for place in self.free])
+            for first in (0, 3 * self.rotors)
+        )
+        return by_place, by_rate
 
     def damping(self, matrix: Floats) -> Floats:
         """Return the damping matrix of the free coordinates, shape [coordinate, coordinate]."""

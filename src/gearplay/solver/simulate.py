@@ -76,19 +76,6 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
-    one = job_of(case, member, signals=signals, origin=origin)
-    return one.run(Watch(one.duration + one.transient, None, stop or threading.Event()))
-
-
-def job_of(
-    case: Case,
-    member: int = 0,
-    *,
-    signals: list[str] | None = None,
-    origin: End | None = None,
-    place: int = 0,
-) -> Job:
-    """Return one member to simulate; see `run_one`. ``place`` tells it from others that run with it."""
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
@@ -102,7 +89,8 @@ def job_of(
             transient=run.transient,
         )
     )
-    return Job(place, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
+    job = Job(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
+    return job.run(Watch(run.duration + run.transient, None, stop or threading.Event()))
 
 
 def run_batch(

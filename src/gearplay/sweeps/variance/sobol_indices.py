@@ -4,7 +4,7 @@ The first-order index is the share of the variance that would go if the paramete
 would stay if all others were (Sobol', Math. Comput. Simul. 55 (2001) 271). A ``saltelli`` design has estimators of its own
 (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259; Jansen's for the total index), in SALib. Of other designs a polynomial
 is fitted and its variance split (Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964): only as good as the polynomial, so its
-leave-one-out error is told beside. Of a full grid the variance is split exactly.
+leave-one-out error is given with it. Of a full grid the variance is split exactly.
 """
 
 import math

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from gearplay.sweeps.variance.sobol_indices import Indices
 
 MOST_RANKED = 6
-"""Parameters whose shares are told."""
+"""Most parameters whose shares are listed."""
 
 
 def spoken(name: str) -> str:
