@@ -223,9 +223,9 @@ def starting():
 
 
 @jitted
-def _evaluate(system, roster, branch, loads, y, dy, times):
+def _evaluate(system, active_set, branch, loads, y, dy, times):
     for n in range(times):
-        right_hand_side(system, roster, 1e-9 * n, y, branch, dy, loads)
+        right_hand_side(system, active_set, 1e-9 * n, y, branch, dy, loads)
 
 
 @njit
@@ -248,13 +248,13 @@ def hardware():
     )
     counts = json.loads(done.stdout)
     operations = sum(counts.values())
-    system, roster, branch, loads = LIVELY.arguments()
+    system, active_set, branch, loads = LIVELY.arguments()
     branch.modes[:2] = LOADED
-    roster.active[:2] = 1, 1
+    active_set.active[:2] = 1, 1
     y, dy, times = LIVELY.start(1), np.zeros(12), 200_000
     for e in range(system.elements.size):
         table.start_step(system, e, 0.0, y, branch)  # knows the angles
-    arguments = (system, roster, branch, loads, y, dy)
+    arguments = (system, active_set, branch, loads, y, dy)
     _evaluate(*arguments, 1)
     nanoseconds = 1e9 * best(lambda: _evaluate(*arguments, times)) / times
     _multiply_add(1)

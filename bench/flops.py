@@ -82,7 +82,7 @@ def main():
     from gearplay.kernels.layout import LOADED
     from gearplay.kernels.right_hand_side import right_hand_side
 
-    system, roster, branch, loads = LIVELY.arguments()
+    system, active_set, branch, loads = LIVELY.arguments()
     y = LIVELY.start(1)
     for e in range(system.elements.size):
         table.start_step(system, e, 0.0, y, branch)
@@ -95,14 +95,14 @@ def main():
     COUNTS.clear()
     states, speeds, rows = (
         np.array([Counting(v) for v in a.ravel()], dtype=object).reshape(a.shape)
-        for a in (y, branch.latch, loads.contacts)
+        for a in (y, branch.impact_speeds, loads.contacts)
     )
     rates, forces, scratch = (np.zeros(a.shape, dtype=object) for a in (y, loads.rotors, loads.out))
-    branch = SimpleNamespace(modes=branch.modes, latch=speeds, memory=plain(branch.memory))
+    branch = SimpleNamespace(modes=branch.modes, impact_speeds=speeds, memory=plain(branch.memory))
     loads = SimpleNamespace(contacts=rows, rotors=forces, out=scratch)
     # the ring alone is integrated: the pinion is held and prescribed
-    roster.active[:2] = 1, 1
-    right_hand_side(system, roster, Counting(1e-5), states, branch, rates, loads)
+    active_set.active[:2] = 1, 1
+    right_hand_side(system, active_set, Counting(1e-5), states, branch, rates, loads)
     json.dump(COUNTS, sys.stdout)
 
 

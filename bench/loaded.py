@@ -120,7 +120,7 @@ PROBLEMS = {
 
 
 class Loaded(Problem):
-    """A loaded problem as every solver gets it: from a state at `LEAD`, over `DURATION`; impact speeds as latched there."""
+    """A loaded problem as every solver gets it: from a state at `LEAD`, over `DURATION`; impact speeds as stored there."""
 
     @cached_property
     def course(self):
@@ -139,10 +139,10 @@ class Loaded(Problem):
 
     def arguments(self):
         """Return the leading arguments of `derivative`."""
-        system, roster, branch, loads = super().arguments()
-        for name in ("latch", "memory"):
+        system, active_set, branch, loads = super().arguments()
+        for name in ("impact_speeds", "memory"):
             getattr(branch, name)[:] = getattr(self.course.run.branch, name)
-        return system, roster, branch, loads
+        return system, active_set, branch, loads
 
     def timed(self, tolerance):
         """Return our final state, wall time [s] and steps per second at a tolerance."""

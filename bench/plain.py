@@ -23,15 +23,15 @@ def stage_state(y, h, stages, stage, result):
 
 
 @jitted
-def integrate(system, roster, branch, loads, y, span, first, scale, stages, y_new):
+def integrate(system, active_set, branch, loads, y, span, first, scale, stages, y_new):
     """Advance y to ``span`` by Dormand-Prince 5(4) with the usual step control; return the evaluations."""
     t, h, calls, fresh = 0.0, first, 1, True
-    derivative(system, roster, branch, loads, t, y, stages[0])
+    derivative(system, active_set, branch, loads, t, y, stages[0])
     while t < span:
         h = min(h, span - t)
         for stage in range(1, STAGES):
             stage_state(y, h, stages, stage, y_new)
-            derivative(system, roster, branch, loads, t + NODES[stage] * h, y_new, stages[stage])
+            derivative(system, active_set, branch, loads, t + NODES[stage] * h, y_new, stages[stage])
         calls += STAGES - 1
         worst = 0.0
         for i in range(y.size):
@@ -76,13 +76,13 @@ def solve(problem, member, method, tolerance):
 
 
 @jitted
-def integrate_fixed(system, roster, branch, loads, y, span, steps, stages, y_new):
+def integrate_fixed(system, active_set, branch, loads, y, span, steps, stages, y_new):
     """Advance y to ``span`` by ``steps`` equal steps of the fifth-order formula."""
     h = span / steps
     for n in range(steps):
         for stage in range(STAGES - 1):
             stage_state(y, h, stages, stage, y_new)
-            derivative(system, roster, branch, loads, n * h + NODES[stage] * h, y_new, stages[stage])
+            derivative(system, active_set, branch, loads, n * h + NODES[stage] * h, y_new, stages[stage])
         for i in range(y.size):
             for j in range(STAGES - 1):
                 y[i] += h * WEIGHTS[STAGES - 1, j] * stages[j, i]

@@ -1,7 +1,7 @@
 """The initial-value problems that every solver of the benchmark gets, with exact answers and one common right-hand side.
 
 Peers see each contact's branch chosen by the state alone. The sleeve's restitution is 1, so that the impact speed, which
-they cannot latch, plays no part; everything else is the bundled case at 120 rpm.
+they cannot impact_speeds, plays no part; everything else is the bundled case at 120 rpm.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ import numpy as np
 import gearplay as gp
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
+from gearplay.kernels.active_set import add, make_active_set
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
 from gearplay.kernels.elements.table import MESH, SLEEVE
 from gearplay.kernels.layout import FORCE, LOADED, OPEN
 from gearplay.kernels.mesh_geometry import P_B, P_D, mesh_geometry
 from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.roster import add, make_roster
 from gearplay.kernels.switches import make_branch
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
@@ -27,15 +27,15 @@ STATES = 12  # x, y, theta of pinion and ring, then their rates
 
 
 @compiled_inline
-def decide(system, roster, t, y, branch, out):
+def decide(system, active_set, t, y, branch, out):
     """Choose every contact's branch by the state alone; list the elements that touch."""
     modes, sleeves, meshes = branch.modes, system.records[SLEEVE], system.records[MESH]
-    roster.acting[0] = 0
+    active_set.acting[0] = 0
     for n in range(sleeves.size):
         sleeve_geometry(system, n, t, y, out)
         modes[sleeves[n].contact] = LOADED if out[DELTA] > 0.0 else OPEN
         if out[DELTA] > 0.0 or system.elements[sleeves[n].element].always == 1:
-            add(roster.acting, sleeves[n].element)
+            add(active_set.acting, sleeves[n].element)
     for n in range(meshes.size):
         if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
             return 1
@@ -45,22 +45,22 @@ def decide(system, roster, t, y, branch, out):
                 1 if out[P_D + flank] >= meshes[n].depth else 0
             )  # past the damping ramp
         if out[P_D] > 0.0 or out[P_B] > 0.0:
-            add(roster.acting, meshes[n].element)
+            add(active_set.acting, meshes[n].element)
     for e in range(system.elements.size):
         element = system.elements[e]
         if element.kind != SLEEVE and element.kind != MESH and element.always == 1:
-            add(roster.acting, e)
+            add(active_set.acting, e)
     return 0
 
 
 @compiled_inline
-def derivative(system, roster, branch, loads, t, y, dy):
+def derivative(system, active_set, branch, loads, t, y, dy):
     """Fill dy = f(t, y) without any memory of contacts; NaN where the pair cannot mesh. The peers' right-hand side."""
-    if decide(system, roster, t, y, branch, loads.out) != 0:
+    if decide(system, active_set, t, y, branch, loads.out) != 0:
         for i in range(dy.size):
             dy[i] = np.nan
         return
-    right_hand_side(system, roster, t, y, branch, dy, loads)
+    right_hand_side(system, active_set, t, y, branch, dy, loads)
     pulled, modes, meshes = False, branch.modes, system.records[MESH]
     for n in range(meshes.size):
         for k in range(meshes[n].contact, meshes[n].contact + 2):
@@ -68,7 +68,7 @@ def derivative(system, roster, branch, loads, t, y, dy):
                 modes[k] = OPEN
                 pulled = True
     if pulled:  # damping would pull: no force, as in (17)
-        right_hand_side(system, roster, t, y, branch, dy, loads)
+        right_hand_side(system, active_set, t, y, branch, dy, loads)
 
 
 def spread(ratios):
@@ -98,11 +98,11 @@ class Problem:
         return initial_state(self.case, self.packed, member=member)
 
     def arguments(self):
-        """Return fresh leading arguments of `derivative`: (system, roster, branch, loads)."""
+        """Return fresh leading arguments of `derivative`: (system, active_set, branch, loads)."""
         system = self.packed.system
         branch = make_branch(system)
-        branch.latch[:] = 1.0
-        return system, make_roster(system, self.packed.state_size), branch, make_loads(system)
+        branch.impact_speeds[:] = 1.0
+        return system, make_active_set(system, self.packed.state_size), branch, make_loads(system)
 
     def run(self, member, tolerance):
         """Return our own run at its start."""

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
+from gearplay.kernels.active_set import make_active_set
 from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
 from gearplay.kernels.elements.table import MESH, SLEEVE
 from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, PENETRATION
 from gearplay.kernels.mesh_geometry import P_B, P_D, PSI, mesh_geometry
 from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.roster import make_roster
 from gearplay.kernels.switches import make_branch
 from gearplay.kernels.tooth_stiffness import mesh_stiffness
 from gearplay.model.case import Case
@@ -162,8 +162,8 @@ class Instant:
     def __init__(self, packed: Packed) -> None:
         self.packed, self.system = packed, packed.system
         self.loads, self.branch = make_loads(packed.system), make_branch(packed.system)
-        self.roster = make_roster(packed.system, packed.state_size)  # everyone takes part
-        self.branch.latch[:] = 1.0
+        self.active_set = make_active_set(packed.system, packed.state_size)  # everyone takes part
+        self.branch.impact_speeds[:] = 1.0
         self.dy = np.zeros(packed.state_size)
 
     @property
@@ -173,14 +173,14 @@ class Instant:
 
     def generalised_forces(self, t: float, y: Floats) -> Floats:
         """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (self.system, self.roster, t, y, self.branch, self.dy, self.loads)
+        args = (self.system, self.active_set, t, y, self.branch, self.dy, self.loads)
         touching = self.branch.modes[: len(self.contacts)]
         touching[:] = 0
         assert right_hand_side(*args) == 0
         touching[:] = np.where(self.contacts[:, PENETRATION] > 0.0, LOADED, 0)
         assert right_hand_side(*args) == 0
-        latching = self.system.contacts["latch"] >= 0
-        assert np.all(self.contacts[latching, MARGIN] > 0.0)
+        storing = self.system.contacts["impact_slot"] >= 0
+        assert np.all(self.contacts[storing, MARGIN] > 0.0)
         return self.loads.rotors.ravel().copy()
 
     def potential(self, t: float, y: Floats) -> float:

@@ -8,10 +8,10 @@ from numba import njit
 from building import Document, case_of, run_of
 from gearplay.kernels import compiler, stepper
 from gearplay.kernels import run as kernel
+from gearplay.kernels.active_set import state_of
 from gearplay.kernels.elements import table
 from gearplay.kernels.layout import PENETRATION, Loads
 from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.roster import state_of
 from gearplay.model.pack import pack
 
 LOOKS = 1500  # at each flight
@@ -28,9 +28,9 @@ def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Lo
         share = s / looks if s % 2 == 0 else 1.0 - (1.0 - s / looks) ** 6
         t = t_0 + share * (t_1 - t_0)
         for i in range(system.rotors.size):
-            state_of(system, motion.roster, i, t, motion.y, y)
+            state_of(system, motion.active_set, i, t, motion.y, y)
         for e in range(system.elements.size):
-            table.press(system, e, t, y, motion.branch, loads)
+            table.contact_kinematics(system, e, t, y, motion.branch, loads)
         deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
     return deepest
 
@@ -46,9 +46,9 @@ def oversights(documents: Iterator[Document], wanted: int) -> tuple[float, int]:
         motion = run_of(case, packed, member=1)
         motion.clock[kernel.T_END] = 0.3
         for _ in range(4000):
-            flying, t_0 = motion.roster.active[0] == 0, float(motion.clock[kernel.T])
-            roster = motion.roster
-            flight = (roster.roles, roster.since, roster.origin, roster.swing)
+            flying, t_0 = motion.active_set.active[0] == 0, float(motion.clock[kernel.T])
+            active_set = motion.active_set
+            flight = (active_set.body_states, active_set.since, active_set.origin, active_set.modal_rates)
             before = [array.copy() for array in flight]
             status = stepper.advance(packed.system, motion, 1)
             t_1 = float(motion.clock[kernel.T])

@@ -41,11 +41,11 @@ def flat(problem):
     outside = OUTSIDE * problem.packed.natural
     arguments = problem.arguments()
     flat.kept.append(arguments)
-    system, roster, branch, loads = (held(group) for group in arguments)
+    system, active_set, branch, loads = (held(group) for group in arguments)
 
     @njit(nogil=True, error_model="numpy")
     def rhs(t, y, dy):
-        derivative(system(), roster(), branch(), loads(), t, y, dy)
+        derivative(system(), active_set(), branch(), loads(), t, y, dy)
         if dy[0] != dy[0]:
             dy[:] = outside
 

@@ -20,8 +20,8 @@ from building import Document, Floats, Measured, case_of, merged
 from depth import sized
 from gearplay.kernels.advancement import RESOLUTION, STAYS_OPEN
 from gearplay.kernels.elements import derivative, table
-from gearplay.kernels.events import attempt, first_switch, look
-from gearplay.kernels.flight import fly
+from gearplay.kernels.events import first_switch
+from gearplay.kernels.free_motion import propagate
 from gearplay.kernels.layout import LOADED, OPEN, PENETRATION, RATE
 from gearplay.kernels.restart import begin
 from gearplay.kernels.right_hand_side import make_loads
@@ -29,6 +29,7 @@ from gearplay.kernels.run import DONE, T_END, Run, T, make_run
 from gearplay.kernels.runge_kutta import error_norm
 from gearplay.kernels.slopes import make_slopes
 from gearplay.kernels.switches import make_branch, switch_values
+from gearplay.kernels.trial_step import attempt, evaluate
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.flow import Flow
 
@@ -56,29 +57,29 @@ class Scene:
         self.held = [3 * i + c for i in range(n) for c in range(3) if _is_held(rotors[i], c)]
         self.y[self.held], self.y[[3 * n + c for c in self.held]] = 0.0, 0.0
         self.branch, self.loads = make_branch(self.system), make_loads(self.system)
-        self.branch.latch[:] = rng.uniform(0.05, 0.2, self.branch.latch.size)
+        self.branch.impact_speeds[:] = rng.uniform(0.05, 0.2, self.branch.impact_speeds.size)
         self.decide(self.y)
 
     def decide(self, y: Floats) -> None:
         """Choose every branch by the state."""
         for e in range(self.system.elements.size):
-            assert table.press(self.system, e, 0.0, y, self.branch, self.loads) == 0
+            assert table.contact_kinematics(self.system, e, 0.0, y, self.branch, self.loads) == 0
         touching = self.loads.contacts[:, PENETRATION] > 0.0
         self.branch.modes[: len(touching)] = np.where(touching, LOADED, OPEN)
         for e in range(self.system.elements.size):
-            table.settle(self.system, e, 0.0, y, self.branch, self.loads)
+            table.initialise(self.system, e, 0.0, y, self.branch, self.loads)
 
-    def forces(self, y: Floats, latch: Floats | None = None) -> tuple[Floats, Floats]:
+    def forces(self, y: Floats, impact_speeds: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the sums on the rotors [rotor, 3] and the rates of the elements' own states."""
-        branch = self.branch if latch is None else replace(self.branch, latch=latch)
+        branch = self.branch if impact_speeds is None else replace(self.branch, impact_speeds=impact_speeds)
         dy = np.zeros(y.size)
         self.loads.rotors[:] = 0.0
         acting = np.array([len(self.elements), *self.elements], dtype=np.int64)
-        assert table.act(self.system, acting, 0.0, y, branch, self.loads, dy) == 0
+        assert table.apply_forces(self.system, acting, 0.0, y, branch, self.loads, dy) == 0
         return self.loads.rotors.copy(), dy[6 * self.n :]
 
     def slopes(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return what a change z of state and latched speeds changes in `forces`, by the elements' own slopes."""
+        """Return what a change z of state and stored impact speeds changes in `forces`, by the elements' own slopes."""
         rows, force, dz = make_slopes(self.system).elements, np.zeros((self.n, 3)), np.zeros(z.size)
         for e in self.elements:
             assert derivative.linearise(self.system, e, 0.0, self.y, self.branch, self.loads, rows[e]) == 0
@@ -103,7 +104,7 @@ class Scene:
 
     def look(self, run: Run, h: float, x: float, s: int) -> float:
         """Return switch s at the share x of the step of h [s] just tried."""
-        look(self.system, run, h, x, s)
+        evaluate(self.system, run, h, x, s)
         return float(run.g_try[s])
 
 
@@ -122,15 +123,16 @@ def scenes(kind: str, count: int, **policy: float) -> list[Scene]:
 
 @every_kind
 def test_slopes_are_those_of_differences(kind: str, measured: Measured) -> None:
-    """Central differences of the forces along random changes of the state and of latched speeds."""
+    """Central differences of the forces along random changes of the state and of stored impact speeds."""
     worst = 0.0
     for scene in scenes(kind, 40):
-        sizes = np.concatenate([scene.packed.natural, np.full(scene.branch.latch.size, 0.1)])
+        sizes = np.concatenate([scene.packed.natural, np.full(scene.branch.impact_speeds.size, 0.1)])
         z = sizes * scene.rng.uniform(-1.0, 1.0, sizes.size)
         z[scene.held], z[[3 * scene.n + c for c in scene.held]] = 0.0, 0.0
         size, h = scene.y.size, 1e-5
         ends = [
-            scene.forces(scene.y + s * h * z[:size], scene.branch.latch + s * h * z[size:]) for s in (1, -1)
+            scene.forces(scene.y + s * h * z[:size], scene.branch.impact_speeds + s * h * z[size:])
+            for s in (1, -1)
         ]
         for exact, plus, minus in zip(scene.slopes(z), *ends, strict=True):
             if exact.size:
@@ -168,8 +170,8 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
                 for share in (0.3, 0.7, 0.95, 1.0):
                     t = share * span
                     for i in range(n):
-                        fly(scene.system, i, 0.0, t, y, now)
-                    table.press(scene.system, e, t, now, scene.branch, scene.loads)
+                        propagate(scene.system, i, 0.0, t, y, now)
+                    table.contact_kinematics(scene.system, e, t, now, scene.branch, scene.loads)
                     first = scene.system.elements[e]["contact"]
                     for k in range(first, first + scene.system.elements[e]["contacts"]):
                         started_open = _gap_at_start(scene, e, k, y) <= 0.0
@@ -182,7 +184,7 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
 
 def _gap_at_start(scene: Scene, e: int, k: int, y: Floats) -> float:
     loads = make_loads(scene.system)
-    table.press(scene.system, e, 0.0, y, scene.branch, loads)
+    table.contact_kinematics(scene.system, e, 0.0, y, scene.branch, loads)
     return float(loads.contacts[k, PENETRATION])
 
 
@@ -200,13 +202,13 @@ def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> Non
         run = scene.run(1e-6)
         if run is None:
             continue
-        system, roster = scene.system, run.roster
+        system, active_set = scene.system, run.active_set
         for h in scene.packed.restart_step * 10.0 ** rng.uniform(-1.0, 1.0, 20):
-            if attempt(system, run, h) != 0 or error_norm(roster, h, run.stages, run.scale) > 1.0:
+            if attempt(system, run, h) != 0 or error_norm(active_set, h, run.stages, run.scale) > 1.0:
                 continue
-            switch_values(system, roster, run.clock[T] + h, run.y_new, run.branch, run.loads, run.g_1)
+            switch_values(system, active_set, run.clock[T] + h, run.y_new, run.branch, run.loads, run.g_1)
             _, place = first_switch(system, run, h, True)
-            for s in roster.switches[1 : roster.switches[0] + 1]:
+            for s in active_set.switches[1 : active_set.switches[0] + 1]:
                 if run.g_0[s] > 0.0 or run.g_1[s] > 0.0:
                     continue
                 values = [scene.look(run, h, x, s) for x in LOOKS]
@@ -261,7 +263,7 @@ def test_a_turned_mechanism_has_turned_forces(kind: str) -> None:
         scene, angle = Scene(document, kind, rng), float(rng.uniform(0.0, 6.0))
         turned = moved(document, scene.packed, lambda x, y, a=angle: _turn(x, y, a))
         other = Scene(turned, kind, np.random.default_rng(0))
-        other.branch.latch[:] = scene.branch.latch
+        other.branch.impact_speeds[:] = scene.branch.impact_speeds
         y = scene.y.copy()
         for i in range(scene.n):
             for at in (3 * i, 3 * (scene.n + i)):
@@ -288,7 +290,7 @@ def test_a_mirrored_mechanism_has_mirrored_forces(kind: str) -> None:
             if rotor.get("initial"):
                 rotor["initial"]["omega"] = -rotor["initial"].get("omega", 0.0)
         other = Scene(mirrored, kind, np.random.default_rng(0))
-        other.branch.latch[:] = scene.branch.latch
+        other.branch.impact_speeds[:] = scene.branch.impact_speeds
         signs = np.array([1.0, -1.0, -1.0] * (2 * scene.n) + [-1.0] * (scene.y.size - 6 * scene.n))
         other.decide(signs * scene.y)
         expected, _ = scene.forces(scene.y)
@@ -327,10 +329,12 @@ def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> N
             np.arange(flow.size), flow.free
         )
         span, free = 2e-3, len(flow.free)
-        changes = np.zeros((free, flow.size + flow.latches))
+        changes = np.zeros((free, flow.size + flow.impact_count))
         changes[np.arange(free), flow.free] = 1.0
-        latch = flow.go(start, 0.0).latch  # of contacts closed at the start: held, as the derivative holds it
-        found = flow.go(start, span, latch=latch, changes=changes)
+        impact_speeds = flow.go(
+            start, 0.0
+        ).impact_speeds  # of contacts closed at the start: held, as the derivative holds it
+        found = flow.go(start, span, impact_speeds=impact_speeds, changes=changes)
         events += found.events
         sizes, h = flow.natural[flow.free], 1e-6
         for at, c in enumerate(flow.free):
@@ -338,7 +342,7 @@ def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> N
             for s in (1.0, -1.0):
                 y = start.copy()
                 y[c] += s * h * flow.natural[c]
-                ends.append(flow.go(y, span, latch=latch))
+                ends.append(flow.go(y, span, impact_speeds=impact_speeds))
             if {end.events for end in ends} != {found.events}:
                 continue  # another sequence of events: no derivative across it
             differences = (ends[0].state - ends[1].state)[flow.free] / (2.0 * h * sizes)
@@ -382,10 +386,10 @@ def test_rates_are_those_of_the_penetrations() -> None:
                     y[3 * i : 3 * i + 3] += s * h * scene.y[3 * (n + i) : 3 * (n + i) + 3]
                 loads = make_loads(scene.system)
                 for e in scene.elements:
-                    table.press(scene.system, e, s * h, y, scene.branch, loads)
+                    table.contact_kinematics(scene.system, e, s * h, y, scene.branch, loads)
                 ends.append(loads.contacts[:, PENETRATION])
             for e in scene.elements:
-                table.press(scene.system, e, 0.0, scene.y, scene.branch, scene.loads)
+                table.contact_kinematics(scene.system, e, 0.0, scene.y, scene.branch, scene.loads)
                 first = scene.system.elements[e]["contact"]
                 rows = slice(first, first + scene.system.elements[e]["contacts"])
                 rates = (ends[0][rows] - ends[1][rows]) / (2.0 * h)

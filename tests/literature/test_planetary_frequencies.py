@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import curve_fit
 
 from building import Document, Floats, Measured, case_of, merged
+from gearplay.kernels.active_set import make_active_set
 from gearplay.kernels.layout import LOADED
 from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.roster import make_roster
 from gearplay.kernels.switches import make_branch
 from gearplay.solver.flow import Flow
 
@@ -79,7 +79,7 @@ def planetary(model: str) -> Document:
 def test_lin_and_parker_three_planets(model: str, measured: Measured) -> None:
     """All 17 vibrations within 0.1 %, from the exact derivative of the motion over 20 us."""
     flow = Flow(case_of(planetary(model)))
-    changes = np.zeros((len(flow.free), flow.size + flow.latches))
+    changes = np.zeros((len(flow.free), flow.size + flow.impact_count))
     changes[np.arange(len(flow.free)), flow.free] = 1.0
     found = flow.go(flow.start(), SPAN, changes=changes)
     drive = [k for k, label in enumerate(flow.packed.contact_labels) if label.endswith(":drive")]
@@ -99,10 +99,10 @@ def accelerations(flow: Flow, q: Floats) -> Floats:
     """Return the accelerations at displacements q, everything at rest, all bearings and drive flanks pressed."""
     system, labels = flow.packed.system, flow.packed.contact_labels
     branch, loads = make_branch(system), make_loads(system)
-    branch.latch[:] = 1.0
+    branch.impact_speeds[:] = 1.0
     branch.modes[: len(labels)] = [0 if label.endswith(":back") else LOADED for label in labels]
     y, dy = np.concatenate([q, np.zeros(q.size)]), np.zeros(2 * q.size)
-    assert right_hand_side(system, make_roster(system, y.size), 0.0, y, branch, dy, loads) == 0
+    assert right_hand_side(system, make_active_set(system, y.size), 0.0, y, branch, dy, loads) == 0
     return dy[q.size :]
 
 

@@ -110,7 +110,7 @@ def test_a_pressed_shaft_is_a_pendulum_that_the_mesh_shakes() -> None:
     tongue = []
     for torque in (0.8 * resonant, resonant, 1.2 * resonant):
         orbit = find_orbit(period_map, state, torque)
-        assert len(orbit.multipliers) == 6  # the latched impact speed of the closed sleeve is a constant
+        assert len(orbit.multipliers) == 6  # the stored impact speed of the closed sleeve is a constant
         tongue.append(min(orbit.multipliers.real))
         state = orbit.states[0]
     assert tongue[1] < -1.0 < min(tongue[0], tongue[2])

@@ -95,7 +95,7 @@ def test_every_accepted_state_of_random_trains_keeps_the_invariant() -> None:
             status = Status(stepper.advance(system, run, 1))
             stepper.synchronise(system, run)
             for e in range(system.elements.size):
-                table.press(system, e, float(run.clock[kernel.T]), run.y, run.branch, loads)
+                table.contact_kinematics(system, e, float(run.clock[kernel.T]), run.y, run.branch, loads)
             p, closed = loads.contacts[:, PENETRATION], run.branch.modes[: system.contacts.size] != OPEN
             assert not (~closed & (p > most)).any(), (seed, run.clock[kernel.T])
             assert not (closed & (p < -most)).any(), (seed, run.clock[kernel.T])

@@ -22,7 +22,7 @@ from depth import some
 from gearplay.kernels import restart, stepper
 from gearplay.kernels import run as kernel
 from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.events import attempt
+from gearplay.kernels.trial_step import attempt
 from gearplay.model.check import check_case
 from gearplay.model.pack import pack
 from gearplay.model.tooth_loads import damping_depths, tooth_loads
@@ -135,11 +135,11 @@ def test_a_failed_step_names_its_cause(ahead: float, status: int) -> None:
     run = run_of(case, packed)
     run.clock[kernel.T_END] = 1.0
     assert stepper.begin(packed.system, run) == kernel.DONE
-    run.roster.acting[:2] = 1, 0  # as if its flanks touched
-    run.roster.active[:3] = 2, 0, 1
-    run.roster.states[0] = 12
-    run.roster.states[1:13] = np.arange(12)
-    run.roster.roles[:] = 1
+    run.active_set.acting[:2] = 1, 0  # as if its flanks touched
+    run.active_set.active[:3] = 2, 0, 1
+    run.active_set.states[0] = 12
+    run.active_set.states[1:13] = np.arange(12)
+    run.active_set.body_states[:] = 1
     assert attempt(packed.system, run, 1e-3) == 1
     assert restart.failure(packed.system, run) == status
 

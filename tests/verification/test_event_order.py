@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import brentq
 
 from building import Floats, Measured, case_of, single_rotor_document
+from gearplay.kernels.active_set import make_active_set
 from gearplay.kernels.layout import LOADED, OPEN
 from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.roster import make_roster
 from gearplay.kernels.runge_kutta import NODES, WEIGHTS
 from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import pack
@@ -43,15 +43,15 @@ class FixedSteps:
 
     def __init__(self) -> None:
         system = PACKED.system
-        self.roster, self.branch = make_roster(system, 6), make_branch(system)
-        self.branch.latch[:] = 1.0
+        self.active_set, self.branch = make_active_set(system, 6), make_branch(system)
+        self.branch.impact_speeds[:] = 1.0
         self.loads, self.dy = make_loads(system), np.zeros(6)
 
     def rate(self, y: Floats, mode: int | None) -> Floats:
         """Return dy/dt on a branch, or (mode None) on the branch that the state chooses."""
         chosen = LOADED if math.hypot(y[0], y[1]) > CLEARANCE else OPEN
         self.branch.modes[0] = chosen if mode is None else mode
-        assert right_hand_side(PACKED.system, self.roster, 0.0, y, self.branch, self.dy, self.loads) == 0
+        assert right_hand_side(PACKED.system, self.active_set, 0.0, y, self.branch, self.dy, self.loads) == 0
         return self.dy.copy()
 
     def step(self, y: Floats, h: float, mode: int | None) -> Floats:

@@ -14,10 +14,10 @@ from flights import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.advancement import open_span
-from gearplay.kernels.base_motion import AMPLITUDE, COUNT, END, START, STEP, base_acceleration
 from gearplay.kernels.decay import decay, slow_decays
-from gearplay.kernels.flight import NEVER, closed_form_span, fly
-from gearplay.kernels.layout import FLYING
+from gearplay.kernels.free_motion import NEVER, closed_form_span, propagate
+from gearplay.kernels.housing_motion import AMPLITUDE, COUNT, END, START, STEP, base_acceleration
+from gearplay.kernels.layout import FREE
 from gearplay.model.pack import pack
 
 FLIGHTS = sized(10_000)
@@ -86,7 +86,7 @@ def test_flight_on_a_housing_that_shakes(motion: str, damping: float) -> None:
             rates, (t, np.nextafter(stop, 0.0)), expected, method="DOP853", rtol=1e-13, atol=1e-16
         )
         expected, t = solved.y[:, -1], stop
-    fly(system, 0, t_0, tau, start, end)
+    propagate(system, 0, t_0, tau, start, end)
     np.testing.assert_allclose(end, expected, rtol=1e-12, atol=1e-12)
     accelerations = [abs(base_acceleration(system, t)) for t in np.linspace(0.0, 0.3, 20_000)]
     largest = max(accelerations)
@@ -133,7 +133,7 @@ def test_a_sine_too_slow_for_its_closed_form_is_integrated() -> None:
                 "run": {"duration": 1.0},
             }
         )
-        return bool(run_of(case, pack(case)).roster.roles[0] == FLYING)
+        return bool(run_of(case, pack(case)).active_set.body_states[0] == FREE)
 
     assert (flies(0.05), flies(5.0)) == (False, True)
 
@@ -162,7 +162,7 @@ def test_flight_solves_the_equations_of_motion(damping: float, friction: float) 
         return np.array([*y[3:], *a, alpha])
 
     expected = solve_ivp(rates, (0.0, 0.05), start, method="DOP853", rtol=1e-13, atol=1e-16).y[:, -1]
-    fly(packed.system, 0, 0.0, 0.05, start, end)
+    propagate(packed.system, 0, 0.0, 0.05, start, end)
     np.testing.assert_allclose(end, expected, rtol=1e-12, atol=1e-16)
 
 
@@ -193,7 +193,7 @@ def test_the_closed_form_ends_where_dry_friction_leaves_its_band() -> None:
     motion = run_of(case, packed)
     motion.clock[kernel.T_END] = 0.99 * expected
     assert stepper.advance(packed.system, motion, 100_000) == kernel.DONE
-    assert motion.roster.roles[0] == FLYING
+    assert motion.active_set.body_states[0] == FREE
     motion.clock[kernel.T_END] = 20.0
     assert stepper.advance(packed.system, motion, 100_000) == kernel.DONE
     assert abs(packed.system.rotors[0].nominal_speed + motion.y[5]) < 1e-6

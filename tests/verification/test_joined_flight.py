@@ -13,8 +13,8 @@ from depth import sized
 from flights import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
-from gearplay.kernels.joined import bound_joined, find_rates, fly_joined, joined_accelerations
-from gearplay.kernels.layout import ACTIVE, FLYING
+from gearplay.kernels.joined import bound_joined, find_rates, joined_accelerations, propagate_joined
+from gearplay.kernels.layout import ACTIVE, FREE
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.flow import Flow
 
@@ -107,7 +107,7 @@ def test_the_closed_form_is_the_exponential_of_the_equations(seed: int) -> None:
         for tau in (1e-6, 1e-4, 0.01, 0.3):
             end, bend = y.copy(), np.zeros(speeds)
             for i in range(system.rotors.size):
-                fly_joined(system, i, tau, y, swing, end)
+                propagate_joined(system, i, tau, y, swing, end)
                 joined_accelerations(system, i, tau, swing, bend[3 * i : 3 * i + 3])
                 bound_joined(system, i, tau, swing, bends)
             q, expected = exact(packed, y, c, tau)
@@ -181,9 +181,9 @@ def test_joined_rotors_fly_between_their_contacts() -> None:
     motion.clock[kernel.T_END] = 2.0
     seen = set()
     while stepper.advance(packed.system, motion, 1) == kernel.PAUSED:
-        seen.add((int(motion.roster.roles[1]), int(motion.roster.roles[2])))
+        seen.add((int(motion.active_set.body_states[1]), int(motion.active_set.body_states[2])))
     assert motion.clock[kernel.T] == 2.0
-    assert seen == {(FLYING, FLYING), (ACTIVE, ACTIVE)}
+    assert seen == {(FREE, FREE), (ACTIVE, ACTIVE)}
     assert motion.counts[kernel.EVENTS] > 50
     assert motion.counts[kernel.STEPS] < 20 * motion.counts[kernel.EVENTS]
 
@@ -244,9 +244,9 @@ def test_the_tangent_goes_along(seed: int, measured: Measured) -> None:
     rng = np.random.default_rng([48, seed])
     flow = Flow(case_of(merged(joining(rng), {"run": {"tolerance": 1e-12}})))
     lead, size, span = flow.go(flow.start(), 5e-4), len(flow.free), 2e-3
-    changes = np.zeros((size, flow.size + flow.latches))
+    changes = np.zeros((size, flow.size + flow.impact_count))
     changes[np.arange(size), flow.free] = 1.0
-    moved = flow.go(lead.state, span, latch=lead.latch, changes=changes, divergence=True)
+    moved = flow.go(lead.state, span, impact_speeds=lead.impact_speeds, changes=changes, divergence=True)
     sizes = flow.natural[flow.free]
     exact = moved.changes[:, flow.free].T * sizes[None, :] / sizes[:, None]
     errors = []
@@ -257,7 +257,7 @@ def test_the_tangent_goes_along(seed: int, measured: Measured) -> None:
             for side in (1.0, -1.0, 0.5, -0.5):
                 start = lead.state.copy()
                 start[at] += side * step * flow.natural[at]
-                ends.append(flow.go(start, span, latch=lead.latch).state[flow.free])
+                ends.append(flow.go(start, span, impact_speeds=lead.impact_speeds).state[flow.free])
             columns.append((8.0 * (ends[2] - ends[3]) - (ends[0] - ends[1])) / (6.0 * step * sizes))
         errors.append(float(np.max(np.abs(np.array(columns).T - exact)) / np.max(np.abs(exact))))
     measured("derivative of the flow of joined rotors against differences", min(errors), "5e-6")

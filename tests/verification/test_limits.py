@@ -134,7 +134,7 @@ def test_not_a_number() -> None:
     for poison in (np.nan, np.inf):
         motion = run_of(case, packed)
         motion.clock[kernel.T_END] = 1.0
-        motion.roster.origin[3] = poison
+        motion.active_set.origin[3] = poison
         assert stepper.advance(packed.system, motion, 1000) == kernel.NOT_FINITE
         motion.y[3] = poison
         assert stepper.begin(packed.system, motion) == kernel.NOT_FINITE

@@ -10,8 +10,8 @@ from scipy.integrate import quad
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
-from gearplay.kernels.base_motion import base_acceleration
-from gearplay.kernels.shaken import behind
+from gearplay.kernels.housing_motion import base_acceleration
+from gearplay.kernels.housing_response import behind
 from gearplay.model.pack import pack
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.trajectory import Trajectory

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from building import Document, case_of, merged, pair_document, simulate_one, single_rotor_document
-from gearplay.kernels.bed import bed_half_angle, bed_integrals, bed_penetration
+from gearplay.kernels.conformal import bed_half_angle, bed_integrals, bed_penetration
 from gearplay.kernels.elements.sleeve import sleeve_force
 from gearplay.kernels.elements.table import SLEEVE
 from gearplay.model.contact_laws import bed_stiffness, literal_dissipation

@@ -21,7 +21,7 @@ def flow_of(seed: int, **changes: Any) -> Flow:
 
 def unit_changes(flow: Flow) -> Floats:
     """Return a change of each free state, shape [free, state + sleeve]."""
-    changes = np.zeros((len(flow.free), flow.size + flow.latches))
+    changes = np.zeros((len(flow.free), flow.size + flow.impact_count))
     changes[np.arange(len(flow.free)), flow.free] = 1.0
     return changes
 
@@ -32,7 +32,7 @@ def scaled(flow: Flow, changes: Floats) -> Floats:
     return np.asarray(changes[:, flow.free].T * sizes[None, :] / sizes[:, None])
 
 
-def by_differences(flow: Flow, start: Floats, latch: Floats, span: float, step: float) -> Floats:
+def by_differences(flow: Flow, start: Floats, impact_speeds: Floats, span: float, step: float) -> Floats:
     """Return the same by central differences of fourth order with a step in natural sizes."""
     columns = []
     for at in flow.free:
@@ -40,7 +40,7 @@ def by_differences(flow: Flow, start: Floats, latch: Floats, span: float, step: 
         for side in (1.0, -1.0, 0.5, -0.5):
             moved = start.copy()
             moved[at] += side * step * flow.natural[at]
-            ends.append(flow.go(moved, span, latch=latch).state[flow.free])
+            ends.append(flow.go(moved, span, impact_speeds=impact_speeds).state[flow.free])
         columns.append(
             (8.0 * (ends[2] - ends[3]) - (ends[0] - ends[1])) / (6.0 * step * flow.natural[flow.free])
         )
@@ -53,13 +53,13 @@ def tangent_error(flow: Flow) -> float:
     The best of three steps counts: a difference over a long step may pass another sequence of contacts.
     """
     lead = flow.go(flow.start(), LEAD)
-    found = flow.go(lead.state, SPAN, latch=lead.latch, changes=unit_changes(flow))
-    plain = flow.go(lead.state, SPAN, latch=lead.latch)
+    found = flow.go(lead.state, SPAN, impact_speeds=lead.impact_speeds, changes=unit_changes(flow))
+    plain = flow.go(lead.state, SPAN, impact_speeds=lead.impact_speeds)
     assert np.array_equal(found.state, plain.state)
     assert found.events == plain.events >= 4
     exact = scaled(flow, found.changes)
     errors = [
-        np.max(np.abs(by_differences(flow, lead.state, lead.latch, SPAN, step) - exact))
+        np.max(np.abs(by_differences(flow, lead.state, lead.impact_speeds, SPAN, step) - exact))
         / np.max(np.abs(exact))
         for step in (1e-5, 1e-6, 1e-7)
     ]

@@ -1,4 +1,4 @@
-"""Arrays as kernels know them."""
+"""Array types of the kernels."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Steps of what stays in touch: Radau collocation of order 5, solved by Newton's method with a Jacobian that is kept.
+"""Implicit steps of bodies in contact: Radau collocation of order 5, solved by Newton's method with a reused Jacobian.
 
 Pressed contacts are stiff and smooth. An explicit method steps as their fastest vibration bids, though it has died down; this
 one steps as the forcing does. Radau IIA damps what is too fast for a step: E. Hairer, G. Wanner, Solving Ordinary Differential
@@ -29,7 +29,7 @@ from gearplay.kernels.implicit_stages import place_stage, predict
 from gearplay.kernels.jacobian import differentiate, is_worn, wear
 from gearplay.kernels.layout import System, vx_of, x_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import CALLS, FINENESS, INSIDE, Run, T
+from gearplay.kernels.run import CALLS, ERROR_SHARE, INSIDE, Run, T
 from gearplay.kernels.runge_kutta import NODES, STAGES
 
 _FOUR = np.array([0.0, *C])
@@ -60,12 +60,14 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
 
     Returns the number of iterations, 0 where they do not converge, or too slowly.
     """
-    kept, roster, scale, price = run.implicit, run.roster, run.scale, run.implicit.price
+    kept, active_set, scale, error_weight = run.implicit, run.active_set, run.scale, run.implicit.error_weight
     k, rest, stages, sizes = kept.k, kept.rest, run.stages, kept.sizes
-    for c in range(1, roster.active[0] + 1):
-        first = vx_of(system, roster.active[c])
+    for c in range(1, active_set.active[0] + 1):
+        first = vx_of(system, active_set.active[c])
         for s in range(first, first + 3):
-            price[s] = h * max(1.0 / scale[s], h / scale[position_of(system, s)]) / run.clock[FINENESS]
+            error_weight[s] = (
+                h * max(1.0 / scale[s], h / scale[position_of(system, s)]) / run.clock[ERROR_SHARE]
+            )
     longer = h / sizes[H_TRACED] if kept.numbers[TRACED] > 0 else 1.0
     sizes[CONTRACTION] = min(WORST, FORGETS * sizes[CONTRACTION] * max(1.0, longer * longer))
     before = 0.0
@@ -75,20 +77,20 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
             run.counts[CALLS] += 1
             at, row = t + C[stage] * h, stages[1 + stage]
             loads = run.loads_inside if stage == KEPT else run.loads
-            if rates_of(system, roster, at, run.y_new, run.branch, row, loads) != 0:
+            if rates_of(system, active_set, at, run.y_new, run.branch, row, loads) != 0:
                 return 0
-            for c in range(1, roster.active[0] + 1):
-                first = vx_of(system, roster.active[c])
+            for c in range(1, active_set.active[0] + 1):
+                first = vx_of(system, active_set.active[c])
                 for s in range(first, first + 3):
                     rest[stage, s] = row[s] - k[stage, s]
         correct(kept)
         size = 0.0
-        for c in range(1, roster.active[0] + 1):
-            first = vx_of(system, roster.active[c])
+        for c in range(1, active_set.active[0] + 1):
+            first = vx_of(system, active_set.active[c])
             for s in range(first, first + 3):
                 for stage in range(3):
                     k[stage, s] += rest[stage, s]
-                    change = price[s] * abs(rest[stage, s])
+                    change = error_weight[s] * abs(rest[stage, s])
                     if not change <= size:
                         size = change
                         if not size < 1e12:
@@ -109,10 +111,10 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
 @compiled_once
 def attempt_implicit(system: System, run: Run, h: float) -> int:
     """Try a step of h [s] of the active rotors into y_new, and leave behind what an explicit step does; return 0, or 1."""
-    kept, roster, t = run.implicit, run.roster, run.clock[T]
+    kept, active_set, t = run.implicit, run.active_set, run.clock[T]
     numbers = kept.numbers
     if numbers[IN_USE] == 0:
-        find_unknowns(system, roster, kept)
+        find_unknowns(system, active_set, kept)
         numbers[TRACED] = 0
         kept.sizes[CONTRACTION] = WORST
     predict(system, run, h)
@@ -134,7 +136,7 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
     run.clock[INSIDE] = C[KEPT]
     place_stage(system, run, 2, h)
     run.counts[CALLS] += 1
-    if rates_of(system, roster, t + h, run.y_new, run.branch, run.stages[STAGES - 1], run.loads) != 0:
+    if rates_of(system, active_set, t + h, run.y_new, run.branch, run.stages[STAGES - 1], run.loads) != 0:
         return 1
     fill_stages(system, run)
     return 0
@@ -143,9 +145,9 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
 @compiled_inline
 def fill_stages(system: System, run: Run) -> None:
     """Fill the rows of the explicit method's stages with derivatives at its nodes."""
-    roster, stages, k, v = run.roster, run.stages, run.implicit.k, run.implicit.v
-    for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
+    active_set, stages, k, v = run.active_set, run.stages, run.implicit.k, run.implicit.v
+    for c in range(1, active_set.active[0] + 1):
+        i = active_set.active[c]
         for axis in range(3):
             q, s = x_of(i) + axis, vx_of(system, i) + axis
             for row in range(1, STAGES - 1):
@@ -160,11 +162,11 @@ def implicit_error(system: System, run: Run, h: float) -> float:
 
     They reach back to the second stage of the step before; without one the step is as long as an explicit one, and trusted.
     """
-    kept, roster, stages, worst = run.implicit, run.roster, run.stages, 0.0
+    kept, active_set, stages, worst = run.implicit, run.active_set, run.stages, 0.0
     k, v = kept.k, kept.v
     if kept.numbers[TRACED] == 0:
-        for s in range(1, roster.states[0] + 1):
-            if not abs(stages[6, roster.states[s]]) < np.inf:
+        for s in range(1, active_set.states[0] + 1):
+            if not abs(stages[6, active_set.states[s]]) < np.inf:
                 return np.inf
         return 0.5
     back = -(1.0 - C[1]) * kept.sizes[H_TRACED] / h
@@ -173,8 +175,8 @@ def implicit_error(system: System, run: Run, h: float) -> float:
     w_1 = ERROR / ((C[0] - back) * C[0] * (C[0] - C[1]) * (C[0] - 1.0))
     w_2 = ERROR / ((C[1] - back) * C[1] * (C[1] - C[0]) * (C[1] - 1.0))
     w_3 = ERROR / ((1.0 - back) * (1.0 - C[0]) * (1.0 - C[1]))
-    for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
+    for c in range(1, active_set.active[0] + 1):
+        i = active_set.active[c]
         for axis in range(3):
             q, s = x_of(i) + axis, vx_of(system, i) + axis
             e = w_b * kept.last_v[q] + w_0 * stages[0, q] + w_1 * v[0, q] + w_2 * v[1, q] + w_3 * stages[6, q]
@@ -190,4 +192,4 @@ def implicit_error(system: System, run: Run, h: float) -> float:
                 worst = size
                 if not size < np.inf:
                     return np.inf
-    return worst / run.clock[FINENESS]
+    return worst / run.clock[ERROR_SHARE]

@@ -1,4 +1,4 @@
-"""How a kernel is told from other functions: it stays one, and compiled code that calls it contains it.
+"""Decorators of kernels that are compiled into their callers.
 
 From Python such a kernel is called as it is written. What is compiled on its own, and called so from Python too, stands in
 `compiled_once`; the compiler itself is loaded only where something has not been compiled before.

@@ -1,4 +1,4 @@
-"""Compiled code on disk: a folder for each version of the package, a file for each kernel, its digest before it.
+"""Compiled kernels on disk: one folder per version of the package, one file per kernel, headed by its digest.
 
 What is written is machine code: whoever may write into the folder may also write the package, and no file that a user is sent
 comes from here.
@@ -32,7 +32,7 @@ SETTINGS: Final = (
 """Of numba, which change the code: in the environment, or in a file of its own."""
 
 not_kept: list[str] = []
-"""Why compiled code could not be written, in words, once in a process; for the solver to tell."""
+"""Why compiled code could not be written, in words, once in a process; for the solver to report."""
 
 
 def kernel_digest(folder: Path) -> str:

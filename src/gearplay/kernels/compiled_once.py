@@ -1,4 +1,4 @@
-"""Kernels that are compiled once, when something first calls them, and not again within everything that calls them.
+"""Kernels compiled separately and called through a function pointer, so that each is compiled only once.
 
 numba puts a copy of all that a kernel calls into the kernel itself, which LLVM then optimises anew: the innermost forces would
 be compiled a dozen times. A call of one of these is a call by address instead. The first call asks for the address, so that
@@ -20,7 +20,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 from gearplay.kernels import compiled_files, machine_code
 from gearplay.kernels.compiled import INTERPRETED
 from gearplay.kernels.from_python import FromPython
-from gearplay.kernels.signed import Signed
+from gearplay.kernels.signatures import Signed
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -1,4 +1,4 @@
-"""The compiler, which is numba's: what it is told of groups of arrays and of kernels that are called by address.
+"""Extensions of numba's compiler: groups of arrays passed by address, and kernels called by address.
 
 Nothing imports this module before something has to be compiled. numba's decorators are for functions that Python calls; here
 compiled code calls, so that its wrappers for Python are left out.
@@ -34,7 +34,7 @@ from numba.np.numpy_support import from_dtype
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import CONTAINED
 from gearplay.kernels.machine_code import Code
-from gearplay.kernels.signed import Signed, array_of
+from gearplay.kernels.signatures import Signed, array_of
 
 # IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
 # give inf, which the stepper's finite check then reports. Without numba's runtime (``_nrt``) no kernel can allocate and

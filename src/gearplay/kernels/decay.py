@@ -1,6 +1,6 @@
-"""Integrals of exp(-z s): what linear damping makes of a constant, a linear, ... force, without cancellation.
+"""Integrals of s^n exp(-z s) for the closed form with linear damping, without cancellation.
 
-phi_0 = exp(-z), phi_(n+1) = (1 / n! - phi_n) / z (docs/theory, "Free flight").
+phi_0 = exp(-z), phi_(n+1) = (1 / n! - phi_n) / z (docs/theory, "Free motion").
 """
 
 import math

@@ -2,78 +2,13 @@
 
 import math
 
-from gearplay.kernels.arrays import Floats
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import ACTIVE, FLYING, OPEN, RATE, TOUCH, Loads, System, members, vx_of, x_of
-from gearplay.kernels.roster import fly_listed, fly_on
-from gearplay.kernels.run import CALLS, FINENESS, INSIDE, TOLERANCE, Run, T
-from gearplay.kernels.runge_kutta import KEPT, NODES, STAGES, interpolate_state, step
-from gearplay.kernels.switches import switch_value, switch_values
-
-
-@compiled_once
-def attempt(system: System, run: Run, h: float) -> int:
-    """Try a step h [s] of the active rotors into y_new; look at the watched contacts at its end; return 0, or 1
-    where a pair cannot mesh.
-    """
-    run.counts[CALLS] += STAGES - 1
-    t = run.clock[T]
-    run.clock[INSIDE] = NODES[KEPT]
-    failed = step(
-        system, run.roster, t, h, run.y, run.stages, run.branch, run.y_new, run.loads_inside, run.loads
-    )
-    return failed if failed != 0 else watch(system, run, t + h, run.y_new, run.loads)
-
-
-@compiled_once
-def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
-    """Fill the contact table of watched elements at t [s]; return 1 where a pair cannot mesh."""
-    roster = run.roster
-    fly_listed(system, roster, roster.near, t, y)
-    for c in range(1, roster.watched[0] + 1):
-        if table.press(system, roster.watched[c], t, y, run.branch, loads) != 0:
-            return 1
-    return 0
-
-
-@compiled_inline
-def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> None:
-    """Fill rotor i's entries of y_try with its state at t + x h: on the step's interpolant, or in flight."""
-    if run.roster.roles[i] == FLYING:
-        fly_on(system, run.roster, i, run.clock[T] + x * h, run.y_try)
-    elif run.roster.roles[i] == ACTIVE:
-        for axis in range(3):
-            place, speed = x_of(i) + axis, vx_of(system, i) + axis
-            run.y_try[place] = interpolate_state(place, x, h, run.y, run.y_new, run.stages)
-            run.y_try[speed] = interpolate_state(speed, x, h, run.y, run.y_new, run.stages)
-
-
-@compiled
-def interpolate_element(system: System, run: Run, e: int, h: float, x: float) -> None:
-    """Fill y_try with what element e depends on at t + x h."""
-    a, b, c = members(system, e)
-    interpolate_rotor(system, run, a, h, x)
-    if b >= 0:
-        interpolate_rotor(system, run, b, h, x)
-    if c >= 0:
-        interpolate_rotor(system, run, c, h, x)
-    element = system.elements[e]
-    for slot in range(element.state, element.state + element.states):
-        run.y_try[slot] = interpolate_state(slot, x, h, run.y, run.y_new, run.stages)
-
-
-@compiled_once
-def look(system: System, run: Run, h: float, x: float, s: int) -> bool:
-    """Evaluate switch s and its contact on the step's interpolant at t + x h; False where a pair cannot mesh."""
-    t, y, switch = run.clock[T] + x * h, run.y_try, system.switches[s]
-    interpolate_element(system, run, switch.element, h, x)
-    run.counts[CALLS] += 1
-    if switch.contact >= 0 and table.press(system, switch.element, t, y, run.branch, run.loads_try) != 0:
-        return False
-    run.g_try[s] = switch_value(system, s, t, y, run.branch, run.loads_try)
-    return True
+from gearplay.kernels.layout import OPEN, PENETRATION, RATE, TOUCH, System
+from gearplay.kernels.run import ERROR_SHARE, INSIDE, TOLERANCE, Run, T
+from gearplay.kernels.switches import switch_values
+from gearplay.kernels.trial_step import attempt, evaluate
 
 
 @compiled_inline
@@ -85,7 +20,7 @@ def allowance(system: System, run: Run, s: int) -> float:
     switch = system.switches[s]
     if switch.role != TOUCH:
         return 0.0
-    share = min(0.1 * run.clock[FINENESS] * run.clock[TOLERANCE], DEEPEST)
+    share = min(0.1 * run.clock[ERROR_SHARE] * run.clock[TOLERANCE], DEEPEST)
     return float(share * system.contacts[switch.contact].natural)
 
 
@@ -110,7 +45,7 @@ def locate_root(system: System, run: Run, h: float, k: int, high: float, g_high:
         if not (low + 0.25 * width < x < high - 0.25 * width):
             # The secant sits on an end: step off it by just more than the wanted width.
             x = low + 0.75 * width if x - low < high - x else high - 0.75 * width
-        if not look(system, run, h, x, k):
+        if not evaluate(system, run, h, x, k):
             return x
         g = run.g_try[k]
         if g > 0.0:
@@ -139,7 +74,7 @@ def locate_peak(system: System, run: Run, h: float, s: int, low: float, high: fl
     reach += 3.0 * abs(run.g_1[s] - run.g_0[s]) / h  # bounds the cubic's rate
     for _ in range(60):
         x = 0.5 * (low + high)
-        if not look(system, run, h, x, s):
+        if not evaluate(system, run, h, x, s):
             return 1.0
         if run.g_try[s] > 0.0:
             return x
@@ -155,14 +90,14 @@ def locate_peak(system: System, run: Run, h: float, s: int, low: float, high: fl
 
 
 @compiled_once
-def locate_hump(system: System, run: Run, h: float, s: int, place: float) -> float:
-    """Return an x in (0, place) where switch s is positive, looked at last, or 1 without one (golden section; one hump)."""
+def locate_interior_maximum(system: System, run: Run, h: float, s: int, place: float) -> float:
+    """Return an x in (0, place) where switch s is positive, its last evaluation, or 1 (golden section; assumes one maximum)."""
     low, high = 0.0, place
     left, right = low + 0.381966 * place, low + 0.618034 * place
     g_left, g_right = 0.0, 0.0
     x, at_left = left, True
     for n in range(26):
-        if not look(system, run, h, x, s):
+        if not evaluate(system, run, h, x, s):
             return 1.0
         if run.g_try[s] > 0.0:
             return x
@@ -209,8 +144,22 @@ def graze_bracket(system: System, run: Run, h: float, s: int) -> tuple[float, fl
     # The interpolant is of order 4: twice as high as the cubic stands above the ends.
     if not 0.0 < x < 1.0 or max(g_0, g_1) + 2.0 * (g_0 + higher - max(g_0, g_1)) <= 0.0:
         return 1.0, 0.0
-    bend = -b / (3.0 * c)
-    return (0.0, min(bend, 1.0)) if rise_0 > 0.0 else (max(bend, 0.0), 1.0)
+    curvature = -b / (3.0 * c)
+    return (0.0, min(curvature, 1.0)) if rise_0 > 0.0 else (max(curvature, 0.0), 1.0)
+
+
+@compiled_inline
+def parts_inside(system: System, run: Run, s: int) -> bool:
+    """Return whether the contact of touch switch s, closed at both ends of the step, is open at the stage inside it.
+
+    Its rates may have one sign at both ends and a monotonic cubic, and yet the interpolant has a gap between them.
+    """
+    k = system.switches[s].contact
+    return bool(
+        run.clock[INSIDE] > 0.0
+        and run.branch.modes[k] != OPEN
+        and run.loads_inside.contacts[k, PENETRATION] < 0.0
+    )
 
 
 @compiled_once
@@ -220,12 +169,12 @@ def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int,
     With ``hidden`` the step is also searched for pulls and own switches that are negative at both of its ends.
     """
     first, place = -1, 1.0
-    roster = run.roster
-    for c in range(1, roster.switches[0] + 1):
-        s = roster.switches[c]
+    active_set = run.active_set
+    for c in range(1, active_set.switches[0] + 1):
+        s = active_set.switches[c]
         high, g_high = place, run.g_1[s]
         if first >= 0 and run.g_1[s] > 0.0:
-            if not look(system, run, h, place, s):
+            if not evaluate(system, run, h, place, s):
                 continue
             g_high = run.g_try[s]
         if g_high > 0.0:
@@ -236,13 +185,17 @@ def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int,
         elif system.switches[s].role == TOUCH:
             low, high = graze_bracket(system, run, h, s)
             peak = locate_peak(system, run, h, s, low, high) if low < high else 1.0
+            if peak >= 1.0 and parts_inside(system, run, s):
+                inside = run.clock[INSIDE]
+                if evaluate(system, run, h, inside, s) and run.g_try[s] > 0.0:
+                    peak = inside
             if peak < 1.0:  # behind its root, which alone says whether it is the first
                 x = locate_root(system, run, h, s, peak, run.g_try[s])
                 if x < place:
                     first, place = s, x
     searched = False
-    for c in range(1, (roster.hiding[0] if hidden else 0) + 1):
-        s = roster.hiding[c]
+    for c in range(1, (active_set.hiding[0] if hidden else 0) + 1):
+        s = active_set.hiding[c]
         e, local, k = system.switches[s].element, system.switches[s].local, system.switches[s].contact
         if k >= 0 and run.branch.modes[k] == OPEN:
             continue  # nothing of an open contact is hidden
@@ -250,11 +203,11 @@ def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int,
             system, e, local, h, run.branch, run.loads_0, run.loads, run.g_0, run.g_1, run.stages
         ):
             searched = True
-            hump = locate_hump(system, run, h, s, place)
-            if hump < place:
-                first, place = s, locate_root(system, run, h, s, hump, run.g_try[s])
+            peak = locate_interior_maximum(system, run, h, s, place)
+            if peak < place:
+                first, place = s, locate_root(system, run, h, s, peak, run.g_try[s])
     if searched and first >= 0 and place < 1.0:
-        look(system, run, h, place, first)  # `retake` goes by what is seen there
+        evaluate(system, run, h, place, first)  # `retake` goes by what is seen there
     return first, place
 
 
@@ -272,7 +225,7 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
         g = run.g_try[s]
         slope = (run.g_1[s] - g) / ((1.0 - x) * h)
         if slope <= 0.0:  # it comes back within the step
-            look(system, run, h, 0.99 * x, s)
+            evaluate(system, run, h, 0.99 * x, s)
             slope = (g - run.g_try[s]) / (0.01 * x * h)
     short = x * h
     if slope > 0.0:
@@ -283,10 +236,10 @@ def retake(system: System, run: Run, h: float, s: int, x: float) -> float:
         if attempt(system, run, taken) != 0:
             return -1.0
         t = run.clock[T] + taken
-        switch_values(system, run.roster, t, run.y_new, run.branch, run.loads, run.g_1)
+        switch_values(system, run.active_set, t, run.y_new, run.branch, run.loads, run.g_1)
         if run.g_1[s] >= 0.0 or run.g_0[s] > 0.0:
             break
-        # The interpolant was a little early: go on by what the slope asks for, and a little more each time.
+        # The interpolant was a little early: continue by the step that the slope gives, a little longer each time.
         if slope > 0.0:
             short += min((ahead + 1.5 * abs(run.g_1[s])) / slope, 0.01 * h)
         short += nudge
@@ -301,8 +254,8 @@ NARROW = 1e-6  # of a step: what a retake overshoots by where it cannot be made 
 @compiled_inline
 def passes_touch(system: System, run: Run, first: int) -> bool:
     """Return whether a touch other than switch ``first`` is passed at the end of the step by more than it may be."""
-    for c in range(1, run.roster.switches[0] + 1):
-        s = run.roster.switches[c]
+    for c in range(1, run.active_set.switches[0] + 1):
+        s = run.active_set.switches[c]
         passed = s != first and run.g_0[s] <= 0.0 and run.g_1[s] > 0.0
         if passed and (system.switches[s].role != TOUCH or run.g_1[s] > allowance(system, run, s)):
             return True

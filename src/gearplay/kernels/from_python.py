@@ -1,4 +1,4 @@
-"""Calls of compiled code from Python, by address and as numba lays out arguments: no wrapper of its own is compiled or loaded."""
+"""Calls of compiled kernels from Python by address, with numba's argument layout and without generated wrappers."""
 
 import ctypes
 import operator
@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from gearplay.kernels.by_address import Group
-from gearplay.kernels.signed import Signed, array_of
+from gearplay.kernels.signatures import Signed, array_of
 
 _NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
 _NOTHING = (None, None)
-"""The parent of an array and the count of its references, which compiled code does not look at."""
+"""The parent of an array and the count of its references, unused by compiled code."""
 
 
 class _Parameter:

@@ -1,4 +1,4 @@
-"""What an implicit step is solved by: a Jacobian that is kept, its factors, the accelerations of the step before.
+"""Workspace of the Radau IIA step: reused Jacobian, LU factors, stage accelerations of the previous step.
 
 Newton's method for the three stages of a Radau step, all at once, falls apart into a real and a complex system of the size of one
 stage (J. C. Butcher, BIT 16 (1976) 237; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.8).
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elimination import eliminate, substitute
 from gearplay.kernels.layout import System, vx_of
-from gearplay.kernels.roster import Roster
 
 # Slots of Implicit.numbers: steps since anything happened, whether it is in use, steps since the Jacobian, how many steps are
 # traced (2 at most), whether factors are known, how many quiet explicit steps it waits for, steps since then, Newton's iterations
@@ -82,7 +82,7 @@ class Implicit(Group):
     older: Floats  # [2, state] accelerations at the first stages of the step before that
     nodes: Floats  # [5] where the last five of them lie, in step lengths
     weights: Floats  # [3, 5] by which they are carried on to the stages
-    price: Floats  # [state] what a change of an acceleration changes, in allowed errors
+    error_weight: Floats  # [state] what a change of an acceleration changes, in allowed errors
     rest: Floats  # [3, state] what is left of the equations, then the correction
     v: Floats  # [3, state] velocities at the stages, in the places of positions
     beside: Ints  # list: acting elements of a rotor
@@ -112,7 +112,7 @@ def make_implicit(rotors: int, elements: int, states: int) -> Implicit:
         older=np.zeros((2, states)),
         nodes=np.zeros(5),
         weights=np.zeros((3, 5)),
-        price=np.zeros(states),
+        error_weight=np.zeros(states),
         rest=np.zeros((3, states)),
         v=np.zeros((3, states)),
         beside=np.zeros(elements + 1, dtype=np.int64),
@@ -129,12 +129,12 @@ def position_of(system: System, speed: int) -> int:
 
 
 @compiled_once
-def find_unknowns(system: System, roster: Roster, kept: Implicit) -> None:
+def find_unknowns(system: System, active_set: ActiveSet, kept: Implicit) -> None:
     """List the velocities of active rotors that forces can change; none where they are too many."""
     places = kept.places
     places[0] = 0
-    for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
+    for c in range(1, active_set.active[0] + 1):
+        i = active_set.active[c]
         r = system.rotors[i]
         for axis in range(3):
             if (r.inv_mass if axis < 2 else r.inv_inertia) > 0.0:

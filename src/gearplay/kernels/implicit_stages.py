@@ -1,4 +1,4 @@
-"""The stages of an implicit step: their accelerations guessed from those of the steps before, the states that these give."""
+"""Stage values of an implicit step: predicted accelerations and the states that they give."""
 
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -46,7 +46,7 @@ def weigh(kept: Implicit, h: float) -> None:
 @compiled_inline
 def predict(system: System, run: Run, h: float) -> None:
     """Guess the accelerations at the stages: those of the last two steps go on, or they stay what they are."""
-    kept, active = run.implicit, run.roster.active
+    kept, active = run.implicit, run.active_set.active
     sizes, w, last, older, k = kept.sizes, kept.weights, kept.last, kept.older, kept.k
     traced = kept.numbers[TRACED] > 0
     if traced and (
@@ -74,21 +74,21 @@ def predict(system: System, run: Run, h: float) -> None:
 @compiled_inline
 def place_stage(system: System, run: Run, stage: int, h: float) -> None:
     """Fill y_new with the state at a stage."""
-    roster, y, k, v = run.roster, run.y, run.implicit.k, run.implicit.v
-    for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
+    active_set, y, k, v = run.active_set, run.y, run.implicit.k, run.implicit.v
+    for c in range(1, active_set.active[0] + 1):
+        i = active_set.active[c]
         for axis in range(3):
             q, s = x_of(i) + axis, vx_of(system, i) + axis
             v[stage, q] = y[s] + h * (A[stage, 0] * k[0, s] + A[stage, 1] * k[1, s] + A[stage, 2] * k[2, s])
             run.y_new[s] = v[stage, q]
-            bend = AA[stage, 0] * k[0, s] + AA[stage, 1] * k[1, s] + AA[stage, 2] * k[2, s]
-            run.y_new[q] = y[q] + h * (C[stage] * y[s] + h * bend)
+            curvature = AA[stage, 0] * k[0, s] + AA[stage, 1] * k[1, s] + AA[stage, 2] * k[2, s]
+            run.y_new[q] = y[q] + h * (C[stage] * y[s] + h * curvature)
 
 
 @compiled_inline
 def trace(system: System, run: Run, h: float) -> None:
     """Keep the accelerations of a step that was accepted, for the guesses of the next ones."""
-    kept, active = run.implicit, run.roster.active
+    kept, active = run.implicit, run.active_set.active
     for c in range(1, active[0] + 1):
         first = vx_of(system, active[c])
         for s in range(first, first + 3):

@@ -1,5 +1,6 @@
-"""The Jacobian of an implicit step: by differences at a state on its way, rotor by rotor, and only when it has worn out."""
+"""Jacobian of an implicit step by finite differences, body by body; computed anew only when it is stale."""
 
+from gearplay.kernels.active_set import add, copy_list
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.implicit import (
@@ -15,7 +16,6 @@ from gearplay.kernels.implicit import (
 from gearplay.kernels.implicit_stages import place_stage
 from gearplay.kernels.layout import System, members, vx_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import add, copy_list
 from gearplay.kernels.run import CALLS, Run
 
 MIDDLE = 1  # the stage at whose guessed state it is taken
@@ -38,17 +38,17 @@ def find_beside(system: System, run: Run, i: int) -> None:
 @compiled_once
 def differentiate(system: System, run: Run, t: float, h: float) -> int:
     """Fill the Jacobian at a guessed state of a step of h [s] from t [s], by differences; return 1 where a pair cannot mesh."""
-    kept, roster = run.implicit, run.roster
-    copy_list(roster.acting, kept.whole)
+    kept, active_set = run.implicit, run.active_set
+    copy_list(active_set.acting, kept.whole)
     place_stage(system, run, MIDDLE, h)
     kept.sizes[COST] = FACTORS
     failed = 0
-    for c in range(1, roster.active[0] + 1):
+    for c in range(1, active_set.active[0] + 1):
         if failed == 0:
-            find_beside(system, run, roster.active[c])
-            copy_list(kept.beside, roster.acting)
-            failed = differentiate_by(system, run, t + C[MIDDLE] * h, roster.active[c])
-    copy_list(kept.whole, roster.acting)
+            find_beside(system, run, active_set.active[c])
+            copy_list(kept.beside, active_set.acting)
+            failed = differentiate_by(system, run, t + C[MIDDLE] * h, active_set.active[c])
+    copy_list(kept.whole, active_set.acting)
     kept.numbers[AGE] = kept.numbers[FACTORED] = 0
     return failed
 
@@ -56,10 +56,10 @@ def differentiate(system: System, run: Run, t: float, h: float) -> int:
 @compiled_once
 def differentiate_by(system: System, run: Run, t: float, i: int) -> int:
     """Fill the columns of rotor i, only the elements beside it acting; return 1 where a pair cannot mesh."""
-    kept, roster, y, before, after = run.implicit, run.roster, run.y_new, run.stages[1], run.stages[2]
-    if rates_of(system, roster, t, y, run.branch, before, run.loads_try) != 0:
+    kept, active_set, y, before, after = run.implicit, run.active_set, run.y_new, run.stages[1], run.stages[2]
+    if rates_of(system, active_set, t, y, run.branch, before, run.loads_try) != 0:
         return 1
-    part = (1.0 + roster.acting[0]) / (1.0 + kept.whole[0])
+    part = (1.0 + active_set.acting[0]) / (1.0 + kept.whole[0])
     run.counts[CALLS] += 1
     kept.sizes[COST] += part
     for c in range(kept.places[0]):
@@ -73,7 +73,7 @@ def differentiate_by(system: System, run: Run, t: float, i: int) -> int:
             y[place] = held + far
             run.counts[CALLS] += 1
             kept.sizes[COST] += part
-            if rates_of(system, roster, t, y, run.branch, after, run.loads_try) != 0:
+            if rates_of(system, active_set, t, y, run.branch, after, run.loads_try) != 0:
                 return 1
             y[place] = held
             for other in range(kept.places[0]):

@@ -1,11 +1,11 @@
-"""Flight of rotors that springs join: a small linear system in closed form.
+"""Closed-form free motion of rotors joined by springs: a small linear system.
 
-Along each axis they make a chain, M q'' + C q' + K q = constant (docs/theory, "Free flight"). With z = (q, q') and z' = A z + b,
+Along each axis they make a chain, M q'' + C q' + K q = constant (docs/theory, "Free motion"). With z = (q, q') and z' = A z + b,
 A R = R D in blocks of one or two, R prepared when packing, the rates z' are R exp(D tau) g with g = R^-1 z'(0), so that
 
     q(tau) = q(0) + R_q W,  q' = R_q w,  q'' = R_q D w,  w = exp(D tau) g,  W = integral of w.
 
-A block is a drift of the whole, ((0, 1), (0, -d)), a decay -d, or a swing ((-d, f), (-f, -d)).
+A block is a drift of the whole, ((0, 1), (0, -d)), a decay -d, or a modal_rates ((-d, f), (-f, -d)).
 """
 
 import math
@@ -55,10 +55,10 @@ def slopes_of(vibration: Any, w_a: float, w_b: float) -> tuple[float, float]:
 
 
 @compiled_inline
-def rates(vibration: Any, first: int, swing: Floats) -> tuple[float, float]:
+def rates(vibration: Any, first: int, modal_rates: Floats) -> tuple[float, float]:
     """Return a vibration's rates g among those of all, its chain's beginning at ``first``; a decay has one."""
     at = first + vibration.column
-    return swing[at], 0.0 if vibration.kind == DECAY else swing[at + 1]
+    return modal_rates[at], 0.0 if vibration.kind == DECAY else modal_rates[at + 1]
 
 
 @compiled_inline
@@ -104,22 +104,22 @@ def false_pull(system: System, c: int, y: Floats) -> float:
 
 
 @compiled_once
-def find_rates(system: System, c: int, y: Floats, constant: float, swing: Floats) -> None:
-    """Fill chain c's rates g in ``swing`` from state y, or from a change y of it with ``constant`` 0."""
+def find_rates(system: System, c: int, y: Floats, constant: float, modal_rates: Floats) -> None:
+    """Fill chain c's rates g in ``modal_rates`` from state y, or from a change y of it with ``constant`` 0."""
     chain, numbers = system.joined.chains[c], system.joined.numbers
     n, pushed = chain.count, false_pull(system, c, y)
     for j in range(2 * n):
-        swing[chain.swing + j] = 0.0
+        modal_rates[chain.modal_rates + j] = 0.0
     for k in range(n):
         v = y[vx_of(system, 0) + system.joined.coordinates[chain.first + k]]
         a = acceleration(system, c, k, y, constant) - pushed * numbers[chain.right + 2 * n * k]
         for j in range(2 * n):
             row = chain.left + 2 * n * j
-            swing[chain.swing + j] += numbers[row + k] * v + numbers[row + n + k] * a
+            modal_rates[chain.modal_rates + j] += numbers[row + k] * v + numbers[row + n + k] * a
 
 
 @compiled_once
-def largest_acceleration(system: System, c: int, k: int, tau: float, swing: Floats) -> float:
+def largest_acceleration(system: System, c: int, k: int, tau: float, modal_rates: Floats) -> float:
     """Return what the acceleration of coordinate k of chain c cannot exceed from tau [s] after its launch on.
 
     Swings only decay, so it is the sum of what is left of them.
@@ -128,7 +128,7 @@ def largest_acceleration(system: System, c: int, k: int, tau: float, swing: Floa
     row, most = chain.right + 2 * chain.count * k, 0.0
     for m in range(chain.vibration, chain.vibration + chain.vibrations):
         vibration = system.joined.vibrations[m]
-        g_a, g_b = rates(vibration, chain.swing, swing)
+        g_a, g_b = rates(vibration, chain.modal_rates, modal_rates)
         r_a, r_b = shape(system, vibration, row)
         if vibration.kind == DRIFT:
             size = abs((r_a - vibration.decay * r_b) * g_b)
@@ -140,60 +140,66 @@ def largest_acceleration(system: System, c: int, k: int, tau: float, swing: Floa
 
 
 @compiled_once
-def bound_joined(system: System, i: int, tau: float, swing: Floats, bends: Floats) -> None:
+def bound_joined(
+    system: System, i: int, tau: float, modal_rates: Floats, acceleration_bounds: Floats
+) -> None:
     """Fill bounds of those accelerations of rotor i that springs bear on, from tau [s] after its launch on."""
     for axis in range(3):
         q = x_of(i) + axis
         c = system.joined.places[2 * q]
         if c >= 0:
-            bends[q] = largest_acceleration(system, c, system.joined.places[2 * q + 1], tau, swing)
+            acceleration_bounds[q] = largest_acceleration(
+                system, c, system.joined.places[2 * q + 1], tau, modal_rates
+            )
 
 
 @compiled_inline
-def move(system: System, c: int, k: int, tau: float, swing: Floats) -> tuple[float, float, float]:
+def move(system: System, c: int, k: int, tau: float, modal_rates: Floats) -> tuple[float, float, float]:
     """Return how far coordinate k of chain c has come tau [s] after its launch, its velocity and its acceleration."""
     chain = system.joined.chains[c]
-    row, way, speed, bend = chain.right + 2 * chain.count * k, 0.0, 0.0, 0.0
+    row, way, speed, curvature = chain.right + 2 * chain.count * k, 0.0, 0.0, 0.0
     for m in range(chain.vibration, chain.vibration + chain.vibrations):
         vibration = system.joined.vibrations[m]
-        g_a, g_b = rates(vibration, chain.swing, swing)
+        g_a, g_b = rates(vibration, chain.modal_rates, modal_rates)
         r_a, r_b = shape(system, vibration, row)
         W_a, W_b, w_a, w_b = amplitudes(vibration, tau, g_a, g_b)
         d_a, d_b = slopes_of(vibration, w_a, w_b)
         way += r_a * W_a + r_b * W_b
         speed += r_a * w_a + r_b * w_b
-        bend += r_a * d_a + r_b * d_b
-    return way, speed, bend
+        curvature += r_a * d_a + r_b * d_b
+    return way, speed, curvature
 
 
 @compiled_once
-def fly_joined(system: System, i: int, tau: float, origin: Floats, swing: Floats, y: Floats) -> None:
+def propagate_joined(
+    system: System, i: int, tau: float, origin: Floats, modal_rates: Floats, y: Floats
+) -> None:
     """Fill those entries of ``y`` of rotor i that springs join to others, tau [s] after ``origin``."""
     for axis in range(3):
         q = x_of(i) + axis
         c = system.joined.places[2 * q]
         if c >= 0:
-            way, speed, _ = move(system, c, system.joined.places[2 * q + 1], tau, swing)
+            way, speed, _ = move(system, c, system.joined.places[2 * q + 1], tau, modal_rates)
             y[q], y[vx_of(system, i) + axis] = origin[q] + way, speed
 
 
 @compiled_once
-def joined_accelerations(system: System, i: int, tau: float, swing: Floats, out: Floats) -> None:
+def joined_accelerations(system: System, i: int, tau: float, modal_rates: Floats, out: Floats) -> None:
     """Fill those of the three accelerations of rotor i that springs bear on, tau [s] after its launch."""
     for axis in range(3):
         q = x_of(i) + axis
         c = system.joined.places[2 * q]
         if c >= 0:
-            _, _, out[axis] = move(system, c, system.joined.places[2 * q + 1], tau, swing)
+            _, _, out[axis] = move(system, c, system.joined.places[2 * q + 1], tau, modal_rates)
 
 
 @compiled_once
-def move_change(system: System, c: int, tau: float, z: Floats, swing: Floats) -> None:
-    """Let a change z of chain c's coordinates go on by a flight of tau [s]; ``swing`` is scratch."""
-    find_rates(system, c, z, 0.0, swing)
+def move_change(system: System, c: int, tau: float, z: Floats, modal_rates: Floats) -> None:
+    """Let a change z of chain c's coordinates go on over a free motion of tau [s]; ``modal_rates`` is scratch."""
+    find_rates(system, c, z, 0.0, modal_rates)
     chain = system.joined.chains[c]
     for k in range(chain.count):
         q = system.joined.coordinates[chain.first + k]
-        way, speed, _ = move(system, c, k, tau, swing)
+        way, speed, _ = move(system, c, k, tau, modal_rates)
         z[q] += way
         z[q + vx_of(system, 0)] = speed

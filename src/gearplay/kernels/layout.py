@@ -1,4 +1,4 @@
-"""How a system is packed for the kernels: records of plain floats and integers, no Python objects.
+"""Packed form of a system for the kernels: records of plain floats and integers, no Python objects.
 
 One `System` holds arrays of rotors and of elements, so that a gear pair is nothing special. Records rather than bare columns
 keep the kernels readable (``mesh.c0``) at the cost of nothing. Every place in an array has a name here.
@@ -14,17 +14,17 @@ from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 
-# Kinds, as integers because kernels know no strings.
+# Kinds, as integers: kernels have no strings.
 DRIVE_NONE, DRIVE_SPEED, DRIVE_SERVO = 0, 1, 2
 
 # What a contact is doing (see `switches`).
 OPEN, LOADED, SEPARATING = 0, 1, 2
-# What a switch looks at: a contact's penetration, the margin of its force, or something that its element knows.
+# Quantity of a switch: penetration of a contact, margin of its force, or one of the element's own.
 TOUCH, PULL, OWN = 0, 1, 2
 
-# How a rotor moves (see `roster`): in closed form since it was last touched, integrated, or always at its nominal state.
-FLYING, ACTIVE, KNOWN = 0, 1, 2
-# What an element is to the stepper: open between rotors that fly, open beside an active rotor, acting.
+# State of a body (see `active_set`): closed form since its last contact, integrated, or always at its nominal state.
+FREE, ACTIVE, KNOWN = 0, 1, 2
+# State of an element: open between free rotors, open beside an active rotor, acting.
 DORMANT, WATCHED, ACTING = 0, 1, 2
 
 ROTOR = np.dtype(
@@ -42,7 +42,7 @@ ROTOR = np.dtype(
         ("ramp_time", "f8"),  # s
         ("ramp_start", "f8"),  # rad/s, speed at t = 0
         ("ramp_acceleration", "f8"),  # rad/s^2 during the ramp
-        ("ripple_bend", "f8"),  # rad/s^2, largest angular acceleration of the drive's ripple, 0 without
+        ("ripple_curvature", "f8"),  # rad/s^2, largest angular acceleration of the drive's ripple, 0 without
         ("ripple_rate", "f8"),  # rad/s, its highest angular frequency, 0 without
         ("ripple_start", "i8"),  # rows in System.terms
         ("ripple_count", "i8"),
@@ -52,11 +52,11 @@ ROTOR = np.dtype(
         ("drive", "i8"),
         ("controller", "i8"),  # element that controls it, -1 for none
         ("excitation", "i8"),  # element of its terms of torque, -1 for none
-        ("group", "i8"),  # of rotors that springs join and that fly together, -1 for none
+        ("group", "i8"),  # of rotors joined by springs and propagated together, -1 for none
         (
-            "swing_rate",
+            "modal_rate",
             "f8",
-        ),  # rad/s, highest angular frequency at which it swings in flight, 0 where it does not
+        ),  # rad/s, highest angular frequency at which it oscillates in free motion, or 0
     ],
     align=True,
 )
@@ -66,7 +66,7 @@ PLACES = [
     ("element", "i8"),  # its number among all elements
     ("contact", "i8"),  # first row of the contact tables
     ("contacts", "i8"),
-    ("latch", "i8"),  # first of its latched impact speeds
+    ("impact_slot", "i8"),  # first of its stored impact speeds
     ("mode", "i8"),  # first of its own modes
     ("switch", "i8"),  # first switch; for each contact touch, pull and its own, then those of the whole
     ("switches", "i8"),
@@ -87,7 +87,7 @@ ELEMENT = np.dtype(
         (
             "joins",
             "i8",
-        ),  # 1 where, but for its contacts, it is a spring of rotors that fly together (`joined`)
+        ),  # 1 where, but for its contacts, it is a spring between jointly propagated rotors (`joined`)
         *PLACES,
     ],
     align=True,
@@ -96,11 +96,11 @@ ELEMENT = np.dtype(
 CONTACT = np.dtype(
     [
         ("element", "i8"),
-        ("latch", "i8"),  # slot of its latched impact speed, -1 for none
+        ("impact_slot", "i8"),  # slot of its stored impact speed, -1 for none
         ("partner", "i8"),  # contact that cannot be loaded with it, -1 for none
         ("yields", "i8"),  # 1 where the partner goes first
         ("closed", "i8"),  # 1 where it touches from the start, whatever its penetration
-        ("floor", "f8"),  # m/s, least impact speed that is latched
+        ("floor", "f8"),  # m/s, least impact speed that is stored
         ("natural", "f8"),  # m or rad, natural size of its penetration
     ],
     align=True,
@@ -136,7 +136,7 @@ CHAIN = np.dtype(
         ),  # [count, 2 (count + fixed) + 1], accelerations by positions, velocities, and constant
         ("vibration", "i8"),  # its first
         ("vibrations", "i8"),
-        ("swing", "i8"),  # first of its rates in `Roster.swing`
+        ("modal_rates", "i8"),  # first of its rates in `ActiveSet.modal_rates`
         ("damping", "f8"),  # 1/s, trace of its damping beyond that of each rotor alone
     ],
     align=True,
@@ -149,7 +149,7 @@ VIBRATION = np.dtype(
         ("kind", "i8"),
         ("column", "i8"),  # first of its columns of shapes
         ("decay", "f8"),  # 1/s, at least 0
-        ("frequency", "f8"),  # rad/s, 0 but for a swing
+        ("frequency", "f8"),  # rad/s, 0 unless oscillating
     ],
     align=True,
 )
@@ -157,7 +157,7 @@ VIBRATION = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class Joined(Group):
-    """Rotors that springs join and that fly together, chain by chain (see `joined`); made by `gearplay.model.joining`."""
+    """Rotors joined by springs and propagated together, chain by chain (see `joined`); made by `gearplay.model.joining`."""
 
     chains: NDArray[Any]  # CHAIN records
     vibrations: NDArray[Any]  # VIBRATION records
@@ -203,9 +203,9 @@ class Branch(Group):
     """The smooth branch that a run is on, and what it remembers; made by `branch.make_branch`."""
 
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
-    latch: Floats  # [m/s], impact speeds
+    impact_speeds: Floats  # [m/s], impact speeds
     memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
-    bends: Floats  # [3 * rotor], what accelerations of joined coordinates in flight cannot exceed from the last look on
+    acceleration_bounds: Floats  # [3 * rotor], bounds of the accelerations of joined coordinates
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,9 +289,9 @@ def ramp_of(system: System, modes: Ints, i: int) -> int:
 
 
 @compiled_inline
-def latch_of(z: Floats, latch: Floats, slot: int) -> int:
-    """Return the place of a latched impact speed in a change ``z`` of the state, behind the states."""
-    return z.size - latch.size + slot
+def impact_speed_at(z: Floats, impact_speeds: Floats, slot: int) -> int:
+    """Return the place of a stored impact speed in a change ``z`` of the state, behind the states."""
+    return z.size - impact_speeds.size + slot
 
 
 @compiled_inline

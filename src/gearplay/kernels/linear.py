@@ -1,40 +1,42 @@
-"""The equations of motion to first order at one state, as a whole matrix, and the strain energies of elements."""
+"""First-order form of the equations of motion at one state: matrix, and strain energies of the elements."""
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative, table
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import Roster
 from gearplay.kernels.slopes import Slopes, linearise, rate_of_change
-from gearplay.kernels.switches import settle_modes
+from gearplay.kernels.switches import initialise_modes
 
 
 @compiled_once
-def rates_at(system: System, roster: Roster, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def rates_at(
+    system: System, active_set: ActiveSet, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Fill ``dy`` with the derivative of a state at t = 0, contacts closed where they penetrate; 1 where a pair cannot mesh."""
     for e in range(system.elements.size):
-        if table.press(system, e, 0.0, y, branch, loads) != 0:
+        if table.contact_kinematics(system, e, 0.0, y, branch, loads) != 0:
             return 1
-    settle_modes(system, 0.0, y, branch, loads)
-    return rates_of(system, roster, 0.0, y, branch, dy, loads)
+    initialise_modes(system, 0.0, y, branch, loads)
+    return rates_of(system, active_set, 0.0, y, branch, dy, loads)
 
 
 @compiled_once
 def matrix_at(
-    system: System, roster: Roster, y: Floats, branch: Branch, slopes: Slopes, loads: Loads, z: Floats, matrix: Rows
+    system: System, active_set: ActiveSet, y: Floats, branch: Branch, slopes: Slopes, loads: Loads, z: Floats, matrix: Rows
 ) -> int:  # fmt: skip
-    """Fill column s of ``matrix``, shape [state + latch, state + latch], with the rate of change by state s; 1 where it fails.
+    """Fill column s of ``matrix``, shape [state + impact speed] squared, with the rate of change by state s; 1 where it fails.
 
     `rates_at` has been there; ``matrix`` is stored by columns, ``z`` is scratch of its size.
     """
-    if linearise(system, roster, 0.0, y, branch, slopes, loads) != 0:
+    if linearise(system, active_set, 0.0, y, branch, slopes, loads) != 0:
         return 1
     for s in range(z.size):
         z[s] = 0.0
     for s in range(y.size):
         z[s] = 1.0
-        rate_of_change(system, roster, branch, slopes, z, matrix[s])
+        rate_of_change(system, active_set, branch, slopes, z, matrix[s])
         z[s] = 0.0
     return 0
 
@@ -45,7 +47,7 @@ def strain_energies(
 ) -> None:
     """Fill the strain energy [J] of each element, shape [mode, element], in displacements ``shapes``.
 
-    Their shape is [mode, state + latch]; `matrix_at` has filled the slopes.
+    Their shape is [mode, state + impact speed]; `matrix_at` has filled the slopes.
     """
     force, n = slopes.force, system.rotors.size
     for m in range(shapes.shape[0]):

@@ -1,4 +1,4 @@
-"""Machine code of a kernel, brought into this process: LLVM's linker alone, without the compiler."""
+"""Loading of a kernel's machine code by LLVM's linker alone, without the compiler."""
 
 import threading
 from collections.abc import Callable

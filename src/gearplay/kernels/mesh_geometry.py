@@ -26,10 +26,10 @@ SPEED_SQUARED, INV_A, BY_FRAME, OPENING = range(25, 29)
 # Slots of a mesh's memory, each the first of an (angle, cosine, sine): toothings of a and b, psi; how far the reference of
 # phi has followed an orbiting gear.
 KNOWN_A, KNOWN_B, KNOWN_PSI, TURNED = 0, 3, 6, 9
-FRESH = (math.inf,) * 9 + (0.0, 1.0, 0.0)  # a memory that knows no angle: none is near
+FRESH = (math.inf,) * 9 + (0.0, 1.0, 0.0)  # memory without stored angles
 
 NEARBY = 0.03  # rad, within which the series of `nearby_angle` is exact to rounding
-GRID, PER_GRID = 0.05, 20.0  # rad, of angles that samples in flight come from, and how many in a radian
+GRID, PER_GRID = 0.05, 20.0  # rad, grid of angles for samples in free motion, and points per radian
 
 
 @compiled_inline

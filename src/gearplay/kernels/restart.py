@@ -1,12 +1,12 @@
-"""Starting afresh: at the start of a run and after every change of mode."""
+"""Initialisation of the integration: at the start of a run and after every change of mode."""
 
 import math
 
+from gearplay.kernels.active_set import copy_rotor, rebuild, states_of
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.events import watch
 from gearplay.kernels.implicit import IN_USE, QUIET
 from gearplay.kernels.layout import (
     DRIVE_SPEED,
@@ -23,7 +23,6 @@ from gearplay.kernels.layout import (
     x_of,
 )
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import copy_rotor, muster, states_of
 from gearplay.kernels.run import (
     BEGUN,
     BLOW_UP,
@@ -42,10 +41,11 @@ from gearplay.kernels.run import (
     Run,
     T,
 )
-from gearplay.kernels.switches import settle_margins, settle_modes, switch_mode, switch_values
+from gearplay.kernels.switches import initialise_modes, mark_separating, switch_mode, switch_values
 from gearplay.kernels.tallies import tally_change
+from gearplay.kernels.trial_step import watch
 
-BURST_EVENTS = 10_000  # between two looks at their density
+BURST_EVENTS = 10_000  # between two checks of their density
 PERIOD_EVENTS = 100  # per contact and period of the fastest contact: more is chatter
 FURTHEST = 1e9  # in units of the error scale's natural size: beyond it a run has blown up
 
@@ -62,12 +62,12 @@ def check_state(run: Run, i: int) -> int:
 def leaves_mesh(system: System, run: Run, e: int) -> bool:
     """Return whether element e fails where its rotors, from the accepted state, would be after a restart step."""
     y = run.y_try
-    states_of(system, run.roster, e, run.clock[T], run.y, y)
+    states_of(system, run.active_set, e, run.clock[T], run.y, y)
     for i in members(system, e):
         if i >= 0:
             for axis in range(3):
                 y[x_of(i) + axis] += run.clock[H_RESTART] * y[vx_of(system, i) + axis]
-    return bool(table.press(system, e, run.clock[T], y, run.branch, run.loads_try) != 0)
+    return bool(table.contact_kinematics(system, e, run.clock[T], y, run.branch, run.loads_try) != 0)
 
 
 @compiled_once
@@ -76,15 +76,15 @@ def failure(system: System, run: Run) -> int:
 
     A stage of a step that is far too long may fail anywhere: gears leave mesh only where the accepted motion takes them there.
     """
-    roster = run.roster
-    for s in range(1, roster.states[0] + 1):
-        if not math.isfinite(run.y_new[roster.states[s]]):
+    active_set = run.active_set
+    for s in range(1, active_set.states[0] + 1):
+        if not math.isfinite(run.y_new[active_set.states[s]]):
             return NOT_FINITE
-    for c in range(1, roster.acting[0] + 1):
-        if leaves_mesh(system, run, roster.acting[c]):
+    for c in range(1, active_set.acting[0] + 1):
+        if leaves_mesh(system, run, active_set.acting[c]):
             return CANNOT_MESH
-    for c in range(1, roster.watched[0] + 1):
-        if leaves_mesh(system, run, roster.watched[c]):
+    for c in range(1, active_set.watched[0] + 1):
+        if leaves_mesh(system, run, active_set.watched[c]):
             return CANNOT_MESH
     return STEP_TOO_SMALL
 
@@ -103,11 +103,11 @@ def check_states(run: Run) -> int:
 def evaluate(system: System, run: Run, t: float) -> int:
     """Evaluate f, contacts and switches at (t, y) into row 0 of the stages and the ``_0`` tables."""
     run.counts[CALLS] += 1
-    failed = rates_of(system, run.roster, t, run.y, run.branch, run.stages[0], run.loads_0)
+    failed = rates_of(system, run.active_set, t, run.y, run.branch, run.stages[0], run.loads_0)
     if failed == 0:
         failed = watch(system, run, t, run.y, run.loads_0)
     if failed == 0:
-        switch_values(system, run.roster, t, run.y, run.branch, run.loads_0, run.g_0)
+        switch_values(system, run.active_set, t, run.y, run.branch, run.loads_0, run.g_0)
     return failed
 
 
@@ -127,10 +127,10 @@ def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Lo
 
 
 @compiled_inline
-def settle_coincidence(system: System, run: Run, t: float) -> bool:
+def resolve_coincidence(system: System, run: Run, t: float) -> bool:
     """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
-    for c in range(1, run.roster.switches[0] + 1):
-        s = run.roster.switches[c]
+    for c in range(1, run.active_set.switches[0] + 1):
+        s = run.active_set.switches[c]
         if system.switches[s].role != TOUCH:
             continue
         k = system.switches[s].contact
@@ -153,14 +153,14 @@ def restart(system: System, run: Run) -> int:
             if system.rotors[i].drive == DRIVE_SPEED:
                 run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
     while True:
-        muster(system, run.roster, t, run.y, run.branch)
+        rebuild(system, run.active_set, t, run.y, run.branch)
         for i in range(system.rotors.size):
-            if run.roster.roles[i] == KNOWN:
+            if run.active_set.body_states[i] == KNOWN:
                 copy_rotor(system, i, run.y, run.y_new)
                 copy_rotor(system, i, run.y, run.y_try)
         if evaluate(system, run, t) != 0:
             return CANNOT_MESH
-        if not settle_coincidence(system, run, t):
+        if not resolve_coincidence(system, run, t):
             break
     clock[H] = clock[H_BEGIN]
     run.implicit.numbers[QUIET] = run.implicit.numbers[IN_USE] = 0
@@ -182,18 +182,18 @@ def begin(system: System, run: Run) -> int:
     status = check_states(run)
     if status != DONE:
         return status
-    for k in range(system.contacts.size):  # what another run has latched stays
-        slot = system.contacts[k].latch
+    for k in range(system.contacts.size):  # what another run has stored stays
+        slot = system.contacts[k].impact_slot
         if slot >= 0:
-            run.branch.latch[slot] = max(run.branch.latch[slot], system.contacts[k].floor)
+            run.branch.impact_speeds[slot] = max(run.branch.impact_speeds[slot], system.contacts[k].floor)
     for e in range(system.elements.size):
         table.start_step(system, e, t, run.y, run.branch)
-    # A new roster has every rotor active and every element acting.
+    # A new active set has every rotor active and every element acting.
     if evaluate(system, run, t) != 0:
         return CANNOT_MESH
-    settle_modes(system, t, run.y, run.branch, run.loads_0)
+    initialise_modes(system, t, run.y, run.branch, run.loads_0)
     if evaluate(system, run, t) != 0:
         return CANNOT_MESH
-    settle_margins(system, run.branch, run.loads_0)
+    mark_separating(system, run.branch, run.loads_0)
     run.clock[BURST_START] = t
     return restart(system, run)

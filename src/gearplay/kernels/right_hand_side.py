@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import pull
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
+from gearplay.kernels.housing_motion import pull
 from gearplay.kernels.layout import (
     CONTACT_COLUMNS,
     DRIVE_SPEED,
@@ -22,7 +23,6 @@ from gearplay.kernels.layout import (
     x_of,
 )
 from gearplay.kernels.ripple import follow_ripple
-from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign
 from gearplay.kernels.unbalance import accelerate
 
@@ -38,18 +38,18 @@ def make_loads(system: System) -> Loads:
 
 @compiled_inline
 def right_hand_side(
-    system: System, roster: Roster, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
+    system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
 ) -> int:
-    """Fill ``dy`` with the derivative of the roster's active states; return 0, or 1 where a pair cannot mesh.
+    """Fill ``dy`` with the derivative of the active states; return 0, or 1 where a pair cannot mesh.
 
-    ``branch`` fixes which smooth branch each contact is on and the latched impact speeds [m/s]; ``loads`` is filled on the
+    ``branch`` fixes which smooth branch each contact is on and the stored impact speeds [m/s]; ``loads`` is filled on the
     way for what acts. A rippling drive's rotation is a function of t alone: it is set in ``y``, whatever was there. State
     order: docs/conventions.
     """
     force = loads.rotors
     pull_x, pull_y = pull(system, t)
-    for a in range(1, roster.active[0] + 1):
-        i = roster.active[a]
+    for a in range(1, active_set.active[0] + 1):
+        i = active_set.active[a]
         r = system.rotors[i]
         if r.ripple_count > 0:
             dy[omega_of(system, i)] = follow_ripple(system, i, t, y)
@@ -59,10 +59,10 @@ def right_hand_side(
         force[i, 2] = r.torque - r.drag * omega
         if r.friction > 0.0:
             force[i, 2] -= r.friction * smooth_sign(omega / r.friction_speed)
-    if table.act(system, roster.acting, t, y, branch, loads, dy) != 0:
+    if table.apply_forces(system, active_set.acting, t, y, branch, loads, dy) != 0:
         return 1
-    for a in range(1, roster.active[0] + 1):
-        i = roster.active[a]
+    for a in range(1, active_set.active[0] + 1):
+        i = active_set.active[a]
         r = system.rotors[i]
         for axis in range(3):
             dy[x_of(i) + axis] = y[vx_of(system, i) + axis]
@@ -79,7 +79,7 @@ def right_hand_side(
 
 @compiled_once
 def rates_of(
-    system: System, roster: Roster, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
+    system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
 ) -> int:
     """Do what `right_hand_side` does, for callers who need it now and then."""
-    return right_hand_side(system, roster, t, y, branch, dy, loads)
+    return right_hand_side(system, active_set, t, y, branch, dy, loads)

@@ -1,19 +1,19 @@
-"""A run in progress as plain arrays: slots, status codes, buffers."""
+"""State of an integration run as plain arrays: slots, status codes, buffers."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from gearplay.kernels.active_set import ActiveSet, make_active_set
 from gearplay.kernels.arrays import Floats, Ints, Rows
-from gearplay.kernels.base_motion import KIND, NONE
-from gearplay.kernels.block import BLOCK, STATES_OF_ROTOR
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.elements.table import SHOWN
+from gearplay.kernels.housing_motion import KIND, NONE
 from gearplay.kernels.implicit import Implicit, make_implicit
 from gearplay.kernels.layout import AX, AY, PER_ROTOR, VX, Branch, Loads, System
 from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.roster import Roster, make_roster
 from gearplay.kernels.runge_kutta import STAGES
+from gearplay.kernels.sample_block import BLOCK, STATES_OF_ROTOR
 from gearplay.kernels.switches import make_branch
 
 # Status of a run; the solver turns it into words.
@@ -21,7 +21,7 @@ DONE, PAUSED = 0, 1
 NOT_FINITE, STEP_TOO_SMALL, CHATTER, CANNOT_MESH, BLOW_UP, MISSED_SWITCH = 10, 11, 12, 13, 14, 15
 
 # Slots of Run.clock [s, 1] and Run.counts.
-T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, FINENESS = range(9)
+T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, ERROR_SHARE = range(9)
 # Lengths of the first step after a switch: the shortest, and what has been learnt.
 H_RESTART, H_BEGIN = range(9, 11)
 INSIDE = 11  # where in the step [1] the loads inside it belong; 0 where there are none
@@ -39,7 +39,7 @@ LOG_COLUMNS = 4
 class Run(Group):
     """A run in progress, as plain arrays; made by `make_run`."""
 
-    roster: Roster
+    active_set: ActiveSet
     branch: Branch
     modes_0: Ints  # at the start of a step whose stages judge
     clock: Floats  # [s], slots above
@@ -53,7 +53,7 @@ class Run(Group):
     loads_0: Loads  # at the start of the step last tried
     loads_inside: Loads  # at a stage inside it
     loads: Loads  # at its end
-    loads_try: Loads  # where it is looked at
+    loads_try: Loads  # scratch
     g_0: Floats  # switch functions at the same three states
     g_1: Floats
     g_try: Floats
@@ -67,8 +67,8 @@ class Run(Group):
     row: Floats
     needed: Ints  # whether the wanted signals are computed from a state, 6 of each rotor
     times: Floats  # [s] of a block of samples
-    flown: Rows  # [6 of each rotor, sample] states in a block that is flown through
-    looked: Rows  # memory of elements for looks in flight
+    free_states: Rows  # [6 of each rotor, sample] states of a block of samples in free motion
+    scratch_memory: Rows  # memory of elements for evaluations in free motion
     shown: Rows  # [signal, sample] what an element shows in a block
     rows: Floats  # [columns, sample] sampled signals
     log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
@@ -99,14 +99,14 @@ def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
     # Accelerations need the forces, torques of drives and loads their sums too.
     highest = max((c % PER_ROTOR for c in of_rotors), default=0)
     forces = 2 if highest > AY else 1 if elements or highest >= AX else 0
-    if forces == 2:  # of springs in flight too, for which all that they join is needed
+    if forces == 2:  # of springs between free rotors too, for which all joined rotors are needed
         groups = {int(system.rotors["group"][i]) for i in rotors if i >= 0} - {-1}
         rotors.update(np.flatnonzero(np.isin(system.rotors["group"], list(groups))).tolist())
     return _listed(rotors - {-1}), _listed(elements), forces
 
 
 def _needed(system: System, columns: Ints, rotors: Ints, *, whole: bool) -> Ints:
-    """Return which states in flight the kept columns are computed from; where ``whole`` all of the wanted rotors."""
+    """Return which states in free motion the kept columns are computed from; where ``whole`` all of the wanted rotors."""
     needed = np.zeros((system.rotors.size, STATES_OF_ROTOR), dtype=np.int64)
     if whole:
         needed[rotors[1:]] = 1
@@ -132,12 +132,12 @@ def make_run(
     log_capacity: int,
     tolerance: float,
     fixed_step: float | None = None,
-    judged: bool = False,
+    by_stage: bool = False,
 ) -> Run:
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
     ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
-    that length, and where it is ``judged`` contacts are so at every stage (`fixed_steps`).
+    that length, and ``by_stage`` updates contact states at every stage (`fixed_steps`).
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
@@ -145,17 +145,17 @@ def make_run(
     clock = np.zeros(12)
     clock[H_RESTART] = clock[H_BEGIN] = restart_step
     clock[SAMPLE_INTERVAL] = np.inf
-    clock[TOLERANCE], clock[FINENESS] = tolerance, 1.0
+    clock[TOLERANCE], clock[ERROR_SHARE] = tolerance, 1.0
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
     counts[FORCES] = forces
-    roster = make_roster(system, n)
+    active_set = make_active_set(system, n)
     if fixed_step is not None:
         clock[FIXED] = fixed_step
-        roster.grounded[0] = 2 if judged else 1
+        active_set.forced[0] = 2 if by_stage else 1
     loads, branch = make_loads(system), make_branch(system)
     return Run(
-        roster=roster,
+        active_set=active_set,
         branch=branch,
         modes_0=branch.modes.copy(),
         clock=clock,
@@ -183,8 +183,8 @@ def make_run(
         row=np.zeros(signal_count(system)),
         needed=_needed(system, columns, rotors, whole=bool(elements[0]) or forces == 2),
         times=np.zeros(BLOCK),
-        flown=np.zeros((STATES_OF_ROTOR * system.rotors.size, BLOCK if columns.size else 0)),
-        looked=branch.memory.copy(),
+        free_states=np.zeros((STATES_OF_ROTOR * system.rotors.size, BLOCK if columns.size else 0)),
+        scratch_memory=branch.memory.copy(),
         shown=np.zeros((max(SHOWN), BLOCK if elements[0] else 0)),
         rows=rows,
         log=np.zeros((log_capacity, LOG_COLUMNS)),

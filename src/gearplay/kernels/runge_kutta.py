@@ -6,11 +6,11 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 
 import numpy as np
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.right_hand_side import right_hand_side
-from gearplay.kernels.roster import Roster
 
 STAGES = 7
 ORDER = 5
@@ -42,12 +42,12 @@ DENSE = np.array(
 
 
 @compiled
-def stage_state(stage: int, roster: Roster, h: float, y: Floats, k: Floats, result: Floats) -> None:
+def stage_state(stage: int, active_set: ActiveSet, h: float, y: Floats, k: Floats, result: Floats) -> None:
     """Fill the active states of ``result`` with those at a stage, 0 to 6, of a step of h [s] from y; ``k`` are the stages.
 
     A loop for each stage, its sum written out: a loop over the terms takes half as long again.
     """
-    states = roster.states
+    states = active_set.states
     if stage == 0:
         for s in range(1, states[0] + 1):
             result[states[s]] = y[states[s]]
@@ -84,7 +84,7 @@ def stage_state(stage: int, roster: Roster, h: float, y: Floats, k: Floats, resu
 @compiled_inline
 def step(
     system: System,
-    roster: Roster,
+    active_set: ActiveSet,
     t: float,
     h: float,
     y: Floats,
@@ -100,20 +100,20 @@ def step(
     ``inside`` belongs to stage ``KEPT`` and ``loads`` to (t + h, y_new).
     """
     for stage in range(1, STAGES):
-        stage_state(stage, roster, h, y, stages, y_new)
+        stage_state(stage, active_set, h, y, stages, y_new)
         at = t + NODES[stage] * h
         seen = inside if stage == KEPT else loads
-        if right_hand_side(system, roster, at, y_new, branch, stages[stage], seen) != 0:
+        if right_hand_side(system, active_set, at, y_new, branch, stages[stage], seen) != 0:
             return 1
     return 0
 
 
 @compiled
-def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float:
+def error_norm(active_set: ActiveSet, h: float, stages: Floats, scale: Floats) -> float:
     """Return the largest local error over its allowance: max_i |e_i| / scale_i; NaN and inf pass through."""
     worst = 0.0
-    for s in range(1, roster.states[0] + 1):
-        i = roster.states[s]
+    for s in range(1, active_set.states[0] + 1):
+        i = active_set.states[s]
         e = 0.0
         for j in range(STAGES):
             e += ERROR[j] * stages[j, i]
@@ -129,19 +129,19 @@ def error_norm(roster: Roster, h: float, stages: Floats, scale: Floats) -> float
 def interpolate_state(i: int, x: float, h: float, y: Floats, y_new: Floats, stages: Floats) -> float:
     """Return the continuous extension of state i at t + x h, 0 <= x <= 1 (order 4)."""
     difference = y_new[i] - y[i]
-    bend = h * stages[0, i] - difference
+    curvature = h * stages[0, i] - difference
     d = 0.0
     for j in range(STAGES):
         d += DENSE[j] * stages[j, i]
-    r4 = difference - h * stages[6, i] - bend
-    return y[i] + x * (difference + (1.0 - x) * (bend + x * (r4 + (1.0 - x) * h * d)))
+    r4 = difference - h * stages[6, i] - curvature
+    return y[i] + x * (difference + (1.0 - x) * (curvature + x * (r4 + (1.0 - x) * h * d)))
 
 
 @compiled_inline
 def interpolate(
-    roster: Roster, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
+    active_set: ActiveSet, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
 ) -> None:
     """Fill the active states of ``result`` with the continuous extension at t + x h."""
-    for s in range(1, roster.states[0] + 1):
-        i = roster.states[s]
+    for s in range(1, active_set.states[0] + 1):
+        i = active_set.states[s]
         result[i] = interpolate_state(i, x, h, y, y_new, stages)

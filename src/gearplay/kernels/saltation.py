@@ -1,24 +1,25 @@
-"""What an event does to small changes of the state: the saltation of the derivatives' jump, and latched impact speeds.
+"""Saltation of small changes of the state at an event, and of stored impact speeds.
 
 A change of the instant of an event, dt = -dh / h' of the function h that crosses zero, lets the other derivative hold for that
 long (docs/theory, T24).
 """
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import derivative
-from gearplay.kernels.flight import shaken_rates
+from gearplay.kernels.free_motion import shaken_rates
 from gearplay.kernels.joined import acceleration
 from gearplay.kernels.layout import (
     ACTIVE,
-    FLYING,
+    FREE,
     OPEN,
     TOUCH,
     Branch,
     System,
+    impact_speed_at,
     is_acting,
-    latch_of,
     members,
     omega_of,
     theta_of,
@@ -27,7 +28,6 @@ from gearplay.kernels.layout import (
     x_of,
 )
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.roster import Roster
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.tangent_state import Tangent, read_state
 
@@ -39,9 +39,9 @@ def carry_over(system: System, run: Run, tangent: Tangent) -> int:
     read_state(system, run, tangent.y)
     for s in range(system.switches.size):
         k = system.switches[s].contact
-        latches = system.switches[s].role == TOUCH and system.contacts[k].latch >= 0
-        if latches and before[k] == OPEN and modes[k] != OPEN:
-            latch_change(system, run, tangent, s, t)
+        stores = system.switches[s].role == TOUCH and system.contacts[k].impact_slot >= 0
+        if stores and before[k] == OPEN and modes[k] != OPEN:
+            change_impact_speed(system, run, tangent, s, t)
     carry_samples(system, run, tangent)
     for e in range(system.elements.size):
         s = derivative.jump(system, e, before, modes)
@@ -63,10 +63,10 @@ def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, 
     """Carry the changes over a jump of element e's force at its switch s, at t [s]; return 1 where the pair cannot mesh."""
     before, after, row = tangent.jump[0], tangent.jump[1], tangent.slopes.elements[e]
     acts = is_acting(system, e, run.branch.modes)
-    roster = run.roster if acts else tangent.before  # one that holds this element's rotors
+    active_set = run.active_set if acts else tangent.before  # one that holds this element's rotors
     if (
-        rates_at_event(system, tangent, roster, tangent.branch, t, before) != 0
-        or rates_at_event(system, tangent, roster, run.branch, t, after) != 0
+        rates_at_event(system, tangent, active_set, tangent.branch, t, before) != 0
+        or rates_at_event(system, tangent, active_set, run.branch, t, after) != 0
         or derivative.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row) != 0
     ):
         return 1
@@ -74,31 +74,31 @@ def carry_over_jump(system: System, run: Run, tangent: Tangent, e: int, s: int, 
         change = tangent.changes[c]
         crossing, _, rate = derivative.crossing(system, e, s, row, change)
         sooner = -crossing / rate
-        for place in range(1, roster.states[0] + 1):
-            i = roster.states[place]
+        for place in range(1, active_set.states[0] + 1):
+            i = active_set.states[place]
             change[i] += (before[i] - after[i]) * sooner
     return 0
 
 
 @compiled_once
 def rates_at_event(
-    system: System, tangent: Tangent, roster: Roster, branch: Branch, t: float, rates: Floats
+    system: System, tangent: Tangent, active_set: ActiveSet, branch: Branch, t: float, rates: Floats
 ) -> int:
     """Fill ``rates`` with the derivative of the active states at an event, on a given branch; 1 where a pair cannot mesh."""
     for s in range(rates.size):
         rates[s] = 0.0
-    return rates_of(system, roster, t, tangent.y, branch, rates, tangent.loads)
+    return rates_of(system, active_set, t, tangent.y, branch, rates, tangent.loads)
 
 
 @compiled_once
-def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -> None:
-    """Set what the changes do to the impact speed that the contact of touch switch s has just latched at t [s].
+def change_impact_speed(system: System, run: Run, tangent: Tangent, s: int, t: float) -> None:
+    """Set what the changes do to the impact speed that the contact of touch switch s has just stored at t [s].
 
     With the touch at zero penetration the instant changes by dt = -dp / p', the rate by its own change plus p'' dt.
     """
     e, local = system.switches[s].element, system.switches[s].local
     contact, row = system.contacts[system.switches[s].contact], tangent.slopes.elements[e]
-    slot = latch_of(tangent.stage, run.branch.latch, contact.latch)
+    slot = impact_speed_at(tangent.stage, run.branch.impact_speeds, contact.impact_slot)
     derivative.linearise(system, e, t, tangent.y, run.branch, tangent.loads, row)
     along = tangent.stage  # the motion itself as a change, at its absolute speeds
     rates_at_event(system, tangent, tangent.before, tangent.branch, t, tangent.jump[0])
@@ -107,11 +107,11 @@ def latch_change(system: System, run: Run, tangent: Tangent, s: int, t: float) -
     for i in members(system, e):
         if i >= 0:
             move_along(system, tangent, i, t, along)
-    _, bend, rate = derivative.crossing(system, e, local, row, along)
+    _, curvature, rate = derivative.crossing(system, e, local, row, along)
     for c in range(tangent.changes.shape[0]):
         deeper, faster, _ = derivative.crossing(system, e, local, row, tangent.changes[c])
-        # where the floor was latched nothing changes
-        tangent.changes[c, slot] = faster - bend * deeper / rate if rate > contact.floor else 0.0
+        # where the floor was stored nothing changes
+        tangent.changes[c, slot] = faster - curvature * deeper / rate if rate > contact.floor else 0.0
 
 
 @compiled_inline
@@ -121,10 +121,10 @@ def move_along(system: System, tangent: Tangent, i: int, t: float, along: Floats
     for axis in range(3):
         along[x + axis] = y[vx + axis]
     along[theta_of(i)] += system.rotors[i].nominal_speed
-    if tangent.before.roles[i] == ACTIVE:
+    if tangent.before.body_states[i] == ACTIVE:
         for axis in range(3):
             along[vx + axis] = tangent.jump[0, vx + axis]
-    elif tangent.before.roles[i] == FLYING:
+    elif tangent.before.body_states[i] == FREE:
         a_x, a_y, alpha = shaken_rates(system, i, t, y[vx], y[vy_of(system, i)], y[omega_of(system, i)])
         along[vx], along[vy_of(system, i)], along[omega_of(system, i)] = a_x, a_y, alpha
         for axis in range(3):

@@ -1,16 +1,16 @@
-"""What turns a rotor and what it loses: the torque of its drive, that of its load, the power of drag, dry friction and damping.
+"""Torques of drive and load of a rotor, and its power losses: drag, dry friction, damping.
 
-For audits of energy: input is drive torque times speed, output load torque times speed turned round, losses are these and those
-of elements, what is left is stored (docs/theory, section 4).
+For audits of energy: input is drive torque times speed, output minus load torque times speed, losses are these and those
+of elements, the rest is stored (docs/theory, section 4).
 """
 
 import math
 
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import pull
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import excitation, positioner, servo
+from gearplay.kernels.housing_motion import pull
 from gearplay.kernels.layout import Branch, System, spin_of, turn_of, vx_of, vy_of
 from gearplay.kernels.smooth_sign import smooth_sign
 

@@ -1,7 +1,7 @@
-"""The right-hand side to first order, and free flight to first order: how small changes of the state move on.
+"""First-order changes of the right-hand side and of free motion.
 
-The exact derivative of `right_hand_side` on fixed modes and of `flight.fly` (docs/theory, "Tangent of the motion"): every
-element brings its own slopes, here they are put together. A change z holds the states in their order, then the latched
+The derivative of `right_hand_side` on fixed modes and of `free_motion.propagate` (docs/theory, "Tangent of the motion"):
+every element computes its own slopes; here they are assembled. A change z holds the states in their order, then the stored
 impact speeds.
 """
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
@@ -27,7 +28,6 @@ from gearplay.kernels.layout import (
     vy_of,
     x_of,
 )
-from gearplay.kernels.roster import Roster
 from gearplay.kernels.smooth_sign import smooth_sign_slope
 from gearplay.kernels.unbalance import COLUMNS, change_accelerations, linearise_unbalance
 
@@ -55,14 +55,14 @@ def make_slopes(system: System) -> Slopes:
 
 @compiled_once
 def linearise(
-    system: System, roster: Roster, t: float, y: Floats, branch: Branch, slopes: Slopes, loads: Loads
+    system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, slopes: Slopes, loads: Loads
 ) -> int:
     """Fill ``slopes``, and contacts of ``loads`` on the way, at (t, y) for what is active and acting; 1 where a pair cannot mesh.
 
     The sums of forces on the rotors in ``loads`` are those of (t, y) already.
     """
-    for a in range(1, roster.active[0] + 1):
-        i = roster.active[a]
+    for a in range(1, active_set.active[0] + 1):
+        i = active_set.active[a]
         r = system.rotors[i]
         slopes.rotors[i] = 0.0
         if r.friction > 0.0:
@@ -70,8 +70,8 @@ def linearise(
             slopes.rotors[i] = r.friction / r.friction_speed * smooth_sign_slope(u)
         if r.unbalance > 0.0:
             linearise_unbalance(system, i, t, y, loads.rotors, slopes.unbalances[i])
-    for c in range(1, roster.acting[0] + 1):
-        e = roster.acting[c]
+    for c in range(1, active_set.acting[0] + 1):
+        e = active_set.acting[c]
         if derivative.linearise(system, e, t, y, branch, loads, slopes.elements[e]) != 0:
             return 1
     return 0
@@ -79,21 +79,21 @@ def linearise(
 
 @compiled_once
 def rate_of_change(
-    system: System, roster: Roster, branch: Branch, slopes: Slopes, z: Floats, dz: Floats
+    system: System, active_set: ActiveSet, branch: Branch, slopes: Slopes, z: Floats, dz: Floats
 ) -> None:
     """Fill the active entries of ``dz`` with the rate at which a change ``z`` grows."""
     force = slopes.force
-    for a in range(1, roster.active[0] + 1):
-        i = roster.active[a]
+    for a in range(1, active_set.active[0] + 1):
+        i = active_set.active[a]
         r = system.rotors[i]
         force[i, 0] = -r.radial_damping * z[vx_of(system, i)]
         force[i, 1] = -r.radial_damping * z[vy_of(system, i)]
         force[i, 2] = -(r.drag + slopes.rotors[i]) * z[omega_of(system, i)]
-    for c in range(1, roster.acting[0] + 1):
-        e = roster.acting[c]
+    for c in range(1, active_set.acting[0] + 1):
+        e = active_set.acting[c]
         derivative.add_change(system, e, slopes.elements[e], z, branch, force, dz)
-    for a in range(1, roster.active[0] + 1):
-        i = roster.active[a]
+    for a in range(1, active_set.active[0] + 1):
+        i = active_set.active[a]
         r = system.rotors[i]
         for axis in range(3):
             dz[x_of(i) + axis] = z[vx_of(system, i) + axis]
@@ -105,8 +105,8 @@ def rate_of_change(
 
 
 @compiled_inline
-def fly_change(system: System, i: int, tau: float, z: Floats) -> None:
-    """Let rotor i's entries of a change ``z`` go on by a flight of tau [s]: v' = -gamma v in closed form.
+def propagate_change(system: System, i: int, tau: float, z: Floats) -> None:
+    """Let rotor i's entries of a change ``z`` propagate in free motion over tau [s]: v' = -gamma v in closed form.
 
     But for those that springs join to others: `joined.move_change`.
     """

@@ -1,4 +1,4 @@
-"""The end of a step that is accepted: what switches there, and what is carried over to the next."""
+"""End of an accepted step: mode changes, and values that are kept for the next step."""
 
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
@@ -6,18 +6,18 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.events import DEEPEST
 from gearplay.kernels.layout import FORCE, MARGIN, PENETRATION, RATE, TOUCH, System
-from gearplay.kernels.recording import record_samples, sample_is_due
 from gearplay.kernels.restart import change_mode, check_state
 from gearplay.kernels.run import DONE, FIXED, MISSED_SWITCH, STEPS, TOLERANCE, Run, T
 from gearplay.kernels.runge_kutta import STAGES
+from gearplay.kernels.sampling import record_samples, sample_is_due
 from gearplay.kernels.tallies import tally_step
 
 
 @compiled_once
 def change_modes(system: System, run: Run, t: float, first: int) -> None:
     """Apply switch ``first`` and every other one that is positive at the same state."""
-    for c in range(1, run.roster.switches[0] + 1):
-        s = run.roster.switches[c]
+    for c in range(1, run.active_set.switches[0] + 1):
+        s = run.active_set.switches[c]
         if s == first or (run.g_1[s] > 0.0 and run.g_0[s] <= 0.0):
             change_mode(system, run, s, t, run.y_new, run.loads)
 
@@ -30,8 +30,8 @@ def misses_touch(system: System, run: Run, first: int) -> bool:
     touch that comes late a spring appears compressed, with energy from nothing.
     """
     most = max(run.clock[TOLERANCE], DEEPEST)
-    for c in range(1, run.roster.switches[0] + 1):
-        s = run.roster.switches[c]
+    for c in range(1, run.active_set.switches[0] + 1):
+        s = run.active_set.switches[c]
         if run.g_1[s] <= 0.0:
             continue
         switch = system.switches[s]
@@ -49,7 +49,7 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
 
     ``first`` is the switch that ended the step, -1 for none.
     """
-    roster, status = run.roster, DONE
+    active_set, status = run.active_set, DONE
     if run.clock[FIXED] == 0.0 and misses_touch(system, run, first):
         return MISSED_SWITCH
     if sample_is_due(run, t):
@@ -59,13 +59,13 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
     run.clock[T] = t
     if first >= 0:
         change_modes(system, run, t, first)
-    for s in range(1, roster.states[0] + 1):
-        run.y[roster.states[s]] = run.y_new[roster.states[s]]
-        status = max(status, check_state(run, roster.states[s]))
-    for c in range(1, roster.acting[0] + 1):
-        table.end_step(system, roster.acting[c], run.y, run.branch)
-    for c in range(1, roster.watched[0] + 1):
-        table.end_step(system, roster.watched[c], run.y_new, run.branch)
+    for s in range(1, active_set.states[0] + 1):
+        run.y[active_set.states[s]] = run.y_new[active_set.states[s]]
+        status = max(status, check_state(run, active_set.states[s]))
+    for c in range(1, active_set.acting[0] + 1):
+        table.end_step(system, active_set.acting[c], run.y, run.branch)
+    for c in range(1, active_set.watched[0] + 1):
+        table.end_step(system, active_set.watched[c], run.y_new, run.branch)
     return status
 
 
@@ -81,12 +81,12 @@ def copy_contact(source: Floats, target: Floats, k: int) -> None:
 @compiled
 def go_on(system: System, run: Run) -> None:
     """Make the end of a step the start of the next, for what takes part in it."""
-    roster = run.roster
-    for c in range(1, roster.states[0] + 1):
-        i = roster.states[c]
+    active_set = run.active_set
+    for c in range(1, active_set.states[0] + 1):
+        i = active_set.states[c]
         run.stages[0, i] = run.stages[STAGES - 1, i]
-    for c in range(1, roster.switches[0] + 1):
-        s = roster.switches[c]
+    for c in range(1, active_set.switches[0] + 1):
+        s = active_set.switches[c]
         run.g_0[s] = run.g_1[s]
         if system.switches[s].role == TOUCH:
             copy_contact(run.loads.contacts, run.loads_0.contacts, system.switches[s].contact)

@@ -1,4 +1,4 @@
-"""The hybrid integrator: closed-form flight between contacts, embedded Runge-Kutta steps of what is touched.
+"""The hybrid integrator: closed-form free motion between contacts, embedded Runge-Kutta steps of bodies in contact.
 
 An error estimate does not see a kink, so each step is searched for switches (docs/theory, "Events"). A step that
 contains one is taken again so that it ends there, the mode changes, and the method starts afresh. Rotors that nothing touches
@@ -8,24 +8,24 @@ are not integrated; their next touch is found by conservative advancement (`adva
 
 import math
 
-from gearplay.kernels.base_motion import RATE, shakes
+from gearplay.kernels.active_set import state_of
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.events import attempt, end_at_switch, first_switch
-from gearplay.kernels.fineness import refine
+from gearplay.kernels.events import end_at_switch, first_switch
 from gearplay.kernels.fixed_steps import take_fixed_step
+from gearplay.kernels.housing_motion import RATE, shakes
 from gearplay.kernels.implicit import H_EXPLICIT, QUIET
 from gearplay.kernels.layout import ACTIVE, System, spin_of
-from gearplay.kernels.quiet_steps import NOT_TAKEN, is_quiet, take_quiet_step
-from gearplay.kernels.recording import record_samples, sample_is_due
+from gearplay.kernels.local_tolerance import refine
+from gearplay.kernels.method_choice import NOT_TAKEN, is_quiet, take_quiet_step
+from gearplay.kernels.next_touch import next_touch, something_is_due, touch_down
 from gearplay.kernels.restart import begin, check_states, failure, restart
-from gearplay.kernels.roster import state_of
 from gearplay.kernels.run import (
     BEGUN,
     CANNOT_MESH,
     DONE,
-    FINENESS,
+    ERROR_SHARE,
     FIXED,
     H_BEGIN,
     H_RESTART,
@@ -41,9 +41,10 @@ from gearplay.kernels.run import (
     T,
 )
 from gearplay.kernels.runge_kutta import ORDER, error_norm
+from gearplay.kernels.sampling import record_samples, sample_is_due
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
-from gearplay.kernels.touch import next_touch, something_is_due, touch_down
+from gearplay.kernels.trial_step import attempt
 
 GROWTH = 5.0  # of a step over the one before, at most
 
@@ -51,18 +52,18 @@ GROWTH = 5.0  # of a step over the one before, at most
 @compiled_inline
 def longest_step(system: System, run: Run) -> float:
     """Return the longest step [s] that still resolves every forcing term of what is integrated or watched."""
-    roster, t, y = run.roster, run.clock[T], run.y
+    active_set, t, y = run.active_set, run.clock[T], run.y
     fastest = max(system.base[RATE], 1e-9) if shakes(system, t) else 1e-9
-    for c in range(1, roster.acting[0] + 1):
-        fastest = max(fastest, table.forcing_rate(system, roster.acting[c], t, y))
-    for c in range(1, roster.watched[0] + 1):
-        fastest = max(fastest, table.forcing_rate(system, roster.watched[c], t, y))
-    for c in range(1, roster.active[0] + 1):
-        i = roster.active[c]
+    for c in range(1, active_set.acting[0] + 1):
+        fastest = max(fastest, table.forcing_rate(system, active_set.acting[c], t, y))
+    for c in range(1, active_set.watched[0] + 1):
+        fastest = max(fastest, table.forcing_rate(system, active_set.watched[c], t, y))
+    for c in range(1, active_set.active[0] + 1):
+        i = active_set.active[c]
         fastest = max(fastest, abs(spin_of(system, i, y)), system.rotors[i].ripple_rate)
-    for c in range(1, roster.near[0] + 1):
-        i = roster.near[c]
-        fastest = max(fastest, system.rotors[i].ripple_rate, system.rotors[i].swing_rate)
+    for c in range(1, active_set.near[0] + 1):
+        i = active_set.near[c]
+        fastest = max(fastest, system.rotors[i].ripple_rate, system.rotors[i].modal_rate)
     return 0.5 / fastest
 
 
@@ -87,9 +88,9 @@ def take_flight(system: System, run: Run) -> int:
     clock[T] = t
     if status != DONE:
         return status
-    if e == run.roster.due.size and (t < stop or stop >= clock[T_END]):
-        return DONE  # it flies on, or the run ends
-    return land(system, run, e, t)
+    if e == run.active_set.due.size and (t < stop or stop >= clock[T_END]):
+        return DONE  # it stays free, or the run ends
+    return end_free_motion(system, run, e, t)
 
 
 @compiled_inline
@@ -107,32 +108,32 @@ def learn_beginning(run: Run, h: float, growth: float, rejected: bool) -> None:
 @compiled_once
 def take_step(system: System, run: Run) -> int:
     """Take one accepted step of the active rotors, with at most one switch at its end; return a status."""
-    clock, counts, roster = run.clock, run.counts, run.roster
+    clock, counts, active_set = run.clock, run.counts, run.active_set
     refine(system, run)
     t, stop = clock[T], next_stop(run)
     h = min(clock[H], longest_step(system, run))
     begins = run.implicit.numbers[QUIET] == 0 and h == clock[H_BEGIN]
-    touching = roster.due.size
+    touching = active_set.due.size
     if something_is_due(run, min(t + h, stop)):
         touching, t_touch, status = next_touch(system, run, min(t + h, stop))
         if status != DONE:
             return status
-        if touching < roster.due.size or t_touch < t + h:
+        if touching < active_set.due.size or t_touch < t + h:
             stop = min(stop, t_touch)
     elif is_quiet(system, run):
-        for c in range(1, roster.acting[0] + 1):
-            table.start_step(system, roster.acting[c], t, run.y, run.branch)
+        for c in range(1, active_set.acting[0] + 1):
+            table.start_step(system, active_set.acting[c], t, run.y, run.branch)
         status = take_quiet_step(system, run, stop, 2.0 * longest_step(system, run))
         if status != NOT_TAKEN:
             return status
         h = min(clock[H], h)
     if stop - t <= 2e-15 * max(abs(t), 1e-6):  # nothing that a step could resolve
         clock[T] = stop
-        if touching < roster.due.size:
-            return land(system, run, touching, stop)
+        if touching < active_set.due.size:
+            return end_free_motion(system, run, touching, stop)
         return DONE if stop >= clock[T_END] else restart(system, run)
-    for c in range(1, roster.acting[0] + 1):
-        table.start_step(system, roster.acting[c], t, run.y, run.branch)
+    for c in range(1, active_set.acting[0] + 1):
+        table.start_step(system, active_set.acting[c], t, run.y, run.branch)
     reason, rejected = STEP_TOO_SMALL, counts[REJECTED]
     while True:
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
@@ -145,7 +146,7 @@ def take_step(system: System, run: Run) -> int:
             counts[REJECTED] += 1
             h *= 0.25
             continue
-        error = error_norm(roster, h, run.stages, run.scale) / clock[FINENESS]
+        error = error_norm(active_set, h, run.stages, run.scale) / clock[ERROR_SHARE]
         if error <= 1.0:
             break
         reason = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
@@ -155,7 +156,7 @@ def take_step(system: System, run: Run) -> int:
     growth = min(most, 0.9 * error ** (-1.0 / ORDER)) if error > 1e-12 else most
 
     t_new = stop if to_stop else t + h
-    switch_values(system, roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
+    switch_values(system, active_set, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first, place = first_switch(system, run, h, True)
     taken = h
     if first >= 0 and place < 1.0:
@@ -167,8 +168,8 @@ def take_step(system: System, run: Run) -> int:
     status = accept(system, run, taken, t_new, first)
     if status != DONE:
         return status
-    if to_stop and touching < roster.due.size:
-        return land(system, run, touching, t_new)
+    if to_stop and touching < active_set.due.size:
+        return end_free_motion(system, run, touching, t_new)
     if first >= 0 or (to_stop and stop < clock[T_END]):
         return restart(system, run)
     go_on(system, run)
@@ -182,9 +183,9 @@ def take_step(system: System, run: Run) -> int:
 
 
 @compiled_once
-def land(system: System, run: Run, e: int, t: float) -> int:
-    """Let dormant element e touch at t [s], or a flight's closed form end, and start afresh; return a status."""
-    if e < run.roster.doings.size and touch_down(system, run, e, t) != 0:
+def end_free_motion(system: System, run: Run, e: int, t: float) -> int:
+    """Close the contact of dormant element e at t [s], or end a closed form, and restart; return a status."""
+    if e < run.active_set.element_states.size and touch_down(system, run, e, t) != 0:
         return CANNOT_MESH
     return restart(system, run)
 
@@ -193,8 +194,8 @@ def land(system: System, run: Run, e: int, t: float) -> int:
 def synchronise(system: System, run: Run) -> int:
     """Bring y up to the present time for every rotor; return a status. Flights go on from where they began."""
     for i in range(system.rotors.size):
-        if run.roster.roles[i] != ACTIVE:
-            state_of(system, run.roster, i, run.clock[T], run.y, run.y)
+        if run.active_set.body_states[i] != ACTIVE:
+            state_of(system, run.active_set, i, run.clock[T], run.y, run.y)
     return check_states(run)
 
 
@@ -217,7 +218,7 @@ def advance(system: System, run: Run, steps: int) -> int:
             return synchronise(system, run)
         if log_is_full(run):
             return PAUSED
-        if run.roster.active[0] == 0:
+        if run.active_set.active[0] == 0:
             status = take_flight(system, run)
         elif clock[FIXED] > 0.0:
             status = take_fixed_step(system, run, next_stop(run))

@@ -1,4 +1,4 @@
-"""Which smooth branch every contact is on, and the functions whose zeros end a branch.
+"""Smooth branch of every contact, and the switch functions whose zeros end it.
 
 The motion is piecewise smooth. A *mode* names the branch of a contact (OPEN, LOADED, or SEPARATING: touching without a force)
 or of an element, a *switch* is a function that is negative while the branch holds and crosses zero upwards where it ends.
@@ -7,6 +7,7 @@ Touch and pull are alike for all contacts; the others belong to their elements.
 
 import numpy as np
 
+from gearplay.kernels.active_set import ActiveSet
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -26,7 +27,6 @@ from gearplay.kernels.layout import (
     System,
     ramp_of,
 )
-from gearplay.kernels.roster import Roster
 
 INACTIVE = -1.0
 
@@ -42,15 +42,15 @@ def make_memory(system: System) -> Floats:
 
 
 def make_branch(system: System) -> Branch:
-    """Allocate a branch: all contacts open, nothing latched, no angle known."""
+    """Allocate a branch: all contacts open, no impact speed, no angle."""
     own = sum(table.KINDS[kind].file.MODES for kind in system.elements["kind"].tolist())
     modes = system.contacts.size + own + system.rotors.size
-    latches = sum(latch >= 0 for latch in system.contacts["latch"].tolist())
+    stores = sum(slot >= 0 for slot in system.contacts["impact_slot"].tolist())
     return Branch(
         modes=np.zeros(modes, dtype=np.int64),
-        latch=np.zeros(latches),
+        impact_speeds=np.zeros(stores),
         memory=make_memory(system),
-        bends=np.zeros(3 * system.rotors.size),
+        acceleration_bounds=np.zeros(3 * system.rotors.size),
     )
 
 
@@ -79,24 +79,24 @@ def switch_value(system: System, s: int, t: float, y: Floats, branch: Branch, lo
 
 @compiled_once
 def switch_values(
-    system: System, roster: Roster, t: float, y: Floats, branch: Branch, loads: Loads, g: Floats
+    system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, loads: Loads, g: Floats
 ) -> None:
-    """Fill ``g`` with the roster's switch functions from the contact table of the same state."""
-    for c in range(1, roster.switches[0] + 1):
-        s = roster.switches[c]
+    """Fill ``g`` with the switch functions of the active set from the contact table of the same state."""
+    for c in range(1, active_set.switches[0] + 1):
+        s = active_set.switches[c]
         g[s] = switch_value(system, s, t, y, branch, loads)
 
 
 @compiled_inline
-def latch_speed(system: System, k: int, rate: float, branch: Branch) -> None:
+def store_impact_speed(system: System, k: int, rate: float, branch: Branch) -> None:
     """Latch the impact speed [m/s] of contact k at an onset, floored, where its law needs one."""
     contact = system.contacts[k]
-    if contact.latch >= 0:
-        branch.latch[contact.latch] = max(rate, contact.floor)
+    if contact.impact_slot >= 0:
+        branch.impact_speeds[contact.impact_slot] = max(rate, contact.floor)
 
 
 @compiled_inline
-def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> None:
+def update_partners(system: System, e: int, branch: Branch, loads: Loads) -> None:
     """Make two contacts of element e that exclude each other do so: eq. (19) is one force, its drive branch first."""
     element, modes = system.elements[e], branch.modes
     for k in range(element.contact, element.contact + element.contacts):
@@ -110,39 +110,39 @@ def settle_partners(system: System, e: int, branch: Branch, loads: Loads) -> Non
 
 
 @compiled_once
-def judge_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def update_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set the modes of contacts and elements from the state alone; neither ramps nor samples, which times decide."""
     for k in range(system.contacts.size):
         touches = system.contacts[k].closed == 1 or loads.contacts[k, PENETRATION] > 0.0
         branch.modes[k] = LOADED if touches else OPEN
     for e in range(system.elements.size):
-        settle_partners(system, e, branch, loads)
+        update_partners(system, e, branch, loads)
         if not table.takes_samples(system, e):
-            table.settle(system, e, t, y, branch, loads)
+            table.initialise(system, e, t, y, branch, loads)
 
 
 @compiled_once
-def settle_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise_modes(system: System, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set every mode from the state alone; used once, at the start of a run.
 
-    A contact that starts closed latches its present rate of penetration, unless it goes on from another run.
+    A contact that starts closed stores its present rate of penetration, unless it goes on from another run.
     """
     modes = branch.modes
     for k in range(system.contacts.size):
         contact = system.contacts[k]
-        if contact.latch >= 0 and branch.latch[contact.latch] <= contact.floor:
-            latch_speed(system, k, loads.contacts[k, RATE], branch)
+        if contact.impact_slot >= 0 and branch.impact_speeds[contact.impact_slot] <= contact.floor:
+            store_impact_speed(system, k, loads.contacts[k, RATE], branch)
     for i in range(system.rotors.size):
         modes[ramp_of(system, modes, i)] = 1 if t < system.rotors[i].ramp_time else 0
-    judge_modes(system, t, y, branch, loads)
+    update_modes(system, t, y, branch, loads)
     for e in range(system.elements.size):
         if table.takes_samples(system, e):
-            table.settle(system, e, t, y, branch, loads)
+            table.initialise(system, e, t, y, branch, loads)
 
 
 @compiled
-def settle_margins(system: System, branch: Branch, loads: Loads) -> bool:
-    """Mark contacts that would pull as separating, after `judge_modes`; return whether there are any."""
+def mark_separating(system: System, branch: Branch, loads: Loads) -> bool:
+    """Mark contacts that would pull as separating, after `update_modes`; return whether there are any."""
     pulls = False
     for k in range(system.contacts.size):
         if branch.modes[k] == LOADED and loads.contacts[k, MARGIN] < 0.0:
@@ -158,12 +158,12 @@ def switch_mode(system: System, s: int, t: float, y: Floats, branch: Branch, loa
     e, k = switch.element, switch.contact
     if switch.role == TOUCH:  # a penetration crossed zero
         if modes[k] == OPEN:
-            latch_speed(system, k, loads.contacts[k, RATE], branch)
+            store_impact_speed(system, k, loads.contacts[k, RATE], branch)
             modes[k] = LOADED
-            table.settle_touch(system, e, k, t, y, branch, loads)
+            table.initialise_touch(system, e, k, t, y, branch, loads)
         else:
             modes[k] = OPEN
-        settle_partners(system, e, branch, loads)
+        update_partners(system, e, branch, loads)
     elif switch.role == PULL:  # the formula's force crossed zero while touching
         if modes[k] != OPEN:
             modes[k] = SEPARATING if modes[k] == LOADED else LOADED

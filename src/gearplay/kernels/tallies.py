@@ -9,7 +9,6 @@ import math
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.events import interpolate_element
 from gearplay.kernels.layout import FORCE, LOADED, OPEN, PENETRATION, System
 from gearplay.kernels.run import (
     DEPTH_MAX,
@@ -28,6 +27,7 @@ from gearplay.kernels.run import (
     T,
 )
 from gearplay.kernels.switches import is_overruled
+from gearplay.kernels.trial_step import interpolate_element
 
 PARTS = 4  # of a step, at whose ends it is evaluated first
 ENDS = 4  # evaluations near an end that is the highest, each five times as close to it
@@ -38,8 +38,8 @@ NARROW = 1e-5  # of a step: the value at a smooth peak is then exact to about th
 @compiled_inline
 def tally_step(system: System, run: Run, h: float) -> None:
     """Add one accepted step of h [s] to the contact statistics."""
-    for c in range(1, run.roster.acting[0] + 1):
-        e = run.roster.acting[c]
+    for c in range(1, run.active_set.acting[0] + 1):
+        e = run.active_set.acting[c]
         element = system.elements[e]
         for k in range(element.contact, element.contact + element.contacts):
             tally_contact(system, run, e, k, h)
@@ -81,15 +81,15 @@ def vertex(run: Run, k: int, column: int, h: float, largest: float, last: float,
     start, inside = run.loads_0.contacts[k, column], run.loads_inside.contacts[k, column]
     end = run.loads.contacts[k, column]
     slope = (end - start) / h
-    bend = 2.0 * ((end - inside) / (1.0 - place) - (inside - start) / place) / (h * h)
+    curvature = 2.0 * ((end - inside) / (1.0 - place) - (inside - start) / place) / (h * h)
     if last > 0.0:
         other = 2.0 * (slope - (start - last_value) / last) / (h + last)
-        if abs(other) > abs(bend):
-            bend = other
-    reach = abs(bend) * h
+        if abs(other) > abs(curvature):
+            curvature = other
+    reach = abs(curvature) * h
     if max(start, inside, end) + 0.5 * reach * h <= largest or abs(slope) > 2.0 * reach:
         return 0.0  # it stays below, or it rises, or falls, all the way
-    return min(max(0.5 - slope / bend / h, 0.1), 0.9) if bend < 0.0 else 0.5
+    return min(max(0.5 - slope / curvature / h, 0.1), 0.9) if curvature < 0.0 else 0.5
 
 
 @compiled_inline
@@ -112,7 +112,7 @@ def value_inside(system: System, run: Run, e: int, k: int, column: int, h: float
     """Return a column of contact k's row at t + x h on the step's interpolant; -inf where its geometry fails."""
     t = run.clock[T] + x * h
     interpolate_element(system, run, e, h, x)
-    if table.press(system, e, t, run.y_try, run.branch, run.loads_try) != 0:
+    if table.contact_kinematics(system, e, t, run.y_try, run.branch, run.loads_try) != 0:
         return -math.inf
     return float(run.loads_try.contacts[k, column])
 

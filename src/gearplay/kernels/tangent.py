@@ -1,20 +1,19 @@
-"""The tangent of a run: how small changes of its start have moved on, exact through contacts and their events.
+"""The tangent of a run: propagated small changes of its start, exact through contacts and their events.
 
-The run itself is the stepper's, bit for bit. Each of its steps is taken again to first order: the derivative of the method's
-own stages, or of the closed form in flight. At an event the change is carried over (`saltation`; docs/theory, "Tangent of the
-motion").
+The run itself is the stepper's, bit for bit. Each of its steps is differentiated: the stages of the method, or the closed form
+in free motion. At an event the change is multiplied by its saltation (`saltation`; docs/theory, "Tangent of the motion").
 """
 
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
 from gearplay.kernels.joined import move_change
-from gearplay.kernels.layout import FLYING, System, vx_of
+from gearplay.kernels.layout import FREE, System, vx_of
 from gearplay.kernels.right_hand_side import rates_of
-from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, FINENESS, PAUSED, Run, T
+from gearplay.kernels.run import BEGUN, CANNOT_MESH, DONE, ERROR_SHARE, PAUSED, Run, T
 from gearplay.kernels.runge_kutta import ERROR, NODES, ORDER, STAGES, WEIGHTS, error_norm, stage_state
 from gearplay.kernels.saltation import carry_over, carry_samples
-from gearplay.kernels.slopes import fly_change, linearise, rate_of_change
+from gearplay.kernels.slopes import linearise, propagate_change, rate_of_change
 from gearplay.kernels.stepper import advance, log_is_full, synchronise
 from gearplay.kernels.tangent_state import Tangent, remember
 
@@ -25,14 +24,14 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
 
     The step is cut where the changes need it: the slope of a Hertz contact starts like a square root.
     """
-    roster, passed, part = tangent.before, 0.0, h
-    for c in range(1, roster.acting[0] + 1):
-        table.start_step(system, roster.acting[c], t, tangent.y, tangent.branch)
-    while roster.active[0] > 0 and passed < h:
+    active_set, passed, part = tangent.before, 0.0, h
+    for c in range(1, active_set.acting[0] + 1):
+        table.start_step(system, active_set.acting[c], t, tangent.y, tangent.branch)
+    while active_set.active[0] > 0 and passed < h:
         part = min(part, h - passed)
         if try_part(system, tangent, t + passed, part) != 0:
             return 1
-        own = error_norm(roster, part, tangent.stages, run.scale) / run.clock[FINENESS]
+        own = error_norm(active_set, part, tangent.stages, run.scale) / run.clock[ERROR_SHARE]
         error = max(change_error(run, tangent, part), own)
         if error > 1.0 and part > 1e-9 * h:
             part *= max(0.1, 0.9 * error ** (-1.0 / ORDER))
@@ -41,16 +40,16 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
         passed = h if part >= (h - passed) * (1.0 - 1e-12) else passed + part
         part *= 5.0 if error < 1e-4 else min(5.0, 0.9 * error ** (-1.0 / ORDER))
     for i in range(system.rotors.size):
-        if roster.roles[i] == FLYING:
+        if active_set.body_states[i] == FREE:
             for c in range(tangent.changes.shape[0]):
-                fly_change(system, i, h, tangent.changes[c])
+                propagate_change(system, i, h, tangent.changes[c])
             r = system.rotors[i]
             tangent.totals[0] -= h * (2.0 * r.radial_damping * r.inv_mass + r.drag * r.inv_inertia)
     for c in range(system.joined.chains.size):
         chain = system.joined.chains[c]
-        if roster.roles[system.joined.coordinates[chain.first] // 3] == FLYING:
+        if active_set.body_states[system.joined.coordinates[chain.first] // 3] == FREE:
             for n in range(tangent.changes.shape[0]):
-                move_change(system, c, h, tangent.changes[n], roster.swing)
+                move_change(system, c, h, tangent.changes[n], active_set.modal_rates)
             tangent.totals[0] -= h * chain.damping
     return 0
 
@@ -58,19 +57,22 @@ def retrace(system: System, run: Run, tangent: Tangent, t: float, h: float) -> i
 @compiled_once
 def try_part(system: System, tangent: Tangent, t: float, h: float) -> int:
     """Evaluate the stages of a part of h [s] of a step, and their slopes; return 1 where a pair cannot mesh."""
-    roster, y, y_stage, stages = tangent.before, tangent.y, tangent.y_stage, tangent.stages
+    active_set, y, y_stage, stages = tangent.before, tangent.y, tangent.y_stage, tangent.stages
     branch, rates = tangent.branch, tangent.rates
     for s in range(y.size):
         y_stage[s] = y[s]
     for stage in range(STAGES):
         at = t + NODES[stage] * h
-        stage_state(stage, roster, h, y, stages, y_stage)
-        failed = rates_of(system, roster, at, y_stage, branch, stages[stage], tangent.loads)
-        if failed != 0 or linearise(system, roster, at, y_stage, branch, tangent.slopes, tangent.loads) != 0:
+        stage_state(stage, active_set, h, y, stages, y_stage)
+        failed = rates_of(system, active_set, at, y_stage, branch, stages[stage], tangent.loads)
+        if (
+            failed != 0
+            or linearise(system, active_set, at, y_stage, branch, tangent.slopes, tangent.loads) != 0
+        ):
             return 1
         for c in range(tangent.changes.shape[0]):
             advance_stage(tangent, c, stage, h)
-            rate_of_change(system, roster, branch, tangent.slopes, tangent.stage, rates[c, stage])
+            rate_of_change(system, active_set, branch, tangent.slopes, tangent.stage, rates[c, stage])
         if tangent.totals[1] == 1.0:
             tangent.traces[stage] = divergence(system, tangent)
     return 0

@@ -33,11 +33,11 @@ def harmonics(
 
 
 @compiled_inline
-def harmonic_bends(
+def harmonic_curvatures(
     terms: Floats, start: int, count: int, cos_psi: float, sin_psi: float
 ) -> tuple[float, float]:
     """Return the slope of sum a cos(k psi + phase) and the second derivative of sum a sin(k psi + phase) by psi."""
-    slope, bend = 0.0, 0.0
+    slope, curvature = 0.0, 0.0
     c, s, order = 1.0, 0.0, 0.0
     for i in range(start, start + count):
         while order < terms[i, 0]:
@@ -45,8 +45,8 @@ def harmonic_bends(
             order += 1.0
         sine = terms[i, 1] * s + terms[i, 2] * c
         slope -= order * sine
-        bend -= order * order * sine
-    return slope, bend
+        curvature -= order * order * sine
+    return slope, curvature
 
 
 @compiled_inline
@@ -74,8 +74,10 @@ def mesh_stiffness(
     a jump still sees the branch it started on.
     """
     if mesh.stiffness_kind == STIFFNESS_FOURIER:
-        swing, _, _ = harmonics(system.terms, mesh.stiffness_start, mesh.stiffness_count, cos_psi, sin_psi)
-        return mesh.k_m + swing
+        variation, _, _ = harmonics(
+            system.terms, mesh.stiffness_start, mesh.stiffness_count, cos_psi, sin_psi
+        )
+        return mesh.k_m + variation
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
         return mesh.k_m if segment % 2 == 0 else mesh.k_single
     row, x = spline_piece(mesh, system, psi)
@@ -87,7 +89,9 @@ def mesh_stiffness(
 def stiffness_slope(mesh: Any, system: System, psi: float, cos_psi: float, sin_psi: float) -> float:
     """Return dK/dpsi [N/m] of `mesh_stiffness` between the edges of a square wave."""
     if mesh.stiffness_kind == STIFFNESS_FOURIER:
-        slope, _ = harmonic_bends(system.terms, mesh.stiffness_start, mesh.stiffness_count, cos_psi, sin_psi)
+        slope, _ = harmonic_curvatures(
+            system.terms, mesh.stiffness_start, mesh.stiffness_count, cos_psi, sin_psi
+        )
         return slope
     if mesh.stiffness_kind != STIFFNESS_SPLINE:
         return 0.0

@@ -1,4 +1,4 @@
-"""A torque with a limit either way: below it (mode 0) or at it (mode +1, -1); what speed and position servos share."""
+"""Torque saturation shared by speed and position servos: unlimited (mode 0), or at a limit (mode +1, -1)."""
 
 import math
 
@@ -7,13 +7,13 @@ from gearplay.kernels.compiled import compiled_inline
 
 @compiled_inline
 def limited(wanted: float, limit: float, mode: int) -> float:
-    """Return the torque [N m] that is given of the one wanted."""
+    """Return the saturated torque [N m]."""
     return wanted if mode == 0 else mode * limit
 
 
 @compiled_inline
 def past_limit(wanted: float, limit: float, mode: int) -> float:
-    """Return how far [N m] the torque wanted is beyond the limit, or from it where it is limited, as a switch function."""
+    """Return the switch function of the limit [N m]: demand beyond it, or short of it while saturated."""
     return abs(wanted) - limit if mode == 0 else limit - mode * wanted
 
 

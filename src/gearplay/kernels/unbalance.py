@@ -9,8 +9,8 @@ gravity less the housing's acceleration, w = 1/m or 0 for a centre that is held:
 import math
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.base_motion import pull
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.housing_motion import pull
 from gearplay.kernels.layout import System, omega_of, spin_of, theta_of, turn_of, vx_of, vy_of
 
 # Columns of a row of slopes: direction u, the pull along it, the force along it, speed [rad/s], acceleration [rad/s^2].

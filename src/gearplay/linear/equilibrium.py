@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from gearplay.kernels.active_set import make_active_set
 from gearplay.kernels.elements.table import KINDS
 from gearplay.kernels.layout import OPEN
 from gearplay.kernels.linear import matrix_at, rates_at
 from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.roster import make_roster
 from gearplay.kernels.slopes import make_slopes, rate_of_change
 from gearplay.kernels.switches import make_branch
 from gearplay.linear.balance import balance
@@ -48,10 +48,10 @@ class Linear:
                 [1.0 / rotors.inv_mass, 1.0 / rotors.inv_mass, 1.0 / rotors.inv_inertia], axis=1
             )
         self.mass = masses.ravel()[self.free]
-        self.roster = make_roster(self.system, self.size)
+        self.active_set = make_active_set(self.system, self.size)
         self.branch, self.loads = make_branch(self.system), make_loads(self.system)
         self.slopes = make_slopes(self.system)
-        wide = self.size + self.branch.latch.size
+        wide = self.size + self.branch.impact_speeds.size
         self.columns, self.scratch = np.zeros((wide, wide)), np.zeros(wide)
         self.rates = np.zeros(self.size)
         self.bilateral: tuple[int, ...] = ()
@@ -83,7 +83,7 @@ class Linear:
 
     def accelerations(self, state: Floats) -> Floats | None:
         """Return those of the free coordinates, shape [coordinate]; None where a pair cannot mesh."""
-        if rates_at(self.system, self.roster, state, self.branch, self.loads, self.rates) != 0:
+        if rates_at(self.system, self.active_set, state, self.branch, self.loads, self.rates) != 0:
             return None
         found: Floats = self.rates[3 * self.rotors + self.free]
         return found
@@ -92,13 +92,20 @@ class Linear:
         """Return the derivative of all rates by all states, shape [state, state]; `accelerations` has been there."""
         self.columns[:] = 0.0
         matrix_at(
-            self.system, self.roster, state, self.branch, self.slopes, self.loads, self.scratch, self.columns
+            self.system,
+            self.active_set,
+            state,
+            self.branch,
+            self.slopes,
+            self.loads,
+            self.scratch,
+            self.columns,
         )
         if act_on_both_sides(self.system, self.slopes, state, self.bilateral):
             for column in range(self.size):
                 self.scratch[column] = 1.0
                 rate_of_change(
-                    self.system, self.roster, self.branch, self.slopes, self.scratch, self.columns[column]
+                    self.system, self.active_set, self.branch, self.slopes, self.scratch, self.columns[column]
                 )
                 self.scratch[column] = 0.0
         return self.columns[: self.size, : self.size].T.copy()

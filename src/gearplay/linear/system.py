@@ -112,7 +112,7 @@ class LinearSystem:
         parts = [shapes.real, shapes.imag] if np.iscomplexobj(shapes) else [shapes]
         total = np.zeros((len(shapes), linear.system.elements.size))
         for part in parts:
-            wide = np.zeros((len(shapes), linear.size + linear.branch.latch.size))
+            wide = np.zeros((len(shapes), linear.size + linear.branch.impact_speeds.size))
             wide[:, linear.free] = part
             energies = np.zeros_like(total)
             strain_energies(

@@ -65,7 +65,7 @@ def stacked(dtype: np.dtype[Any], rows: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact of an element: natural size [m or rad] of its penetration, least latched impact speed [m/s] (None where
+    """One contact of an element: natural size [m or rad] of its penetration, least stored impact speed [m/s] (None where
     its law needs none), whether it touches from the start, the earlier contact of its element that it gives way to; its name
     among those of its element; whether it is one of angles and torques.
     """
@@ -92,7 +92,7 @@ class Assembly:
     modes: int = 0
     states: int = 0
     signals: int = 0
-    latches: int = 0
+    impact_count: int = 0
     angular: list[bool] = field(default_factory=list)
     fastest: float = 0.0  # rad/s, estimate of the fastest contact's angular frequency
     springs: list[Spring] = field(default_factory=list)
@@ -123,7 +123,7 @@ class Assembly:
         entry.kind, entry.index, entry.element = kind, len(parts), len(self.entries)
         entry.a, entry.b, entry.c = (*rotors, -1, -1, -1)[:3]
         entry.always, entry.states, entry.contacts = int(always), states, len(contacts)
-        entry.contact, entry.latch = len(self.contacts), self.latches
+        entry.contact, entry.impact_slot = len(self.contacts), self.impact_count
         entry.switch, entry.mode = len(self.switches), self.modes
         entry.state = 6 * self.rotors + self.states
         entry.signal = PER_ROTOR * self.rotors + self.signals
@@ -163,10 +163,10 @@ class Assembly:
     def _add_contact(self, entry: Any, contact: Contact) -> int:
         row, k = blank(CONTACT), len(self.contacts)
         row.element, row.closed, row.natural = entry.element, int(contact.closed), contact.size
-        row.latch = row.partner = -1
+        row.impact_slot = row.partner = -1
         if contact.floor is not None:
-            row.floor, row.latch = contact.floor, self.latches
-            self.latches += 1
+            row.floor, row.impact_slot = contact.floor, self.impact_count
+            self.impact_count += 1
         if contact.yields_to is not None:
             row.partner, row.yields = entry.contact + contact.yields_to, 1
             self.contacts[row.partner].partner = k

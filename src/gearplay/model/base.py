@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, Tag, model_validator
 
-from gearplay.kernels import base_motion
+from gearplay.kernels import housing_motion
 from gearplay.model.fields import ByKind, Listed, Measure, Part, Problem, refuse
 from gearplay.model.records import cubic_pieces
 from gearplay.vocabulary import quantities as q
@@ -55,10 +55,10 @@ class Harmonic(Part):
 
     def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of a record, none here."""
-        slots[base_motion.KIND] = base_motion.HARMONIC
-        slots[base_motion.AMPLITUDE], slots[base_motion.PHASE] = self.amplitude, self.phase
-        slots[base_motion.RATE] = 2.0 * math.pi * self.frequency
-        slots[base_motion.END] = math.inf
+        slots[housing_motion.KIND] = housing_motion.HARMONIC
+        slots[housing_motion.AMPLITUDE], slots[housing_motion.PHASE] = self.amplitude, self.phase
+        slots[housing_motion.RATE] = 2.0 * math.pi * self.frequency
+        slots[housing_motion.END] = math.inf
         return np.zeros((0, 4))
 
 
@@ -75,9 +75,9 @@ class HalfSine(Part):
 
     def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of a record, none here."""
-        slots[base_motion.KIND] = base_motion.HALF_SINE
-        slots[base_motion.AMPLITUDE], slots[base_motion.RATE] = self.amplitude, math.pi / self.duration
-        slots[base_motion.START], slots[base_motion.END] = self.start, self.start + self.duration
+        slots[housing_motion.KIND] = housing_motion.HALF_SINE
+        slots[housing_motion.AMPLITUDE], slots[housing_motion.RATE] = self.amplitude, math.pi / self.duration
+        slots[housing_motion.START], slots[housing_motion.END] = self.start, self.start + self.duration
         return np.zeros((0, 4))
 
 
@@ -152,7 +152,7 @@ class SpectralDensity(Part):
     def fill(self, slots: Floats, span: float, member: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of its record, shape [piece, 4]."""
         step, values = self.record(span, member)
-        slots[base_motion.RATE] = 2.0 * math.pi * self.density[-1][0]
+        slots[housing_motion.RATE] = 2.0 * math.pi * self.density[-1][0]
         return _pieces(slots, step, np.append(values, values[0]), 0.0, periodic=True)
 
 
@@ -169,18 +169,18 @@ class MeasuredRecord(Part):
 
     def fill(self, slots: Floats, span: float, _: Member) -> Floats:
         """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of its record, shape [piece, 4]."""
-        slots[base_motion.RATE] = 0.5 * math.pi * self.sampling
+        slots[housing_motion.RATE] = 0.5 * math.pi * self.sampling
         return _pieces(slots, 1.0 / self.sampling, np.array(self.values), self.start, periodic=False)
 
 
 def _pieces(slots: Floats, step: float, values: Floats, start: float, *, periodic: bool) -> Floats:
     """Fill the slots of a record; return its pieces (c0, c1, c2, c3) of u from 0 to 1."""
-    slots[base_motion.KIND], slots[base_motion.STEP] = base_motion.RECORD, step
-    slots[base_motion.START] = start
-    slots[base_motion.END] = start + step * (values.size - 1)
-    slots[base_motion.COUNT] = values.size - 1
+    slots[housing_motion.KIND], slots[housing_motion.STEP] = housing_motion.RECORD, step
+    slots[housing_motion.START] = start
+    slots[housing_motion.END] = start + step * (values.size - 1)
+    slots[housing_motion.COUNT] = values.size - 1
     pieces = cubic_pieces(values, periodic=periodic)
-    slots[base_motion.AMPLITUDE] = np.max(np.abs(pieces @ _CORNERS), initial=0.0)
+    slots[housing_motion.AMPLITUDE] = np.max(np.abs(pieces @ _CORNERS), initial=0.0)
     return pieces
 
 
@@ -221,12 +221,12 @@ class Base(Part):
         """
         slots = still()
         direction = self.acceleration.direction
-        slots[base_motion.COSINE], slots[base_motion.SINE] = math.cos(direction), math.sin(direction)
+        slots[housing_motion.COSINE], slots[housing_motion.SINE] = math.cos(direction), math.sin(direction)
         return slots, self.acceleration.fill(slots, span, member)
 
 
 def still() -> Floats:
     """Return the kernels' slots of a housing that does not move."""
-    slots = np.zeros(base_motion.SLOTS)
-    slots[base_motion.KIND] = base_motion.NONE
+    slots = np.zeros(housing_motion.SLOTS)
+    slots[housing_motion.KIND] = housing_motion.NONE
     return slots

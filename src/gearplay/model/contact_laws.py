@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from gearplay.kernels.bed import bed_integrals
+from gearplay.kernels.conformal import bed_integrals
 
 
 def hertz_stiffness(

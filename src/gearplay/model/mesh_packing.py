@@ -156,7 +156,7 @@ def pack_meshes(
         m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
         terms.extend(harmonic_rows([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
         m.error_slope = sum(e.order * abs(e.amplitude) for e in mesh.transmission_error)
-        m.error_bend = sum(e.order**2 * abs(e.amplitude) for e in mesh.transmission_error)
+        m.error_curvature = sum(e.order**2 * abs(e.amplitude) for e in mesh.transmission_error)
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import base_motion, bed, layout
+from gearplay.kernels import conformal, housing_motion, layout
 from gearplay.kernels.elements import housing, positioner, servo, sleeve
 from gearplay.kernels.layout import ROTOR, System
 from gearplay.model import contact_laws, geometry, rolling
@@ -132,12 +132,12 @@ def _pack_sleeves(
         s.misplaced_x, s.misplaced_y = given.offset
         s.offset_x += s.misplaced_x
         s.offset_y += s.misplaced_y
-        s.bed = bed.BED_NONE
+        s.bed = conformal.BED_NONE
         if given.law == "conformal":
             if case.formulation == "as_published":
-                s.bed, s.bed_exponent = bed.BED_AS_PRINTED, given.exponent
+                s.bed, s.bed_exponent = conformal.BED_AS_PRINTED, given.exponent
             else:
-                s.bed, s.bed_exponent = bed.BED_MATCHED, given.bed_exponent
+                s.bed, s.bed_exponent = conformal.BED_MATCHED, given.bed_exponent
                 s.bed_stiffness = contact_laws.bed_stiffness(
                     s.stiffness,
                     s.exponent,
@@ -158,7 +158,7 @@ def _pack_sleeves(
             [contact],
             always=bool(s.damping > 0.0),
             rate=rate,
-            hides=bool(s.dissipation > 0.0) and s.bed != bed.BED_AS_PRINTED,
+            hides=bool(s.dissipation > 0.0) and s.bed != conformal.BED_AS_PRINTED,
         )
 
 
@@ -181,7 +181,7 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
             continue
         r.ripple_start, r.ripple_count = start + len(rows), len(drive.ripple)
         rows += harmonic_rows([(float(term.order), term.amplitude, term.phase) for term in drive.ripple])
-        r.ripple_bend = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
+        r.ripple_curvature = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
         r.ripple_rate = max(term.order for term in drive.ripple) * abs(drive.speed)
     return np.array(rows).reshape(-1, 3)
 
@@ -259,7 +259,7 @@ def pack(
     )
     stops |= {float(r.ramp_time) for r in rotors}
     if case.base is not None:
-        stops |= edges(float(base[base_motion.START]), float(base[base_motion.END]))
+        stops |= edges(float(base[housing_motion.START]), float(base[housing_motion.END]))
     return Packed(
         system=system,
         labels={"rotor": tuple(case.rotors)}
@@ -268,7 +268,7 @@ def pack(
         angular=np.array(assembly.angular, dtype=bool),
         natural=natural_sizes(system, assembly.states),
         restart_step=0.1
-        / max(1.0, *(r.ripple_rate for r in rotors), base[base_motion.RATE], assembly.fastest),
+        / max(1.0, *(r.ripple_rate for r in rotors), base[housing_motion.RATE], assembly.fastest),
         stops=np.array(sorted(stops - {0.0}), dtype=np.float64),
         half_backlashes=_half_backlashes(case),
     )

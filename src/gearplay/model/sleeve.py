@@ -61,7 +61,7 @@ class Sleeve(Part):
             description="delivered solves the damping factor so that an impact really has this restitution"
         ),
     ] = "literal"
-    minimum_impact_speed: Annotated[float, Measure(q.SPEED, "floor of the latched impact speed", gt=0.0)] = (
+    minimum_impact_speed: Annotated[float, Measure(q.SPEED, "floor of the stored impact speed", gt=0.0)] = (
         1e-4
     )
     friction_coefficient: Annotated[float, Measure(None, "coefficient of friction", ge=0.0, le=2.0)] = 0.0

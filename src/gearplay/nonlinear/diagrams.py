@@ -169,11 +169,11 @@ def _penetrations(flow: Flow, state: Floats) -> tuple[Floats, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _Last:
-    """Where the value before ended: its flow, the state at the end of a common period, and latched impact speeds."""
+    """Where the value before ended: its flow, the state at the end of a common period, and stored impact speeds."""
 
     flow: Flow
     state: Floats
-    latch: Floats
+    impact_speeds: Floats
 
 
 ANEW = "began anew, "
@@ -188,7 +188,7 @@ def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
     if last is None:
         return None, f"{ANEW}as the value before failed"
     old, new = last.flow.packed, flow.packed
-    if old.labels != new.labels or last.flow.size != flow.size or last.flow.latches != flow.latches:
+    if old.labels != new.labels or last.flow.size != flow.size or last.flow.impact_count != flow.impact_count:
         return None, f"{ANEW}as it is another mechanism than the value before"
     state = last.state.copy()
     ramp_speeds(state, new)
@@ -250,16 +250,16 @@ def bifurcation_diagram(
     starts = [[""] * values.size for _ in directions]
     asked = stop or threading.Event()
 
-    def value(way: int, at: int, flow: Flow, state: Floats, latch: Floats | None) -> _Last:
+    def value(way: int, at: int, flow: Flow, state: Floats, impact_speeds: Floats | None) -> _Last:
         """Fill the sections of a value from a start; return its end."""
         step, observe = section_period(flow.packed, period), Observables(flow.packed, signals)
-        course = flow.begin(state, latch=latch, stop=asked)
+        course = flow.begin(state, impact_speeds=impact_speeds, stop=asked)
         for n in range(settle + keep):
             course.advance((n + 1) * step)
             if n >= settle:
                 table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
         course.advance(_whole(flow, (settle + keep) * step))
-        return _Last(flow, flow.frames.seen(course.time, course.state).copy(), course.latch.copy())
+        return _Last(flow, flow.frames.seen(course.time, course.state).copy(), course.impact_speeds.copy())
 
     def go(job: tuple[int, Sequence[int]], tick: Callable[[], None]) -> None:
         way, places = job
@@ -273,7 +273,7 @@ def bifurcation_diagram(
                     state, starts[way][at] = _carried(last, flow)
                 if state is not None and last is not None:
                     try:
-                        last = value(way, at, flow, state, last.latch)
+                        last = value(way, at, flow, state, last.impact_speeds)
                     except SimulationError as error:
                         if asked.is_set():
                             raise

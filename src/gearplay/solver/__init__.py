@@ -1,1 +1,1 @@
-"""Simulation: a case, a method and what to keep in; trajectories with a status out."""
+"""Simulation of a case: trajectories with a status."""

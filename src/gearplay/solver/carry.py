@@ -1,4 +1,4 @@
-"""From the end of one run to the start of another: the same mechanism with changed speeds, without a jump of its state."""
+"""Continuation: the end of one run as the start of another with changed speeds, without a jump of the state."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,13 +16,13 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True)
 class End:
     """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; what each element remembers,
-    as how far a line of centres has followed an orbiting gear, shape [element, memory]; the latched impact speeds [m/s], shape
-    [latch].
+    as how far a line of centres has followed an orbiting gear, shape [element, memory]; the stored impact speeds [m/s], shape
+    [impact speed].
     """
 
     state: Floats
     memory: Floats
-    latch: Floats
+    impact_speeds: Floats
 
 
 def end_of(course: Course) -> End:
@@ -31,7 +31,7 @@ def end_of(course: Course) -> End:
     n, state = rotors.size, course.state.copy()
     state[2 : 3 * n : 3] += rotors.nominal_speed * course.time
     state[3 * n + 2 : 6 * n : 3] += rotors.nominal_speed
-    return End(state, course.run.branch.memory.copy(), course.latch.copy())
+    return End(state, course.run.branch.memory.copy(), course.impact_speeds.copy())
 
 
 def start_from(end: End, packed: Packed) -> Floats:
@@ -56,4 +56,4 @@ def ramp_speeds(y: Floats, packed: Packed) -> None:
 def go_on_from(course: Course, end: End) -> None:
     """Let a run that has not begun remember what the one before it did."""
     course.run.branch.memory[:] = end.memory
-    course.latch_as(end.latch)
+    course.set_impact_speeds(end.impact_speeds)

@@ -1,4 +1,4 @@
-"""Kernels compiled before they are needed: those of a case, by several processes at once.
+"""Compilation of the kernels of a case in advance, by several processes.
 
 What a case needs follows from its kinds of elements; anything else is compiled by the first call that needs it.
 """
@@ -35,13 +35,13 @@ OFTEN = 20.0  # s between words where there is no bar
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance", "linear")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_powers", "mesh_powers")
 """Kernels that few runs need, or that only look at one: the first call of each compiles it."""
-_OF_JOINED = ("land_together", "fill_joined_states", "joined_torque")
+_OF_JOINED = ("integrate_joined", "fill_joined_states", "joined_torque")
 """Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""
 _LINEAR = {
-    "press", "act", "linearise", "add_change", "torque_of", "torques_of", "settle", "settle_modes", "judge_modes", "rates_of",
-    "rate_of_change", "rates_at", "matrix_at", "strain_energies",
+    "contact_kinematics", "apply_forces", "linearise", "add_change", "torque_of", "torques_of", "initialise",
+    "initialise_modes", "update_modes", "rates_of", "rate_of_change", "rates_at", "matrix_at", "strain_energies",
 }  # fmt: skip
-"""Questions that the matrices of the linear view need."""
+"""Functions that the matrices of the linear analysis need."""
 _ELEMENTS = "gearplay.kernels.elements."
 _not_kept_told = False
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled

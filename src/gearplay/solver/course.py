@@ -63,7 +63,7 @@ class Course:
     places, rows
         Columns of a full row to keep, and where samples of them go, shape [column, sample] (`sample_from`).
     changes
-        Small changes of the start that are moved on to first order, shape [change, state + latched speed]; they may be
+        Small changes of the start that are moved on to first order, shape [change, state + impact speed]; they may be
         replaced in place between pieces.
     divergence
         Whether to sum up the divergence on the way.
@@ -108,7 +108,7 @@ class Course:
             log,
             settings.tolerance,
             settings.fixed_step,
-            judged=settings.fixed_step_contacts == "stage",
+            by_stage=settings.fixed_step_contacts == "stage",
         )
         self.tangent: tangent_state.Tangent | None = None
         self.log: list[Floats] = []
@@ -119,7 +119,7 @@ class Course:
         self.tangent = tangent_state.make_tangent(self.system, self.run, moved, divergence=divergence)
 
     def _no_changes(self) -> Floats:
-        return np.zeros((0, self.run.y.size + self.run.branch.latch.size))
+        return np.zeros((0, self.run.y.size + self.run.branch.impact_speeds.size))
 
     def sample_from(self, t: float, sampling: float) -> None:
         """Keep samples from t [s] on, at ``sampling`` [Hz], as many as there is room for; tallies start anew."""
@@ -208,9 +208,9 @@ class Course:
         return self.run.y
 
     @property
-    def latch(self) -> Floats:
-        """The latched impact speeds now [m/s], shape [latched speed]: a view that changes with the motion."""
-        return self.run.branch.latch
+    def impact_speeds(self) -> Floats:
+        """The stored impact speeds now [m/s], shape [impact speed]: a view that changes with the motion."""
+        return self.run.branch.impact_speeds
 
     @property
     def steps(self) -> int:
@@ -239,6 +239,6 @@ class Course:
         """All contact changes logged, rows (t, contact, 1 onset / 0 release, rate), shape [change, 4]."""
         return np.concatenate(self.log) if self.log else np.zeros((0, kernel.LOG_COLUMNS))
 
-    def latch_as(self, speeds: Floats) -> None:
-        """Let contacts that are closed at the start have latched these impact speeds [m/s], shape [latched speed]."""
-        self.latch[:] = np.nextafter(speeds, np.inf)  # above the floor that means: not latched yet
+    def set_impact_speeds(self, speeds: Floats) -> None:
+        """Let contacts that are closed at the start store these impact speeds [m/s], shape [impact speed]."""
+        self.impact_speeds[:] = np.nextafter(speeds, np.inf)  # above the floor that means: not stored yet

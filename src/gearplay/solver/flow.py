@@ -1,4 +1,4 @@
-"""The flow of a case: from a state to a later one, with its exact derivative where that is wanted."""
+"""The flow map of a case: from a state to a later one, with its exact derivative on request."""
 
 import threading
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Passage:
-    """Where the flow has led: state, shape [state], and latched impact speeds [m/s], shape [latch]; the moved changes, shape
-    [change, state + latch]; contact changes on the way (t, contact, 1 onset / 0 release, rate), shape [change, 4]; which
-    contacts are closed, shape [contact]; events passed; the divergence summed up along the way, NaN where it was not asked for.
+    """Result of the flow map: state, shape [state], and stored impact speeds [m/s], shape [impact speed]; propagated changes,
+    shape [change, state + impact speed]; contact changes on the way (t, contact, 1 onset / 0 release, rate), shape [change, 4];
+    closed contacts, shape [contact]; number of events; integral of the divergence, NaN unless requested.
     """
 
     state: Floats
-    latch: Floats
+    impact_speeds: Floats
     changes: Floats
     log: Floats
     closed: NDArray[np.bool_]
@@ -39,8 +39,8 @@ class Flow:
 
     A state holds, like the kernels', positions [m, rad] then velocities of every rotor, rotations relative to the nominal ones,
     then the integrals of servos. ``free`` are its entries that are not prescribed, ``natural`` the natural sizes of all,
-    ``sizes`` those and of the latched impact speeds behind them; ``latched`` are the contacts that latch one, shape [latch];
-    ``frames`` the turning carriers from which sections look.
+    ``sizes`` those and of the stored impact speeds behind them; ``impact_contacts`` the contacts that store one, shape
+    [impact speed]; ``frames`` the rotating carriers as frames of sections.
     """
 
     def __init__(self, case: Case) -> None:
@@ -53,11 +53,11 @@ class Flow:
         self.free = np.flatnonzero(np.concatenate([of_rotor, of_rotor, servos]))
         self.natural = np.array(self.packed.natural)
         self.size = self.packed.state_size
-        self.latched = np.flatnonzero(self.packed.system.contacts["latch"] >= 0)
-        self.latches = len(self.latched)
+        self.impact_contacts = np.flatnonzero(self.packed.system.contacts["impact_slot"] >= 0)
+        self.impact_count = len(self.impact_contacts)
         self.frames = CarrierFrames(self.packed.system)
-        # A latched impact speed is of the size of a velocity.
-        self.sizes = np.concatenate([self.natural, np.full(self.latches, self.natural[3 * n])])
+        # A stored impact speed is of the size of a velocity.
+        self.sizes = np.concatenate([self.natural, np.full(self.impact_count, self.natural[3 * n])])
 
     @property
     def free_names(self) -> list[str]:
@@ -78,19 +78,19 @@ class Flow:
         self,
         state: Floats,
         *,
-        latch: Floats | None = None,
+        impact_speeds: Floats | None = None,
         changes: Floats | None = None,
         divergence: bool = False,
         stop: threading.Event | None = None,
     ) -> Course:
         """Return the motion from ``state`` at t = 0, to be followed piece by piece; once ``stop`` is set, no further.
 
-        ``latch`` holds the impact speeds of contacts that are closed at the start, where known; ``changes``, shape
-        [change, state + latch], small changes of both that are moved on to first order.
+        ``impact_speeds`` holds the impact speeds of contacts that are closed at the start, where known; ``changes``, shape
+        [change, state + impact speed], small changes of both that are moved on to first order.
         """
         course = Course(self.case, self.packed, state, changes=changes, divergence=divergence, stop=stop)
-        if latch is not None:
-            course.latch_as(latch)
+        if impact_speeds is not None:
+            course.set_impact_speeds(impact_speeds)
         return course
 
     def go(
@@ -98,7 +98,7 @@ class Flow:
         state: Floats,
         span: float,
         *,
-        latch: Floats | None = None,
+        impact_speeds: Floats | None = None,
         changes: Floats | None = None,
         divergence: bool = False,
     ) -> Passage:
@@ -106,11 +106,11 @@ class Flow:
 
         Raises `SimulationError` where the motion cannot be followed to the end.
         """
-        course = self.begin(state, latch=latch, changes=changes, divergence=divergence)
+        course = self.begin(state, impact_speeds=impact_speeds, changes=changes, divergence=divergence)
         course.advance(span)
         return Passage(
             state=course.state.copy(),
-            latch=course.latch.copy(),
+            impact_speeds=course.impact_speeds.copy(),
             changes=course.changes.copy(),
             log=course.whole_log,
             closed=course.closed,

@@ -1,4 +1,4 @@
-"""The frame of a carrier that turns: there a planetary set looks the same after each mesh period.
+"""Frames of rotating carriers, in which a planetary set is periodic with the mesh period.
 
 Rotors that meshes, bushes, supports and bending couplings join belong together. Where they are one coaxial set about one turning
 carrier their motion is seen from it: centres and velocities are turned back by the carrier's nominal rotation, so that a motion
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import base_motion
+from gearplay.kernels import housing_motion
 from gearplay.kernels.elements.table import COUPLING, MESH, SLEEVE, SUPPORT
 from gearplay.kernels.layout import System
 
@@ -101,7 +101,7 @@ class CarrierFrames:
         return found
 
     def turned_back(self, t: float, changes: Floats) -> Floats:
-        """Return small changes of a state at t [s] as the carriers see them, shape [change, state + latch]."""
+        """Return small changes of a state at t [s] as the carriers see them, shape [change, state + impact speed]."""
         if not self.turning:
             return changes
         found = changes.copy()
@@ -198,7 +198,7 @@ def _is_broken(system: System, group: set[int]) -> bool:
     """Return whether something that does not turn with the carrier acts on the centres of a group."""
     rotors: Any = system.rotors
     free = any(rotors[i].inv_mass > 0.0 for i in group)
-    if free and (np.any(system.gravity) or system.base[base_motion.KIND] != base_motion.NONE):
+    if free and (np.any(system.gravity) or system.base[housing_motion.KIND] != housing_motion.NONE):
         return True
     for support in system.records[SUPPORT]:
         if int(support["journal"]) in group:

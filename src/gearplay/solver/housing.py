@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.base_motion import (
+from gearplay.kernels.housing_motion import (
     AMPLITUDE,
     COSINE,
     COUNT,
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class HousingMotion:
-    """The acceleration a(t) of a housing along its direction, as `kernels.base_motion` has it.
+    """The acceleration a(t) of a housing along its direction, as `kernels.housing_motion` has it.
 
     ``slots`` are those of `System.base`, ``pieces`` those of its record, shape [piece, 4].
     """

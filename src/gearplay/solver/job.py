@@ -1,4 +1,4 @@
-"""One member to simulate, from its start to what came of it; and the watch that the runs of one call share."""
+"""Simulation of one ensemble member, and the limits and cancellation shared by the runs of one call."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""A motion kept as states on its way, from which it is followed again, bit for bit, whenever a signal is asked for.
+"""Checkpointed solution: states along a run from which any signal is computed later by a bitwise identical replay.
 
 A step depends on nothing but the state of the kernels' run before it, and sampling leaves no trace in a motion. So a few thousand
 of these states say as much as all samples would, at any rate; their distance grows with the steps taken, so that their number
@@ -42,8 +42,8 @@ _ASKED = (
     "row",
     "needed",
     "times",
-    "flown",
-    "looked",
+    "free_states",
+    "scratch_memory",
     "shown",
     "rows",
     "log",
@@ -61,7 +61,7 @@ _MADE = (
     "k",
     "rest",
     "v",
-    "price",
+    "error_weight",
     "nodes",
     "weights",
     "beside",

@@ -1,4 +1,4 @@
-"""What a run will cost, and the refusal of one that is too large, before it starts."""
+"""Cost estimate of a run, and refusal of one that is too large."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Signals of a result at one instant, from the state alone: for sections and maps, where nothing is sampled."""
+"""Signals at one instant, computed from the state, for sections and maps."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""How long compiling takes: by how much there is to compile, at the pace that this machine last had and as busy as it is."""
+"""Estimate of the compile time, from the last measured speed and the present load of the machine."""
 
 import math
 import os

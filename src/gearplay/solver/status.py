@@ -1,4 +1,4 @@
-"""Status codes of a run, in words that carry the cure."""
+"""Status codes of a run, each with a sentence that names the cause and the cure."""
 
 from enum import IntEnum
 

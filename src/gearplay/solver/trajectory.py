@@ -1,4 +1,4 @@
-"""What a simulation returns: sampled signals, contact statistics, the log of contacts and how it went."""
+"""Result of a simulated member: sampled signals, contact statistics, contact log, status."""
 
 import math
 from collections.abc import Iterable, Sequence

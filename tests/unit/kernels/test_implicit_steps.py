@@ -69,19 +69,23 @@ def test_the_jacobian_is_the_exact_derivative(name: str) -> None:
     course = pressed(gp.load_case(document))
     run: Run = course.run
     system, kept, h, t = course.packed.system, run.implicit, 1e-5, run.clock[T]
-    acting, middle = run.roster.acting.copy(), t + implicit.C[1] * h
+    acting, middle = run.active_set.acting.copy(), t + implicit.C[1] * h
     predict(system, run, h)
     assert differentiate(system, run, t, h) == 0
-    assert np.array_equal(run.roster.acting, acting)
-    slopes, z, dz = make_slopes(system), np.zeros(run.y.size + run.branch.latch.size), np.zeros(run.y.size)
-    assert linearise(system, run.roster, middle, run.y_new, run.branch, slopes, run.loads) == 0
+    assert np.array_equal(run.active_set.acting, acting)
+    slopes, z, dz = (
+        make_slopes(system),
+        np.zeros(run.y.size + run.branch.impact_speeds.size),
+        np.zeros(run.y.size),
+    )
+    assert linearise(system, run.active_set, middle, run.y_new, run.branch, slopes, run.loads) == 0
     places = kept.places[1 : kept.places[0] + 1]
     for found, columns in ((kept.positions, places - run.y.size // 2), (kept.velocities, places)):
         exact = np.zeros((places.size, places.size))
         for c, column in enumerate(columns):
             z[:] = 0.0
             z[column] = 1.0
-            rate_of_change(system, run.roster, run.branch, slopes, z, dz)
+            rate_of_change(system, run.active_set, run.branch, slopes, z, dz)
             exact[:, c] = dz[places]
         largest = np.max(np.abs(exact), axis=0)
         assert np.all(

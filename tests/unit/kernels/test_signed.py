@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
-from gearplay.kernels.signed import array_of
+from gearplay.kernels.signatures import array_of
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 # As NumPy 2.5 has its NDArray on Python 3.12 and later.

@@ -32,7 +32,7 @@ def test_there_is_none_by_default() -> None:
     case = load_case("han2021")
     assert case.rotors["pinion"].drive.ripple == ()  # type: ignore[union-attr]
     rotors = pack(case).system.rotors
-    for field in ("ripple_count", "ripple_bend", "ripple_rate"):
+    for field in ("ripple_count", "ripple_curvature", "ripple_rate"):
         assert np.all(rotors[field] == 0)
 
 
@@ -95,7 +95,7 @@ def test_what_the_kernels_get() -> None:
     system = pack(with_drive(speed=speed, ripple=terms)).system
     r = system.rotors[0]
     assert r.ripple_count == 2
-    assert r.ripple_bend == pytest.approx((5 * 0.1 + 2 * 0.2) * speed**2)
+    assert r.ripple_curvature == pytest.approx((5 * 0.1 + 2 * 0.2) * speed**2)
     assert r.ripple_rate == pytest.approx(5 * abs(speed))
     rows = system.terms[r.ripple_start : r.ripple_start + 2]
     np.testing.assert_allclose(rows[:, 0], [2.0, 5.0])
@@ -126,7 +126,7 @@ def test_angle_speed_and_acceleration_are_each_others_slopes() -> None:
         for place, slope in ((0, omega), (1, alpha)):
             v = [values[place] for values in at]
             assert (v[0] - 8.0 * v[1] + 8.0 * v[2] - v[3]) / (12.0 * h) == pytest.approx(slope, abs=1e-7)
-        assert abs(alpha) <= system.rotors[0].ripple_bend
+        assert abs(alpha) <= system.rotors[0].ripple_curvature
 
 
 def test_a_ripple_excites_a_case() -> None:

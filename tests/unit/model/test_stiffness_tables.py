@@ -165,7 +165,7 @@ def test_bounds_of_an_error_do_not_depend_on_its_sign() -> None:
             {"order": 3, "amplitude": b, "phase": other},
         ]
         records.append(pack(pair_case(mesh={"transmission_error": errors})).system.records[MESH][0])
-    for field in ("error_slope", "error_bend"):
+    for field in ("error_slope", "error_curvature"):
         assert records[0][field] == pytest.approx(records[1][field], rel=1e-12)
         assert records[0][field] > 0.0
 

@@ -246,7 +246,7 @@ def test_another_mechanism_and_gears_that_cannot_mesh_begin_anew() -> None:
     flow = Flow(base)
     state = flow.start()
     state[3] = 0.05  # m, of the ring along the line of centres
-    start, words = _carried(_Last(flow, state, np.zeros(flow.latches)), flow)
+    start, words = _carried(_Last(flow, state, np.zeros(flow.impact_count)), flow)
     assert start is None
     assert "the gears of pinion-ring could not mesh" in words
 

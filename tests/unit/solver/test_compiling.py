@@ -76,12 +76,12 @@ def test_what_is_compiled_and_how_long_it_takes_is_said(
 def test_a_case_wants_its_kinds_and_no_derivative() -> None:
     few, all_ = names("sleeve", "mesh"), names("sleeve", "mesh", "servo", "coupling")
     assert not any(name.startswith("joined.") or "joined" in name for name in few)
-    assert {"joined.fly_joined", "joined.find_rates", "roster.land_together"} <= names(
+    assert {"joined.propagate_joined", "joined.find_rates", "active_set.integrate_joined"} <= names(
         "sleeve", "mesh", "coupling"
     )
     assert "joined.move_change" in names("mesh", "support", derivative=True) - names("mesh", "support")
     assert {"stepper.take_step", "elements.mesh.forces.stay_open"} <= few < all_
-    joined = {name for name in all_ if "joined" in name or name.endswith("land_together")}
+    joined = {name for name in all_ if "joined" in name or name.endswith("integrate_joined")}
     assert {name.split(".")[1] for name in all_ - few - joined} == {"servo", "coupling"}
     more = names("sleeve", "mesh", derivative=True)
     assert {"tangent.retrace", "elements.sleeve.linearise"} <= more - few

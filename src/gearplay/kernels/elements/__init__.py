@@ -1,1 +1,1 @@
-"""What joins rotors to each other and to the ground: one file an element, `table` lists them."""
+"""Elements between bodies, and between bodies and ground: one module per kind, listed in `table`."""

@@ -1,4 +1,4 @@
-"""What an element without contacts answers about contacts: nothing presses, nothing can touch, nothing crosses or returns."""
+"""Defaults of an element without contacts: no force margin, no touch, no crossing, no return."""
 
 from gearplay.kernels.advancement import STAYS_OPEN
 from gearplay.kernels.arrays import Floats, Rows
@@ -7,7 +7,7 @@ from gearplay.kernels.layout import Branch, Loads, System
 
 
 @compiled_once
-def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Return 0: there is no contact."""
     return 0
 

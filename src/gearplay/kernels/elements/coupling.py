@@ -97,7 +97,7 @@ def lateral_force(system: System, n: int, y: Floats) -> tuple[float, float]:
 
 
 @compiled_once
-def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill coupling n's rows of the contact table at (t, y), T = k p + c dp/dt beyond the play; return 0."""
     contacts = loads.contacts
     coupling = system.records[KIND][n]
@@ -114,9 +114,11 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
 
 
 @compiled_once
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add coupling n's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
-    press(system, n, t, y, branch, loads)
+    contact_kinematics(system, n, t, y, branch, loads)
     coupling = system.records[KIND][n]
     phi, rate = twist(system, n, t, y)
     torque = _torque(system, n, phi, rate, loads)
@@ -131,8 +133,8 @@ def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Load
 
 
 @compiled_inline
-def _bend(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
-    """Return the largest |phi''| [rad/s^2] in flight."""
+def _curvature(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
+    """Return the largest |phi''| [rad/s^2] in free motion."""
     coupling = system.records[KIND][n]
     _, alpha_a, _ = rotor_bounds(system, coupling.a, t, y, branch)
     _, alpha_b, _ = rotor_bounds(system, coupling.b, t, y, branch)
@@ -149,9 +151,12 @@ def stay_open(
     phi, rate = twist(system, n, t, y)
     if (phi >= half and rate > 0.0) or (-phi >= half and rate < 0.0):
         return TOUCHES, 0.0
-    bend, slack = _bend(system, n, t, y, branch), RESOLUTION * system.contacts[coupling.contact].natural
-    ahead = open_span(min(phi - half, 0.0) - slack, rate, bend)
-    behind = open_span(min(-phi - half, 0.0) - slack, -rate, bend)
+    curvature, slack = (
+        _curvature(system, n, t, y, branch),
+        RESOLUTION * system.contacts[coupling.contact].natural,
+    )
+    ahead = open_span(min(phi - half, 0.0) - slack, rate, curvature)
+    behind = open_span(min(-phi - half, 0.0) - slack, -rate, curvature)
     return STAYS_OPEN, min(longest, ahead, behind)
 
 
@@ -166,16 +171,16 @@ def may_return(
     """
     coupling = system.records[KIND][n]
     k = coupling.contact + s // PER_CONTACT
-    bend = 0.0
+    curvature = 0.0
     for stage in range(stages.shape[0]):
         alpha_a, alpha_b = (
             stages[stage, omega_of(system, coupling.a)],
             stages[stage, omega_of(system, coupling.b)],
         )
-        bend = max(bend, abs(alpha_a - coupling.ratio * alpha_b))
-    fastest = max(abs(loads_0.contacts[k, RATE]), abs(loads.contacts[k, RATE])) + 0.5 * h * bend
+        curvature = max(curvature, abs(alpha_a - coupling.ratio * alpha_b))
+    fastest = max(abs(loads_0.contacts[k, RATE]), abs(loads.contacts[k, RATE])) + 0.5 * h * curvature
     at = coupling.switch + s
-    return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * bend)) > 0.0
+    return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * curvature)) > 0.0
 
 
 @compiled_once
@@ -197,7 +202,7 @@ SLOPES = 3
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill coupling n's row of slopes at (t, y); return 0."""
-    press(system, n, t, y, branch, loads)
+    contact_kinematics(system, n, t, y, branch, loads)
     coupling = system.records[KIND][n]
     acts = coupling.contacts == 0
     for k in range(coupling.contact, coupling.contact + coupling.contacts):
@@ -266,7 +271,7 @@ def observe(
     at = system.records[KIND][n].signal
     phi, rate = twist(system, n, t, y)
     row[at] = phi
-    # One without play pulls in flight, too.
+    # One without play transmits torque in free motion, too.
     torque = _torque(system, n, phi, rate, loads) if acting or system.records[KIND][n].contacts == 0 else 0.0
     row[at + 1], row[at + 2] = torque, _power_loss(system, n, phi, rate, torque, y, branch)
     row[at + 3], row[at + 4] = lateral_force(system, n, y)

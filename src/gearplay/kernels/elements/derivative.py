@@ -1,4 +1,4 @@
-"""Questions that only the exact derivative asks of elements; each is passed on to the file of its kind, as in `table`."""
+"""Dispatch of the functions that only the exact derivative needs, by kind of element, as in `table`."""
 
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.compiled import compiled_inline

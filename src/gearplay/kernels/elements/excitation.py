@@ -10,10 +10,10 @@ import math
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.base_motion import recorded
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.contactless import crossing, may_return, press, stay_open
+from gearplay.kernels.elements.contactless import contact_kinematics, crossing, may_return, stay_open
+from gearplay.kernels.housing_motion import recorded
 from gearplay.kernels.layout import (
     PLACES,
     Branch,
@@ -25,7 +25,7 @@ from gearplay.kernels.layout import (
     turn_of,
 )
 
-__all__ = ["crossing", "may_return", "press", "stay_open"]
+__all__ = ["contact_kinematics", "crossing", "may_return", "stay_open"]
 KIND = 5
 RECORD = np.dtype(
     [
@@ -86,7 +86,9 @@ def torques_of(system: System, n: int, t: float, y: Floats) -> tuple[float, floa
 
 
 @compiled_once
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add excitation n's torque to the sum on its rotor; return 0."""
     drive, load, _ = torques_of(system, n, t, y)
     loads.rotors[system.records[KIND][n].rotor, 2] += drive + load

@@ -1,14 +1,14 @@
-"""The housing's motion, to be shown: an element without forces or contacts (`kernels.base_motion` lets it act)."""
+"""Signals of the housing's motion: an element without forces or contacts (`kernels.housing_motion` applies the motion)."""
 
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.base_motion import COSINE, SINE, base_acceleration
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.contactless import crossing, may_return, press, stay_open
+from gearplay.kernels.elements.contactless import contact_kinematics, crossing, may_return, stay_open
+from gearplay.kernels.housing_motion import COSINE, SINE, base_acceleration
 from gearplay.kernels.layout import PLACES, Branch, Loads, Signal, System
 
-__all__ = ["crossing", "may_return", "press", "stay_open"]
+__all__ = ["contact_kinematics", "crossing", "may_return", "stay_open"]
 KIND = 6
 RECORD = np.dtype([*PLACES], align=True)
 SIGNALS = (
@@ -22,7 +22,9 @@ SLOPES = 0
 
 
 @compiled_once
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Return 0: the right-hand side itself lets the housing's motion act."""
     return 0
 

@@ -12,7 +12,7 @@ import numpy as np
 from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.contactless import crossing, press, stay_open
+from gearplay.kernels.elements.contactless import contact_kinematics, crossing, stay_open
 from gearplay.kernels.layout import (
     PLACES,
     Branch,
@@ -26,7 +26,7 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.torque_limit import limit_of, limited, may_pass, past_limit
 
-__all__ = ["crossing", "press", "stay_open"]
+__all__ = ["contact_kinematics", "crossing", "stay_open"]
 KIND = 7
 RECORD = np.dtype(
     [
@@ -100,7 +100,9 @@ def take_sample(system: System, n: int, t: float, y: Floats, branch: Branch) -> 
 
 
 @compiled_once
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add servo n's torque to the sum on its rotor, and the rates of its states to ``dy``; return 0."""
     each = system.records[KIND][n]
     torque = torque_of(system, n, t, y, branch)
@@ -136,7 +138,7 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 
 @compiled_once
-def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set servo n's mode from the state alone, or take the sample of t = 0."""
     each = system.records[KIND][n]
     if each.sample_time > 0.0:

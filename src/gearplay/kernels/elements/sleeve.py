@@ -15,8 +15,7 @@ from gearplay.kernels.advancement import (
     rotor_bounds,
 )
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.block import place_rotor
-from gearplay.kernels.carried import carried
+from gearplay.kernels.carrier_motion import carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.sleeve_law import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
@@ -32,7 +31,7 @@ from gearplay.kernels.layout import (
     Branch,
     Loads,
     System,
-    latch_of,
+    impact_speed_at,
     omega_of,
     spin_of,
     theta_of,
@@ -42,6 +41,7 @@ from gearplay.kernels.layout import (
     x_of,
     y_of,
 )
+from gearplay.kernels.sample_block import place_rotor
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
 
 __all__ = ["KIND", "RECORD", "SIGNALS"]
@@ -94,13 +94,13 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
 
 @compiled_inline
 def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Do what `press` does; return the tangential force [N] on the journal."""
+    """Do what `contact_kinematics` does; return the tangential force [N] on the journal."""
     contacts, out = loads.contacts, loads.out
     sleeve = system.records[KIND][n]
     k = sleeve.contact
     sleeve_geometry(system, n, t, y, out)
     delta, rate = out[DELTA], out[DELTA_RATE]
-    normal, margin = sleeve_force(sleeve, delta, rate, branch.latch[sleeve.latch])
+    normal, margin = sleeve_force(sleeve, delta, rate, branch.impact_speeds[sleeve.impact_slot])
     contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
     f_x, f_y, tangential = 0.0, 0.0, 0.0
     if branch.modes[k] == LOADED:
@@ -118,14 +118,16 @@ def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled_inline
-def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill sleeve n's row of the contact table at (t, y); return 0."""
     _press(system, n, t, y, branch, loads)
     return 0
 
 
 @compiled_inline
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add sleeve n's forces to the sums on its rotors, its row of the contact table filled; return 0."""
     tangential = _press(system, n, t, y, branch, loads)
     out, force = loads.out, loads.rotors
@@ -174,8 +176,8 @@ def stay_open(
         spin = b_spin + b_alpha * over
         pull = a + b_a + arm * (spin * spin + b_alpha)
         fastest = speed + pull * over
-        bend = 2.0 * (fastest * fastest + c * pull)
-        span = open_span(q - 2.0 * slack * c, q_rate, bend)
+        curvature = 2.0 * (fastest * fastest + c * pull)
+        span = open_span(q - 2.0 * slack * c, q_rate, curvature)
         if span >= over:
             return STAYS_OPEN, over
         best = max(best, span)
@@ -183,7 +185,7 @@ def stay_open(
     return STAYS_OPEN, best
 
 
-# Columns of a sleeve's row of slopes: geometry, force and its derivatives by penetration, rate and latched speed; friction.
+# Columns of a sleeve's row of slopes: geometry, force and its derivatives by penetration, rate and stored speed; friction.
 S_U_X, S_U_Y, INV_L, V_U, V_N, S_ARM_X, S_ARM_Y, SPIN = range(8)
 N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(8, 17)
 SLOPES = 17
@@ -191,7 +193,7 @@ SLOPES = 17
 
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill sleeve n's row of slopes at (t, y), the exact derivative of `act` on a fixed mode; return 0."""
+    """Fill sleeve n's row of slopes at (t, y), the exact derivative of `apply_forces` on a fixed mode; return 0."""
     _press(system, n, t, y, branch, loads)
     out = loads.out
     sleeve = system.records[KIND][n]
@@ -206,7 +208,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     for c in range(N, SLOPES):
         row[c] = 0.0
     if branch.modes[k] == LOADED:
-        v_in = branch.latch[sleeve.latch]
+        v_in = branch.impact_speeds[sleeve.impact_slot]
         row[N] = loads.contacts[k, FORCE]
         row[N_D], row[N_R], row[N_V] = sleeve_force_slopes(sleeve, delta, rate, v_in)
         if sleeve.friction > 0.0:
@@ -240,15 +242,15 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     sleeve = system.records[KIND][n]
     e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
     u_x, u_y = row[S_U_X], row[S_U_Y]
-    swing = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
-    return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * swing, row[V_U]
+    turn = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
+    return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * turn, row[V_U]
 
 
 @compiled_once
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and latched speeds changes in sleeve n's forces."""
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and stored speeds changes in sleeve n's forces."""
     sleeve = system.records[KIND][n]
     k = sleeve.contact
     loaded = branch.modes[k] == LOADED
@@ -259,19 +261,19 @@ def add_change(
     f_x, f_y, pull = 0.0, 0.0, 0.0
     if loaded:
         u_x, u_y = row[S_U_X], row[S_U_Y]
-        swing = (-e_x * u_y + e_y * u_x) * row[INV_L]
+        turn = (-e_x * u_y + e_y * u_x) * row[INV_L]
         delta = e_x * u_x + e_y * u_y
-        rate = v_x * u_x + v_y * u_y + row[V_N] * swing
-        latched = z[latch_of(z, branch.latch, sleeve.latch)]
-        normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * latched
+        rate = v_x * u_x + v_y * u_y + row[V_N] * turn
+        stored = z[impact_speed_at(z, branch.impact_speeds, sleeve.impact_slot)]
+        normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * stored
         if sleeve.friction > 0.0:
-            sliding = -v_x * u_y + v_y * u_x - row[V_U] * swing + R * z[omega_of(system, j)]
+            sliding = -v_x * u_y + v_y * u_x - row[V_U] * turn + R * z[omega_of(system, j)]
             if b >= 0:
                 sliding -= (R + sleeve.clearance) * z[omega_of(system, b)]
             pull = row[DRAG_N] * normal + row[DRAG_S] * sliding
         # f = -N u + T n with n across u; dn = -u dswing
-        f_x = -normal * u_x - pull * u_y + (row[N] * u_y - row[DRAG] * u_x) * swing
-        f_y = -normal * u_y + pull * u_x - (row[N] * u_x + row[DRAG] * u_y) * swing
+        f_x = -normal * u_x - pull * u_y + (row[N] * u_y - row[DRAG] * u_x) * turn
+        f_y = -normal * u_y + pull * u_x - (row[N] * u_x + row[DRAG] * u_y) * turn
     if sleeve.damping > 0.0:
         f_x -= sleeve.damping * v_x
         f_y -= sleeve.damping * v_y
@@ -296,7 +298,7 @@ def may_return(
 
     The margin 1 + a ddelta/v_in follows the rate, whose bow between the ends shows in how far the journal went: a parabola
     with the ends' rates and their mean stands 3/2 (mean - half their sum) above its chord. Twice that, as no rate is quite a
-    parabola; as printed the margin is a force and is looked at at the ends alone.
+    parabola; as printed the margin is a force and is evaluated at the ends alone.
     """
     sleeve = system.records[KIND][n]
     k = sleeve.contact
@@ -304,7 +306,10 @@ def may_return(
     mean = (end[k, PENETRATION] - start[k, PENETRATION]) / h
     bow = 1.5 * abs(mean - 0.5 * (start[k, RATE] + end[k, RATE]))
     at = sleeve.switch + s
-    return max(g_0[at], g_1[at]) + 2.0 * bow * sleeve.dissipation / branch.latch[sleeve.latch] > 0.0
+    return (
+        max(g_0[at], g_1[at]) + 2.0 * bow * sleeve.dissipation / branch.impact_speeds[sleeve.impact_slot]
+        > 0.0
+    )
 
 
 @compiled_inline
@@ -337,13 +342,13 @@ def observe(
 
 @compiled_once
 def show(
-    system: System, n: int, times: Floats, count: int, flown: Rows, y: Floats, out: Floats, shown: Rows
+    system: System, n: int, times: Floats, count: int, free_states: Rows, y: Floats, out: Floats, shown: Rows
 ) -> None:
     """Fill sleeve n's signals in a block in which nothing touches it."""
     sleeve = system.records[KIND][n]
     for s in range(count):
-        place_rotor(system, sleeve.journal, flown, s, y)
+        place_rotor(system, sleeve.journal, free_states, s, y)
         if sleeve.bush >= 0:
-            place_rotor(system, sleeve.bush, flown, s, y)
+            place_rotor(system, sleeve.bush, free_states, s, y)
         sleeve_geometry(system, n, times[s], y, out)
         shown[0, s], shown[1, s], shown[2, s], shown[3, s] = out[DELTA], 0.0, 0.0, 0.0

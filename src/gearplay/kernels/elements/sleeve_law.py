@@ -1,12 +1,12 @@
-"""What is packed of a sleeve, and the force of its contact with its slopes (docs/theory, section 3)."""
+"""Packed record of a sleeve, its contact force and the slopes of the force (docs/theory, section 3)."""
 
 import math
 from typing import Any
 
 import numpy as np
 
-from gearplay.kernels.bed import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
 from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.kernels.conformal import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
 from gearplay.kernels.layout import PLACES, Signal
 
 KIND = 1
@@ -43,7 +43,7 @@ SIGNALS = (
 
 @compiled_inline
 def signed_power(x: float, n: float) -> float:
-    """Return sign(x) |x|^n: a smooth continuation of x^n for stages that look behind a release."""
+    """Return sign(x) |x|^n: a smooth continuation of x^n for stages beyond a release."""
     if n == 1.5:
         return x * math.sqrt(abs(x))
     if n == 1.0:
@@ -56,7 +56,7 @@ def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[f
     """Return the normal force [N] and its margin (positive while pressing) at penetration delta [m].
 
     F = K delta^n (1 + a ddelta/v_in), equations (7)-(11) with the damping of (10) written as the factor ``a``;
-    the conformal bed (12)-(14) replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the latched impact speed.
+    the conformal bed (12)-(14) replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the stored impact speed.
     As printed, the bed's damping C = a K delta_m^n / v_in is the same at every angle.
     """
     margin = 1.0 + sleeve.dissipation * rate / v_in
@@ -76,13 +76,13 @@ def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[f
 def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[float, float, float]:
     """Return the derivatives of `sleeve_force` by delta [N/m], rate and v_in [N s/m]."""
     margin, by_rate = 1.0 + sleeve.dissipation * rate / v_in, sleeve.dissipation / v_in
-    by_latch = -by_rate * rate / v_in
+    by_impact_speed = -by_rate * rate / v_in
     if sleeve.bed == BED_NONE:
         force = sleeve.stiffness * signed_power(delta, sleeve.exponent)
         steepness = sleeve.exponent * (
             math.sqrt(abs(delta)) if sleeve.exponent == 1.5 else abs(delta) ** (sleeve.exponent - 1.0)
         )
-        return sleeve.stiffness * steepness * margin, force * by_rate, force * by_latch
+        return sleeve.stiffness * steepness * margin, force * by_rate, force * by_impact_speed
     if delta <= 0.0:
         return 0.0, 0.0, 0.0
     c, R, k = sleeve.clearance, sleeve.shaft_radius, sleeve.bed_exponent
@@ -97,4 +97,4 @@ def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> 
             -damping * rate * opening / v_in,
         )
     pressed = sleeve.bed_stiffness * elastic
-    return sleeve.bed_stiffness * stiffer * margin, pressed * by_rate, pressed * by_latch
+    return sleeve.bed_stiffness * stiffer * margin, pressed * by_rate, pressed * by_impact_speed

@@ -7,10 +7,10 @@ with it, rates are those seen from there, and the reaction acts at the journal's
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.carried import carried
+from gearplay.kernels.carrier_motion import carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.contactless import crossing, may_return, press, stay_open
+from gearplay.kernels.elements.contactless import contact_kinematics, crossing, may_return, stay_open
 from gearplay.kernels.layout import (
     PLACES,
     Branch,
@@ -27,7 +27,7 @@ from gearplay.kernels.layout import (
     y_of,
 )
 
-__all__ = ["crossing", "may_return", "press", "stay_open"]
+__all__ = ["contact_kinematics", "crossing", "may_return", "stay_open"]
 KIND = 4
 RECORD = np.dtype(
     [
@@ -100,7 +100,9 @@ def load_support(system: System, n: int, t: float, y: Floats, out: Floats) -> No
 
 
 @compiled_once
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add support n's force and torque to the sums on its rotors; return 0."""
     out, force = loads.out, loads.rotors
     support = system.records[KIND][n]

@@ -1,43 +1,43 @@
-"""The kinds of elements, and the one place that tells them apart: each question to an element is passed on to its file.
+"""Registry of the kinds of elements, and the dispatch of each function to the module of the kind.
 
-numba knows no virtual calls, so a question is a chain of ifs, and the busiest one a loop for each kind. Everything above speaks
-of elements e and never of a kind; a file knows the records n of its own kind.
-`KINDS` makes sure that no kind leaves a question open; `tests/elements` asks all of them.
+numba has no virtual calls, so each dispatch is a chain of ifs, and the busiest one a loop per kind. Callers use element
+indices e and never a kind; the module of a kind uses indices n of its own records. `KINDS` raises where a module lacks a
+function; `tests/elements` tests all of them.
 """
 
 from dataclasses import dataclass
 from types import ModuleType
 
 from gearplay.kernels.arrays import Floats, Ints, Rows
-from gearplay.kernels.block import place_members
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import coupling, excitation, housing, mesh, positioner, servo, sleeve, support
 from gearplay.kernels.layout import Branch, Loads, System
 from gearplay.kernels.mesh_geometry import follow_orbit, know_angles
+from gearplay.kernels.sample_block import place_members
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
 SUPPORT, EXCITATION, HOUSING, POSITIONER = support.KIND, excitation.KIND, housing.KIND, positioner.KIND
 
-# What the file of every kind must say: its record and the sizes of its entries, and the questions that it must answer.
+# Required of the module of every kind: its record, the sizes of its entries, and these functions.
 FACTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
 QUESTIONS = (
-    "press",  # gaps, rates, margins and forces of its contacts
-    "act",  # forces on its rotors
-    "stay_open",  # a time for which no touch can come in flight
+    "contact_kinematics",  # gaps, rates, margins and forces of its contacts
+    "apply_forces",  # forces on its rotors
+    "stay_open",  # a time without a touch, in free motion
     "may_return",  # what a switch function may hide between the ends of a step
-    "linearise",  # slopes of `act`
+    "linearise",  # slopes of `apply_forces`
     "add_change",  # what a change of the state changes in the forces
     "crossing",  # and in a switch function
     "observe",  # signals
 )
 DERIVATIVE = ("linearise", "add_change", "crossing", "jump", "carry_sample")
-"""Questions that only the exact derivative asks: passed on in `derivative`."""
+"""Functions that only the exact derivative needs: dispatched in `derivative`."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of element, by the name of its dimension in results, and the file that answers for it."""
+    """A kind of element, by the name of its dimension in results, and its module."""
 
     name: str
     file: ModuleType
@@ -63,63 +63,65 @@ SHOWN = tuple(len(kind.file.SIGNALS) for kind in KINDS)
 
 
 @compiled_once
-def press(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+def contact_kinematics(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill element e's rows of the contact table at (t, y); return 1 where its geometry fails."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
-        return sleeve.press(system, n, t, y, branch, loads)
+        return sleeve.contact_kinematics(system, n, t, y, branch, loads)
     if kind == MESH:
-        return mesh.press(system, n, t, y, branch, loads)
+        return mesh.contact_kinematics(system, n, t, y, branch, loads)
     if kind == COUPLING:
-        return coupling.press(system, n, t, y, branch, loads)
+        return coupling.contact_kinematics(system, n, t, y, branch, loads)
     if kind == SUPPORT:
-        return support.press(system, n, t, y, branch, loads)
+        return support.contact_kinematics(system, n, t, y, branch, loads)
     if kind == EXCITATION:
-        return excitation.press(system, n, t, y, branch, loads)
+        return excitation.contact_kinematics(system, n, t, y, branch, loads)
     if kind == HOUSING:
-        return housing.press(system, n, t, y, branch, loads)
+        return housing.contact_kinematics(system, n, t, y, branch, loads)
     if kind == POSITIONER:
-        return positioner.press(system, n, t, y, branch, loads)
-    return servo.press(system, n, t, y, branch, loads)
+        return positioner.contact_kinematics(system, n, t, y, branch, loads)
+    return servo.contact_kinematics(system, n, t, y, branch, loads)
 
 
 @compiled_inline
-def act(system: System, acting: Ints, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, acting: Ints, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Let all listed elements act: add their forces to the sums on their rotors, fill the rates of their own states.
 
     ``acting`` starts with its length and rises, so that it holds kind after kind. Returns 1 where a geometry fails.
     """
     elements, c, last = system.elements, 1, acting[0]
     while c <= last and elements[acting[c]].kind == SERVO:
-        if servo.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if servo.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == SLEEVE:
-        if sleeve.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if sleeve.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == MESH:
-        if mesh.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if mesh.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == COUPLING:
-        if coupling.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if coupling.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == SUPPORT:
-        if support.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if support.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == EXCITATION:
-        if excitation.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if excitation.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last and elements[acting[c]].kind == HOUSING:
-        if housing.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if housing.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     while c <= last:
-        if positioner.act(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
+        if positioner.apply_forces(system, elements[acting[c]].index, t, y, branch, loads, dy) != 0:
             return 1
         c += 1
     return 0
@@ -129,7 +131,7 @@ def act(system: System, acting: Ints, t: float, y: Floats, branch: Branch, loads
 def stay_open(
     system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what element e's gaps do at (t, y) between rotors that fly, and for how long [s] they surely stay open."""
+    """Return what element e's gaps do at (t, y) between free rotors, and for how long [s] they surely stay open."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE:
         return sleeve.stay_open(system, n, t, y, branch, longest, out)
@@ -228,30 +230,32 @@ def may_return(
 
 
 @compiled_inline
-def settle(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set element e's own modes from the state alone, its rows of the contact table filled."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        mesh.settle(system, n, t, y, branch, loads)
+        mesh.initialise(system, n, t, y, branch, loads)
     elif kind == SERVO:
-        servo.settle(system, n, t, y, branch, loads)
+        servo.initialise(system, n, t, y, branch, loads)
     elif kind == POSITIONER:
-        positioner.settle(system, n, t, y, branch, loads)
+        positioner.initialise(system, n, t, y, branch, loads)
 
 
 @compiled_inline
 def takes_samples(system: System, e: int) -> bool:
-    """Return whether `settle` takes a sample of element e, which only its times may do, where it would set its modes."""
+    """Return whether `initialise` takes a sample of element e, which only its times may do, where it would set its modes."""
     kind, n = system.elements[e].kind, system.elements[e].index
     return bool(kind == POSITIONER and positioner.takes_samples(system, n))
 
 
 @compiled_inline
-def settle_touch(system: System, e: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise_touch(
+    system: System, e: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads
+) -> None:
     """Set the own modes of element e with which a touch of its contact k begins, its rows of the contact table filled."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == MESH:
-        mesh.settle_touch(system, n, k, t, y, branch, loads)
+        mesh.initialise_touch(system, n, k, t, y, branch, loads)
 
 
 @compiled_inline
@@ -280,18 +284,18 @@ def observe(
 
 @compiled_inline
 def show(
-    system: System, e: int, times: Floats, count: int, flown: Rows, y: Floats, branch: Branch, loads: Loads, acting: bool,
-    looked: Rows, row: Floats, shown: Rows,
+    system: System, e: int, times: Floats, count: int, free_states: Rows, y: Floats, branch: Branch, loads: Loads, acting: bool,
+    scratch_memory: Rows, row: Floats, shown: Rows,
 ) -> None:  # fmt: skip
-    """Fill element e's signals, shape [signal, sample], in a block in which all rotors fly; y and ``row`` are scratch."""
+    """Fill element e's signals, shape [signal, sample], in a block in which all rotors are free; y and ``row`` are scratch."""
     kind, n = system.elements[e].kind, system.elements[e].index
     if kind == SLEEVE and not acting:
-        sleeve.show(system, n, times, count, flown, y, loads.out, shown)
+        sleeve.show(system, n, times, count, free_states, y, loads.out, shown)
     elif kind == MESH and not acting:
-        mesh.show(system, n, times, count, flown, y, branch, looked, loads.out, shown)
+        mesh.show(system, n, times, count, free_states, y, branch, scratch_memory, loads.out, shown)
     else:
         for s in range(count):
-            place_members(system, e, flown, s, y)
+            place_members(system, e, free_states, s, y)
             observe(system, e, times[s], y, branch, loads, acting, row)
             for k in range(SHOWN[kind]):
                 shown[k, s] = row[system.elements[e].signal + k]

@@ -155,7 +155,7 @@ class _Following:
         progress: Tick | None,
     ) -> None:
         self.flow, self.whole, self.progress = flow, whole, progress
-        changes = np.zeros((number, flow.size + flow.latches))
+        changes = np.zeros((number, flow.size + flow.impact_count))
         random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
         changes[:, flow.free] = random.T * flow.natural[flow.free]
         self.course = course = flow.begin(flow.start(member), changes=changes, divergence=whole)
@@ -222,7 +222,7 @@ def _orthonormalise(flow: Flow, course: Course) -> Floats:
     """Make the changes orthonormal in natural sizes; return the logarithms of how far each has grown."""
     changes = course.changes
     # Only what can change: rounding in a prescribed direction would stay while all others shrink.
-    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.latched])])
+    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.impact_contacts])])
     sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
     changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve

@@ -107,7 +107,7 @@ def _lies_on(orbit: Orbit, branch: Branch, scale: Floats) -> bool:
     """Return whether an orbit is one of a branch: near the line between two of its orbits."""
     if orbit.order != branch.order:
         return False
-    free = ~constants(orbit.matrix)  # what an orbit has latched depends on how it was come to
+    free = ~constants(orbit.matrix)  # stored impact speeds depend on the history
     for a, b in pairwise(branch.orbits):
         if not min(a.parameter, b.parameter) <= orbit.parameter <= max(a.parameter, b.parameter):
             continue

@@ -35,7 +35,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     Returns
     -------
     PeriodicOrbit
-        States at the section, shape [order, state], SI: free positions and rotations, their velocities, latched impact speeds;
+        States at the section, shape [order, state], SI: free positions and rotations, their velocities, stored impact speeds;
         Floquet multipliers, the largest first.
 
     Raises
@@ -216,7 +216,7 @@ def check_branches(case: Source, path: str, *, order: int, doublings: int) -> No
     base = sharp(case_of(case))
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
-    flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.latches)))
+    flow.begin(flow.start(), changes=np.zeros((1, flow.size + flow.impact_count)))
 
 
 def _sharp_family(varied: Varied, base: Case, *, keep_load: bool = False) -> Family:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import base_motion
+from gearplay.kernels import housing_motion
 from gearplay.kernels.elements.table import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.kernels.layout import DRIVE_SPEED
 from gearplay.model.pack import Packed
@@ -58,7 +58,7 @@ class StrobeMap:
 
     A planetary set is seen from its turning carrier (`solver.frames`).
 
-    ``family`` returns the case at a parameter. Impact speeds latched by sleeves in contact at the section follow the free
+    ``family`` returns the case at a parameter. Impact speeds stored for sleeves in contact at the section follow the free
     states: of a closed sleeve they are part of the state, of an open one they mean nothing and stay 0.
 
     Raises `InputError` for a case whose excitation has no period: a speed must be prescribed, without a ramp.
@@ -68,12 +68,12 @@ class StrobeMap:
         self.family = family
         self._kept: dict[float, _Member] = {}
         first = self.member(parameter).flow
-        self.free, self.latched = first.free, first.latched
+        self.free, self.impact_contacts = first.free, first.impact_contacts
         self._scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
 
     @property
     def scale(self) -> Floats:
-        """Natural sizes of the free states, then of latched speeds, shape [state]."""
+        """Natural sizes of the free states, then of stored impact speeds, shape [state]."""
         return self._scale
 
     def member(self, parameter: float) -> _Member:
@@ -88,7 +88,7 @@ class StrobeMap:
     def start(self, parameter: float) -> Floats:
         """Return the case's own initial state as a state of the map."""
         flow = self.member(parameter).flow
-        return np.concatenate([flow.start()[self.free], np.zeros(flow.latches)])
+        return np.concatenate([flow.start()[self.free], np.zeros(flow.impact_count)])
 
     def settle(self, state: Floats, parameter: float, periods: int) -> Floats:
         """Return the state after some periods."""
@@ -102,25 +102,29 @@ class StrobeMap:
         free = len(self.free)
         full = np.zeros(flow.size)
         full[self.free] = state[:free]
-        return flow.go(full, period, latch=state[free:] if flow.latches else None, changes=changes)
+        return flow.go(
+            full, period, impact_speeds=state[free:] if flow.impact_count else None, changes=changes
+        )
 
     def _pack(self, found: Passage, parameter: float) -> Floats:
-        held, member = found.closed[self.latched], self.member(parameter)
+        held, member = found.closed[self.impact_contacts], self.member(parameter)
         seen = member.flow.frames.seen(member.period, found.state)
-        return np.concatenate([seen[self.free], np.where(held, found.latch, 0.0)])
+        return np.concatenate([seen[self.free], np.where(held, found.impact_speeds, 0.0)])
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state after one period, with the exact derivative."""
         flow, free = self.member(parameter).flow, len(self.free)
-        changes = np.zeros((state.size, flow.size + flow.latches))
+        changes = np.zeros((state.size, flow.size + flow.impact_count))
         changes[np.arange(free), self.free] = 1.0
         held = state[free:] > 0.0
-        changes[free + np.arange(flow.latches)[held], flow.size + np.arange(flow.latches)[held]] = 1.0
+        changes[free + np.arange(flow.impact_count)[held], flow.size + np.arange(flow.impact_count)[held]] = (
+            1.0
+        )
         found = self.passage(state, parameter, changes)
-        rows = np.concatenate([self.free, flow.size + np.arange(flow.latches)])
+        rows = np.concatenate([self.free, flow.size + np.arange(flow.impact_count)])
         moved = flow.frames.turned_back(self.member(parameter).period, found.changes)
         matrix = moved[:, rows].T.copy()
-        matrix[free:][~found.closed[flow.latched]] = 0.0
+        matrix[free:][~found.closed[flow.impact_contacts]] = 0.0
         return Image(self._pack(found, parameter), matrix, found.log[:, 1:3].astype(np.int64))
 
 
@@ -220,13 +224,13 @@ def _rates(packed: Packed) -> list[float]:
             at += int(each[in_time])
             rates += (speed * packed.system.terms[at : at + each[in_rotation], 0]).tolist()
             at += int(each[in_rotation])
-    kind, rate = packed.system.base[base_motion.KIND], float(packed.system.base[base_motion.RATE])
-    if kind not in (base_motion.NONE, base_motion.HARMONIC):
+    kind, rate = packed.system.base[housing_motion.KIND], float(packed.system.base[housing_motion.RATE])
+    if kind not in (housing_motion.NONE, housing_motion.HARMONIC):
         rule = "must be harmonic for a motion that can be periodic"
         raise InputError(
             Fault("base.acceleration.kind", NO_VALUE, rule, "Choose harmonic, or remove the base")
         )
-    rates += [rate] if kind == base_motion.HARMONIC else []
+    rates += [rate] if kind == housing_motion.HARMONIC else []
     for sleeve in sleeves:
         if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
             rates.append(abs(speeds[sleeve.bush] - frames.speeds[sleeve.journal]))

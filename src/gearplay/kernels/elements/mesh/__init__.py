@@ -5,7 +5,14 @@ one for the mesh, its next edge; friction adds the hand-over to the next pair of
 in which its sliding is slow. Gears on a carrier roll in its frame.
 """
 
-from gearplay.kernels.elements.mesh.forces import act, forcing_rate, observe, press, show, stay_open
+from gearplay.kernels.elements.mesh.forces import (
+    apply_forces,
+    contact_kinematics,
+    forcing_rate,
+    observe,
+    show,
+    stay_open,
+)
 from gearplay.kernels.elements.mesh.record import (
     KIND,
     MEMORY,
@@ -16,11 +23,11 @@ from gearplay.kernels.elements.mesh.record import (
 )
 from gearplay.kernels.elements.mesh.slopes import SLOPES, add_change, crossing, linearise
 from gearplay.kernels.elements.mesh.switches import (
+    initialise,
+    initialise_touch,
     jump,
     may_return,
     own_switch,
-    settle,
-    settle_touch,
     switch_own,
 )
 
@@ -32,18 +39,18 @@ __all__ = [
     "RECORD",
     "SIGNALS",
     "SLOPES",
-    "act",
     "add_change",
+    "apply_forces",
+    "contact_kinematics",
     "crossing",
     "forcing_rate",
+    "initialise",
+    "initialise_touch",
     "jump",
     "linearise",
     "may_return",
     "observe",
     "own_switch",
-    "press",
-    "settle",
-    "settle_touch",
     "show",
     "stay_open",
     "switch_own",

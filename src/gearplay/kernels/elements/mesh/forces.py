@@ -1,11 +1,10 @@
-"""Gaps and forces of a mesh, how long its flanks stay apart in flight, and what it shows."""
+"""Gaps, forces and signals of a mesh, and the time for which its flanks stay apart in free motion."""
 
 import math
 from typing import Any
 
 from gearplay.kernels.advancement import FAILS, RESOLUTION, STAYS_OPEN, TOUCHES, open_span, rotor_bounds
 from gearplay.kernels.arrays import Floats, Ints, Rows
-from gearplay.kernels.block import place_rotor
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements.mesh.friction import add_friction, fill_sliding, friction_loss
@@ -59,6 +58,7 @@ from gearplay.kernels.mesh_geometry import (
     mesh_geometry,
     mesh_phase,
 )
+from gearplay.kernels.sample_block import place_rotor
 from gearplay.kernels.tooth_stiffness import mesh_stiffness, stiffness_slope
 
 
@@ -71,7 +71,7 @@ def damping_rate(mesh: Any, flank: int, out: Floats) -> float:
 
 
 @compiled_inline
-def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill mesh n's two rows of the contact table at (t, y); return 1 where it cannot mesh."""
     out, contacts, modes = loads.out, loads.contacts, branch.modes
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
@@ -95,12 +95,14 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
 
 
 @compiled_inline
-def act(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats) -> int:
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
     """Add mesh n's flank forces to the sums on its rotors, its rows of the contact table filled; 1 where it cannot mesh.
 
     Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
     """
-    if press(system, n, t, y, branch, loads) != 0:
+    if contact_kinematics(system, n, t, y, branch, loads) != 0:
         return 1
     out, force = loads.out, loads.rotors
     mesh = system.records[KIND][n]
@@ -129,7 +131,7 @@ def stay_open(
 ) -> tuple[int, float]:
     """Return what both gaps of mesh n do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
 
-    The bound M adds roll, swing of the line of centres, error of the teeth and opening of the flanks, each at its largest
+    The bound M adds roll, modal_rates of the line of centres, error of the teeth and opening of the flanks, each at its largest
     while the centre distance keeps to half its way to the ends of meshing.
     """
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
@@ -142,10 +144,10 @@ def stay_open(
     a_b, alpha_b, spin_b = rotor_bounds(system, mesh.b, t, y, branch)
     alpha_f, spin_f = 0.0, 0.0
     driver_is_a = mesh.driver == mesh.a
-    psi_bend = mesh.z_driver * (alpha_a if driver_is_a else alpha_b)
+    psi_curvature = mesh.z_driver * (alpha_a if driver_is_a else alpha_b)
     if mesh.frame >= 0:
         _, alpha_f, spin_f = rotor_bounds(system, mesh.frame, t, y, branch)
-        psi_bend += mesh.z_driver * alpha_f
+        psi_curvature += mesh.z_driver * alpha_f
     ecc_a, ecc_b = mesh.runout_a, mesh.runout_b
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
     rho = abs(mesh.rho_a + mesh.rho_b)
@@ -163,31 +165,33 @@ def stay_open(
         )
         fastest = speed + pull * over
         # |A'| <= |A'(0)| + |A''| tau with |A''| <= pull + v^2 / A
-        distance_bend = pull + 2.0 * fastest * fastest / A
-        fastest_approach = min(fastest, approach + distance_bend * over)
-        way = (approach + 0.5 * distance_bend * over) * over
+        distance_curvature = pull + 2.0 * fastest * fastest / A
+        fastest_approach = min(fastest, approach + distance_curvature * over)
+        way = (approach + 0.5 * distance_curvature * over) * over
         if way > room:
             over *= max(0.1, 0.5 * room / way)
             continue
         nearest, farthest = max(A - way, c0), A + way
-        psi_most = abs(out[PSI_RATE]) + psi_bend * over
-        bend = roll + mesh.error_bend * psi_most * psi_most + mesh.error_slope * psi_bend
+        psi_most = abs(out[PSI_RATE]) + psi_curvature * over
+        curvature = roll + mesh.error_curvature * psi_most * psi_most + mesh.error_slope * psi_curvature
         if is_coupled(mesh):
-            bend += rho * (pull / nearest + 2.0 * fastest_approach * fastest / (nearest * nearest))
+            curvature += rho * (pull / nearest + 2.0 * fastest_approach * fastest / (nearest * nearest))
         else:
-            bend += pull
+            curvature += pull
             if mesh.frame >= 0:  # n.D + roll in the frame: n turns with the carrier
                 spin = spin_f + alpha_f * over
-                bend += rho * alpha_f + 2.0 * spin * fastest + farthest * (spin * spin + alpha_f)
+                curvature += rho * alpha_f + 2.0 * spin * fastest + farthest * (spin * spin + alpha_f)
         widening = 1.0 if is_coupled(mesh) else 2.0 if mesh.kind == MESH_PRINTED_COUPLED else 0.0
         if widening > 0.0:
             sine = math.sqrt(max(nearest * nearest - c0 * c0, 1e-30)) / nearest
             sine_most = math.sqrt(farthest * farthest - c0 * c0) / farthest
             curving = c0 * c0 / (nearest * nearest * nearest * sine)
-            bend += widening * (sine_most * distance_bend + curving * fastest_approach * fastest_approach)
+            curvature += widening * (
+                sine_most * distance_curvature + curving * fastest_approach * fastest_approach
+            )
         span = min(
-            open_span(min(out[P_D], 0.0) - slack, out[P_D_RATE], bend),
-            open_span(min(out[P_B], 0.0) - slack, out[P_B_RATE], bend),
+            open_span(min(out[P_D], 0.0) - slack, out[P_D_RATE], curvature),
+            open_span(min(out[P_B], 0.0) - slack, out[P_B_RATE], curvature),
         )
         if span >= over:
             return STAYS_OPEN, over
@@ -274,23 +278,23 @@ def contact_state(modes: Ints, k: int) -> float:
 
 @compiled_once
 def show(
-    system: System, n: int, times: Floats, count: int, flown: Rows, y: Floats, branch: Branch, looked: Rows, out: Floats,
+    system: System, n: int, times: Floats, count: int, free_states: Rows, y: Floats, branch: Branch, angles: Rows, out: Floats,
     shown: Rows,
 ) -> None:  # fmt: skip
-    """Fill mesh n's signals in a block in which its flanks do not touch; ``looked`` is a memory of such looks alone."""
+    """Fill mesh n's signals in a block in which its flanks do not touch; ``angles`` is the memory of these evaluations."""
     mesh = system.records[KIND][n]
     a, b, frame, e = mesh.a, mesh.b, mesh.frame, mesh.element
     state = contact_state(branch.modes, mesh.contact)
     for k in range(TURNED, TURNED + 3):
-        looked[e, k] = branch.memory[e, k]
+        angles[e, k] = branch.memory[e, k]
     for s in range(count):
         t = times[s]
-        place_rotor(system, a, flown, s, y)
-        place_rotor(system, b, flown, s, y)
+        place_rotor(system, a, free_states, s, y)
+        place_rotor(system, b, free_states, s, y)
         if frame >= 0:
-            place_rotor(system, frame, flown, s, y)
-        know_angles(system, n, t, y, looked, True)
-        if mesh_gaps(system, n, t, y, looked, out) != 0:
+            place_rotor(system, frame, free_states, s, y)
+        know_angles(system, n, t, y, angles, True)
+        if mesh_gaps(system, n, t, y, angles, out) != 0:
             for k in range(SHOWN):
                 shown[k, s] = math.nan
             continue

@@ -1,4 +1,4 @@
-"""What is packed of a mesh: its record, its signals, its modes and switches."""
+"""Packed record, signals, modes and switches of a mesh."""
 
 import math
 
@@ -50,7 +50,7 @@ RECORD = np.dtype(
         ("inv_depth", "f8"),  # 1/m
         ("highest_order", "f8"),  # of stiffness and transmission error
         ("error_slope", "f8"),  # m, largest |de/dpsi| and |d2e/dpsi2| of the transmission error
-        ("error_bend", "f8"),
+        ("error_curvature", "f8"),
         ("friction", "f8"),  # Coulomb coefficient of the teeth
         ("friction_speed", "f8"),  # m/s, sliding speed from which on friction is full
         ("pitch_phase", "f8"),  # rad, a pair passes the pitch point where psi and it make 0

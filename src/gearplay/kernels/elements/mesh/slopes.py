@@ -1,11 +1,11 @@
-"""Slopes of a mesh: the exact derivative of its forces, and what a change of the state changes in them (docs/theory, T23)."""
+"""Derivatives of a mesh: exact slopes of its forces and their directional changes (docs/theory, T23)."""
 
 from typing import Any
 
 from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.elements.mesh.forces import damping_rate, press
+from gearplay.kernels.elements.mesh.forces import contact_kinematics, damping_rate
 from gearplay.kernels.elements.mesh.friction import SLIDING, lever_arms
 from gearplay.kernels.elements.mesh.record import BACK, EDGE, KIND, PAIR, PER_CONTACT, SEGMENT
 from gearplay.kernels.flank import flank_slopes
@@ -46,7 +46,7 @@ from gearplay.kernels.mesh_geometry import (
 )
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
 from gearplay.kernels.tooth_stiffness import (
-    harmonic_bends,
+    harmonic_curvatures,
     harmonics,
     mesh_stiffness,
     stiffness_slope,
@@ -54,7 +54,7 @@ from gearplay.kernels.tooth_stiffness import (
 
 # Columns of a mesh's row of slopes. Arms, direction of the line of centres, relative velocity of the toothing centres:
 LA_X, LA_Y, LB_X, LB_Y, S_E_X, S_E_Y, DV_X, DV_Y, SPIN_A, SPIN_B, S_PSI_RATE = range(11)
-# curvatures of the opening along and across, and of the roll; error by the phase;
+# turns of the opening along and across, and of the roll; error by the phase;
 BEND_E, BEND_N, BEND_MIXED, WIDEN, ERROR_1, ERROR_2 = range(11, 17)
 # of a carrier that turns a fixed line of action: dg/dtheta, its spin, n.D with D the vector of centres;
 S_BY_FRAME, SPIN_F, ALONG = range(17, 20)
@@ -73,12 +73,12 @@ SLOPES = S_LENGTH + 1
 
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
-    """Fill mesh n's row of slopes at (t, y), the exact derivative of `act` on fixed modes; return 1 where it cannot mesh.
+    """Fill mesh n's row of slopes at (t, y), the derivative of `apply_forces` on fixed modes; return 1 where it cannot mesh.
 
     A flank's penetration p has the gradient D on the coordinates q of its rotors; its force F acts along -D. So
     dQ = -D dF - F dD, with dD from the second derivatives of p (docs/theory, T23).
     """
-    if press(system, n, t, y, branch, loads) != 0:
+    if contact_kinematics(system, n, t, y, branch, loads) != 0:
         return 1
     out, modes = loads.out, branch.modes
     mesh = system.records[KIND][n]
@@ -91,7 +91,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     row[DV_Y] = y[vy_of(system, b)] + spin_b * out[ARM_B_X] - (y[vy_of(system, a)] + spin_a * out[ARM_A_X])
     cos_psi, sin_psi = out[COS_PSI], out[SIN_PSI]
     _, _, row[ERROR_1] = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
-    _, row[ERROR_2] = harmonic_bends(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
+    _, row[ERROR_2] = harmonic_curvatures(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
     inv_A, sin_w, s = out[INV_A], out[SIN_W], mesh.s
     row[BEND_E] = row[BEND_N] = row[BEND_MIXED] = row[WIDEN] = 0.0
     row[S_BY_FRAME], row[SPIN_F], row[ALONG] = out[BY_FRAME], 0.0, 0.0
@@ -154,7 +154,7 @@ def _mesh_changes(
 
 
 @compiled_inline
-def _bend_of(row: Floats, sign: float, d_x: float, d_y: float) -> tuple[float, float]:
+def _turn_of(row: Floats, sign: float, d_x: float, d_y: float) -> tuple[float, float]:
     """Return how the direction of a flank of sense ``sign`` changes with the vector between the toothing centres."""
     e_x, e_y = row[S_E_X], row[S_E_Y]
     along, across = d_x * e_x + d_y * e_y, -d_x * e_y + d_y * e_x
@@ -174,11 +174,11 @@ def _flank_change(
     a, b = mesh.a, mesh.b
     nu_x, nu_y = row[at + NU_X], row[at + NU_Y]
     d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
-    bend_x, bend_y = _bend_of(row, sign, d_x, d_y)
+    turn_x, turn_y = _turn_of(row, sign, d_x, d_y)
     turned, spun, by_frame = 0.0, 0.0, 0.0
     if mesh.frame >= 0 and not is_coupled(mesh):
         turned, spun = z[theta_of(mesh.frame)], z[omega_of(system, mesh.frame)]
-        bend_x, bend_y = bend_x - nu_y * turned, bend_y + nu_x * turned
+        turn_x, turn_y = turn_x - nu_y * turned, turn_y + nu_x * turned
         by_frame = nu_x * d_y - nu_y * d_x - sign * row[ALONG] * turned
     roll = mesh.rho_a * z[theta_of(a)] + mesh.rho_b * z[theta_of(b)]
     roll_rate = mesh.rho_a * z[omega_of(system, a)] + mesh.rho_b * z[omega_of(system, b)]
@@ -186,9 +186,9 @@ def _flank_change(
     if flank == BACK:
         p -= row[WIDEN] * (d_x * row[S_E_X] + d_y * row[S_E_Y])
     rate = sign * (mesh.sigma * roll_rate + row[ERROR_1] * psi_rate + row[ERROR_2] * row[S_PSI_RATE] * psi)
-    rate += nu_x * v_x + nu_y * v_y + bend_x * row[DV_X] + bend_y * row[DV_Y]
+    rate += nu_x * v_x + nu_y * v_y + turn_x * row[DV_X] + turn_y * row[DV_Y]
     rate += sign * row[S_BY_FRAME] * spun + row[SPIN_F] * by_frame
-    return p, rate, bend_x, bend_y, by_frame
+    return p, rate, turn_x, turn_y, by_frame
 
 
 @compiled_once
@@ -205,11 +205,11 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 
 @compiled_inline
 def _lever_changes(
-    system: System, mesh: Any, flank: int, row: Floats, bend_x: float, bend_y: float, z: Floats
+    system: System, mesh: Any, flank: int, row: Floats, turn_x: float, turn_y: float, z: Floats
 ) -> tuple[float, float]:
     """Return what a change z of the state changes in the lever arms [m] of friction about both toothing centres.
 
-    The flank's direction changes by ``bend``.
+    The flank's direction changes by ``turn``.
     """
     e_x, e_y, A = row[S_E_X], row[S_E_Y], row[S_LENGTH]
     at = FLANK + FLANK_SLOPES * flank
@@ -218,7 +218,7 @@ def _lever_changes(
     along, across = d_x * e_x + d_y * e_y, -d_x * e_y + d_y * e_x
     d_lever = (
         along * (nu_x * e_x + nu_y * e_y)
-        + A * (bend_x * e_x + bend_y * e_y)
+        + A * (turn_x * e_x + turn_y * e_y)
         + across * (-nu_x * e_y + nu_y * e_x)
     ) / (mesh.rho_a + mesh.rho_b)
     d_way = (1.0 - 2.0 * flank) * mesh.way * psi
@@ -227,13 +227,13 @@ def _lever_changes(
 
 @compiled
 def _sliding_change(
-    system: System, mesh: Any, flank: int, row: Floats, bend_x: float, bend_y: float, z: Floats
+    system: System, mesh: Any, flank: int, row: Floats, turn_x: float, turn_y: float, z: Floats
 ) -> float:
-    """Return what a change z of the state changes in a flank's sliding speed [m/s]; its direction changes by ``bend``."""
+    """Return what a change z of the state changes in a flank's sliding speed [m/s]; its direction changes by ``turn``."""
     at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
     _, _, v_x, v_y, _, _ = _mesh_changes(system, mesh, row, z)
-    dq_a, dq_b = _lever_changes(system, mesh, flank, row, bend_x, bend_y, z)
-    change = v_y * row[at + NU_X] - v_x * row[at + NU_Y] + row[DV_Y] * bend_x - row[DV_X] * bend_y
+    dq_a, dq_b = _lever_changes(system, mesh, flank, row, turn_x, turn_y, z)
+    change = v_y * row[at + NU_X] - v_x * row[at + NU_Y] + row[DV_Y] * turn_x - row[DV_X] * turn_y
     change -= (
         z[omega_of(system, mesh.b)] * row[rubbing + Q_B] - z[omega_of(system, mesh.a)] * row[rubbing + Q_A]
     )
@@ -242,23 +242,23 @@ def _sliding_change(
 
 @compiled_once
 def add_friction_change(
-    system: System, n: int, flank: int, row: Floats, bend_x: float, bend_y: float, grown: float, z: Floats, force: Rows
+    system: System, n: int, flank: int, row: Floats, turn_x: float, turn_y: float, grown: float, z: Floats, force: Rows
 ) -> None:  # fmt: skip
     """Add to ``force`` what a change z of the state changes in the friction of a flank of mesh n.
 
-    The flank's direction changes by ``bend``, its normal force by ``grown`` [N].
+    The flank's direction changes by ``turn``, its normal force by ``grown`` [N].
     """
     mesh = system.records[KIND][n]
     a, b = mesh.a, mesh.b
     la_x, la_y, lb_x, lb_y = row[LA_X], row[LA_Y], row[LB_X], row[LB_Y]
     at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
     nu_x, nu_y, normal = row[at + NU_X], row[at + NU_Y], row[at + F]
-    sliding = _sliding_change(system, mesh, flank, row, bend_x, bend_y, z)
-    dq_a, dq_b = _lever_changes(system, mesh, flank, row, bend_x, bend_y, z)
+    sliding = _sliding_change(system, mesh, flank, row, turn_x, turn_y, z)
+    dq_a, dq_b = _lever_changes(system, mesh, flank, row, turn_x, turn_y, z)
     g = row[rubbing + GRIP] * normal
     dg = row[rubbing + GRIP] * grown + row[rubbing + GRIP_SLOPE] * normal * sliding
     f_x, f_y = -g * nu_y, g * nu_x
-    df_x, df_y = -dg * nu_y - g * bend_y, dg * nu_x + g * bend_x
+    df_x, df_y = -dg * nu_y - g * turn_y, dg * nu_x + g * turn_x
     force[b, 0] += df_x
     force[b, 1] += df_y
     force[a, 0] -= df_x
@@ -287,10 +287,10 @@ def add_change(
         f = row[at + F]
         if f == 0.0:
             continue
-        p, rate, bend_x, bend_y, by_frame = _flank_change(system, mesh, flank, row, z)
+        p, rate, turn_x, turn_y, by_frame = _flank_change(system, mesh, flank, row, z)
         grown = row[at + F_P] * p + row[at + F_R] * rate + row[at + F_PSI] * psi
         nu_x, nu_y = row[at + NU_X], row[at + NU_Y]
-        f_x, f_y = -grown * nu_x - f * bend_x, -grown * nu_y - f * bend_y
+        f_x, f_y = -grown * nu_x - f * turn_x, -grown * nu_y - f * turn_y
         twist = -mesh.sigma * sign * grown
         force[b, 0] += f_x
         force[b, 1] += f_y
@@ -302,6 +302,6 @@ def add_change(
         force[b, 2] += f * turn_b * (row[LB_X] * nu_x + row[LB_Y] * nu_y)
         force[a, 2] -= f * turn_a * (row[LA_X] * nu_x + row[LA_Y] * nu_y)
         if mesh.friction > 0.0:
-            add_friction_change(system, n, flank, row, bend_x, bend_y, grown, z, force)
+            add_friction_change(system, n, flank, row, turn_x, turn_y, grown, z, force)
         if mesh.frame >= 0:
             force[mesh.frame, 2] -= sign * grown * row[S_BY_FRAME] + f * by_frame

@@ -1,4 +1,4 @@
-"""The switches of a mesh: ends of damping ramps, edges of a square stiffness, and what a step may hide of them."""
+"""Switch functions of a mesh: ends of damping ramps, edges of a square stiffness; bounds of their interior maxima."""
 
 from typing import Any
 
@@ -124,7 +124,7 @@ def _settle_phase(system: System, n: int, t: float, y: Floats, modes: Ints, cont
 
 
 @compiled_once
-def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
     mesh = system.records[KIND][n]
     depth = mesh.depth
@@ -135,7 +135,9 @@ def settle(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled_once
-def settle_touch(system: System, n: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+def initialise_touch(
+    system: System, n: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads
+) -> None:
     """Set what the touch of contact k begins with: its ramp and sense, and what follows the phase if the mesh was open."""
     mesh = system.records[KIND][n]
     modes = branch.modes
@@ -176,7 +178,7 @@ def _may_change_pull(mesh: Any, k: int, mode: int, start: Floats, end: Floats) -
 
 
 @compiled_inline
-def _phase_bend(system: System, mesh: Any, stages: Rows) -> float:
+def _phase_curvature(system: System, mesh: Any, stages: Rows) -> float:
     """Return the largest |psi''| [rad/s^2] at the stages of a step."""
     most = 0.0
     for stage in range(stages.shape[0]):
@@ -204,20 +206,20 @@ def _may_change_constant(
 
     It changes by K dp/dt + C d2p/dt2, with the largest accelerations that the stages show.
     """
-    a, b, bend = mesh.a, mesh.b, 0.0
+    a, b, curvature = mesh.a, mesh.b, 0.0
     for stage in range(stages.shape[0]):
         apart_x = stages[stage, vx_of(system, b)] - stages[stage, vx_of(system, a)]
         apart_y = stages[stage, vy_of(system, b)] - stages[stage, vy_of(system, a)]
         roll = (
             mesh.rho_a * stages[stage, omega_of(system, a)] + mesh.rho_b * stages[stage, omega_of(system, b)]
         )
-        bend = max(bend, abs(roll) + abs(apart_x) + abs(apart_y))
-    bend += (
+        curvature = max(curvature, abs(roll) + abs(apart_x) + abs(apart_y))
+    curvature += (
         abs(end[k, RATE] - start[k, RATE]) / h
     )  # what errors of the teeth and the turning line of action add
-    fastest = max(abs(start[k, RATE]), abs(end[k, RATE])) + 0.5 * h * bend
+    fastest = max(abs(start[k, RATE]), abs(end[k, RATE])) + 0.5 * h * curvature
     at = mesh.switch + s
-    return 0.5 * (g_0[at] + g_1[at] + h * (mesh.k_m * fastest + mesh.C_m * bend)) > 0.0
+    return 0.5 * (g_0[at] + g_1[at] + h * (mesh.k_m * fastest + mesh.C_m * curvature)) > 0.0
 
 
 @compiled_once
@@ -233,7 +235,7 @@ def may_return(
         return False  # friction itself is continuous there
     if s >= EDGE:
         # A function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages.
-        return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_bend(system, mesh, stages) > 0.0
+        return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_curvature(system, mesh, stages) > 0.0
     flank, role = s // PER_CONTACT, s % PER_CONTACT
     k = mesh.contact + flank
     past = modes[mesh.mode + flank]

@@ -1,4 +1,4 @@
-"""Kernels whose annotations are their signature, as the compiler and their callers know them."""
+"""Kernels with explicit signatures, taken from their annotations."""
 
 import typing
 from collections.abc import Callable

@@ -1,24 +1,25 @@
-"""Samples of a time when every rotor flies: block by block and signal by signal, so that loops vectorise.
+"""Samples in free motion of all bodies: block by block and signal by signal, so that loops vectorise.
 
 States come first, of those rotors that the wanted signals are computed from; then what follows from each alone; powers and what
 elements show come row by row.
 """
 
+from gearplay.kernels.active_set import state_of
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import COSINE, KIND, NONE, SINE
-from gearplay.kernels.block import STATES_OF_ROTOR, place_rotor
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.decay import SHORT, decay, short_decay
 from gearplay.kernels.elements import table
-from gearplay.kernels.flight import flight_rates, shaken_rates
+from gearplay.kernels.free_motion import free_rates, shaken_rates
+from gearplay.kernels.housing_motion import COSINE, KIND, NONE, SINE
+from gearplay.kernels.housing_response import behind
 from gearplay.kernels.joined import joined_accelerations
 from gearplay.kernels.layout import (
     ACTING,
     AX,
     AY,
     DRIVE_TORQUE,
-    FLYING,
+    FREE,
     LOAD_TORQUE,
     OMEGA,
     PER_ROTOR,
@@ -35,15 +36,14 @@ from gearplay.kernels.layout import (
     x_of,
 )
 from gearplay.kernels.ripple import ripple
-from gearplay.kernels.roster import state_of
 from gearplay.kernels.run import LAST_SAMPLE, NEXT_SAMPLE, ROWS, SAMPLE_INTERVAL, SAMPLE_START, Run
+from gearplay.kernels.sample_block import STATES_OF_ROTOR, place_rotor
 from gearplay.kernels.shaft_power import applied_torque, braking, is_plain, lost_power, shaft_power
-from gearplay.kernels.shaken import behind
 
 
 @compiled_inline
-def record_flights(system: System, run: Run, t_new: float) -> None:
-    """Write one block of samples up to t_new, every rotor in flight or known."""
+def record_free_motion(system: System, run: Run, t_new: float) -> None:
+    """Write one block of samples up to t_new, every rotor free or prescribed."""
     counts = run.counts
     count = note_times(run, t_new)
     first, columns = counts[ROWS], run.columns
@@ -90,38 +90,38 @@ def fill_states(system: System, run: Run, i: int, count: int) -> None:
         return
     for k in range(STATES_OF_ROTOR):
         if run.needed[at + k] == 1:
-            fill_free_state(system, run, i, k, run.flown[at + k, 0:count])
+            fill_free_state(system, run, i, k, run.free_states[at + k, 0:count])
 
 
 @compiled_once
 def fill_joined_states(system: System, run: Run, i: int, count: int) -> None:
     """Fill the states of a rotor in a block that springs join to others."""
-    at, y, times, flown = STATES_OF_ROTOR * i, run.y_try, run.times, run.flown
+    at, y, times, free_states = STATES_OF_ROTOR * i, run.y_try, run.times, run.free_states
     for s in range(count):
-        state_of(system, run.roster, i, times[s], run.y, y)
+        state_of(system, run.active_set, i, times[s], run.y, y)
         for axis in range(VX):
-            flown[at + axis, s] = y[x_of(i) + axis]
-            flown[at + VX + axis, s] = y[vx_of(system, i) + axis]
+            free_states[at + axis, s] = y[x_of(i) + axis]
+            free_states[at + VX + axis, s] = y[vx_of(system, i) + axis]
 
 
 @compiled_inline
 def fill_free_state(system: System, run: Run, i: int, k: int, samples: Floats) -> None:
-    """Fill the k-th of rotor i's six states in a block; no spring holds it (formulas: `flight`)."""
-    r, roster, times = system.rotors[i], run.roster, run.times
+    """Fill the k-th of rotor i's six states in a block; no spring holds it (formulas: `free_motion`)."""
+    r, active_set, times = system.rotors[i], run.active_set, run.times
     axis = k % VX
     if axis == THETA and r.ripple_count > 0:
         for s in range(samples.size):
             theta, omega, _ = ripple(system, i, times[s])
             samples[s] = theta if k == THETA else omega
         return
-    if roster.roles[i] != FLYING:
+    if active_set.body_states[i] != FREE:
         value = run.y[x_of(i) + axis] if k < VX else run.y[vx_of(system, i) + axis]
         for s in range(samples.size):
             samples[s] = value
         return
-    since, source = roster.since[i], roster.origin
+    since, source = active_set.since[i], active_set.origin
     v_x, v_y, omega = source[vx_of(system, i)], source[vy_of(system, i)], source[omega_of(system, i)]
-    a_x, a_y, alpha = flight_rates(system, i, v_x, v_y, omega)
+    a_x, a_y, alpha = free_rates(system, i, v_x, v_y, omega)
     gamma = r.drag * r.inv_inertia if axis == THETA else r.radial_damping * r.inv_mass
     a = alpha if axis == THETA else a_x if axis == X else a_y
     x, v = source[x_of(i) + axis], source[vx_of(system, i) + axis]
@@ -143,7 +143,7 @@ def fill_free_state(system: System, run: Run, i: int, k: int, samples: Floats) -
 def add_shaking(
     system: System, axis: int, of_place: bool, gamma: float, since: float, times: Floats, samples: Floats
 ) -> None:
-    """Add the housing's part in place or velocity of a free body, damped with gamma [1/s], that flies since then."""
+    """Add the housing's part in place or velocity of a free body, damped with gamma [1/s], that is free since then."""
     along = system.base[COSINE] if axis == X else system.base[SINE]
     for s in range(samples.size):
         way, speed = behind(system, gamma, since, times[s] - since)
@@ -156,7 +156,7 @@ def fill_signal(system: System, run: Run, i: int, signal: int, samples: Floats) 
     if signal >= AX:
         fill_acceleration(system, run, i, signal - AX, samples)
         return
-    state = run.flown[STATES_OF_ROTOR * i + signal]
+    state = run.free_states[STATES_OF_ROTOR * i + signal]
     nominal, times = system.rotors[i].nominal_speed, run.times
     if signal == THETA:
         for s in range(samples.size):
@@ -173,18 +173,18 @@ def fill_signal(system: System, run: Run, i: int, signal: int, samples: Floats) 
 def fill_acceleration(system: System, run: Run, i: int, axis: int, samples: Floats) -> None:
     """Fill rotor i's acceleration along an axis in a block, from its states there."""
     r = system.rotors[i]
-    if run.roster.roles[i] != FLYING:
+    if run.active_set.body_states[i] != FREE:
         for s in range(samples.size):
             samples[s] = 0.0
     elif r.group < 0 and system.base[KIND] == NONE:
         held = r.mass * r.inv_mass * system.gravity[axis]
-        damping, speed = r.radial_damping * r.inv_mass, run.flown[STATES_OF_ROTOR * i + VX + axis]
+        damping, speed = r.radial_damping * r.inv_mass, run.free_states[STATES_OF_ROTOR * i + VX + axis]
         for s in range(samples.size):
             samples[s] = held - damping * speed[s]
     else:
-        times, flown, y = run.times, run.flown, run.y_try
+        times, free_states, y = run.times, run.free_states, run.y_try
         for s in range(samples.size):
-            place_rotor(system, i, flown, s, y)
+            place_rotor(system, i, free_states, s, y)
             samples[s] = accelerations(system, run, i, times[s], y)[axis]
 
 
@@ -192,7 +192,12 @@ def fill_acceleration(system: System, run: Run, i: int, axis: int, samples: Floa
 def fill_power(system: System, run: Run, i: int, signal: int, samples: Floats) -> None:
     """Fill a torque or the lost power of rotor i, a plain one, in a block (formulas: `shaft_power`)."""
     r, at = system.rotors[i], STATES_OF_ROTOR * i
-    times, v_x, v_y, turning = run.times, run.flown[at + VX], run.flown[at + VY], run.flown[at + OMEGA]
+    times, v_x, v_y, turning = (
+        run.times,
+        run.free_states[at + VX],
+        run.free_states[at + VY],
+        run.free_states[at + OMEGA],
+    )
     nominal, ripples, inertia, given = r.nominal_speed, r.ripple_count > 0, r.inertia, r.torque
     drag, friction, friction_speed, damping = r.drag, r.friction, r.friction_speed, r.radial_damping
     if signal == ROTOR_LOSS:
@@ -216,13 +221,13 @@ def fill_power(system: System, run: Run, i: int, signal: int, samples: Floats) -
 
 @compiled_inline
 def accelerations(system: System, run: Run, i: int, t: float, y: Floats) -> tuple[float, float, float]:
-    """Return the accelerations [m/s^2, rad/s^2] of rotor i, in flight, at (t, y)."""
-    r, roster, out = system.rotors[i], run.roster, run.loads_try.out
+    """Return the accelerations [m/s^2, rad/s^2] of the free rotor i at (t, y)."""
+    r, active_set, out = system.rotors[i], run.active_set, run.loads_try.out
     out[0], out[1], out[2] = shaken_rates(
         system, i, t, y[vx_of(system, i)], y[vy_of(system, i)], y[omega_of(system, i)]
     )
     if r.group >= 0:
-        joined_accelerations(system, i, t - roster.since[i], roster.swing, out)
+        joined_accelerations(system, i, t - active_set.since[i], active_set.modal_rates, out)
     if r.ripple_count > 0:
         _, _, out[2] = ripple(system, i, t)
     return out[0], out[1], out[2]
@@ -234,7 +239,7 @@ def fill_powers(system: System, run: Run, first: int, count: int) -> None:
     rotors, columns, powers = run.wanted_rotors, run.columns, PER_ROTOR * system.rotors.size
     for s in range(count):
         for c in range(1, rotors[0] + 1):
-            place_rotor(system, rotors[c], run.flown, s, run.y_try)
+            place_rotor(system, rotors[c], run.free_states, s, run.y_try)
         for c in range(1, rotors[0] + 1):
             if not is_plain(system, rotors[c]):
                 observe_power(system, run, rotors[c], run.times[s])
@@ -248,9 +253,10 @@ def fill_powers(system: System, run: Run, first: int, count: int) -> None:
 def fill_element(system: System, run: Run, e: int, first: int, count: int) -> None:
     """Fill what element e shows in a block."""
     columns, shown, rows = run.columns, run.shown, run.rows
-    acting = run.roster.doings[e] == ACTING
+    acting = run.active_set.element_states[e] == ACTING
     table.show(
-        system, e, run.times, count, run.flown, run.y_try, run.branch, run.loads_try, acting, run.looked, run.row, shown
+        system, e, run.times, count, run.free_states, run.y_try, run.branch, run.loads_try, acting,
+        run.scratch_memory, run.row, shown
     )  # fmt: skip
     at = system.elements[e].signal
     for c in range(columns.size):
@@ -262,7 +268,7 @@ def fill_element(system: System, run: Run, e: int, first: int, count: int) -> No
 
 @compiled_inline
 def observe_power(system: System, run: Run, i: int, t: float) -> None:
-    """Fill rotor i's torques of drive and load and its lost power in ``row`` from y_try, in flight."""
+    """Fill rotor i's torques of drive and load and its lost power in ``row`` from y_try, in free motion."""
     y, row, at, alpha = run.y_try, run.row, signal_of(i), 0.0
     if system.rotors[i].ripple_count > 0:  # else one whose drive is to be found does not accelerate
         _, _, alpha = ripple(system, i, t)
@@ -276,8 +282,8 @@ def observe_power(system: System, run: Run, i: int, t: float) -> None:
 
 @compiled_once
 def joined_torque(system: System, run: Run, i: int, t: float) -> float:
-    """Return the torque [N m] at t [s] of those springs on rotor i that join it to others in flight, all of them in y_try."""
+    """Return the torque [N m] at t [s] of those springs on rotor i that join it to other free rotors, all of them in y_try."""
     loads = run.loads_try
     loads.rotors[i, 2] = 0.0
-    table.act(system, run.roster.joining, t, run.y_try, run.branch, loads, run.dy_try)
+    table.apply_forces(system, run.active_set.joining, t, run.y_try, run.branch, loads, run.dy_try)
     return float(loads.rotors[i, 2])

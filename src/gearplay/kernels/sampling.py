@@ -1,16 +1,17 @@
-"""Samples of a run: rows of what is wanted, from the interpolant of a step; while all fly `flown` writes them."""
+"""Samples of a run: rows of requested signals from the interpolant of a step; `free_samples` fills them in free motion."""
 
+from gearplay.kernels.active_set import propagate_listed
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.flown import accelerations, record_flights
+from gearplay.kernels.free_samples import accelerations, record_free_motion
 from gearplay.kernels.layout import (
     ACTING,
     ACTIVE,
     AX,
     AY,
     DRIVE_TORQUE,
-    FLYING,
+    FREE,
     LOAD_TORQUE,
     OMEGA,
     ROTOR_LOSS,
@@ -31,7 +32,6 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.right_hand_side import rates_of
 from gearplay.kernels.ripple import follow_ripple
-from gearplay.kernels.roster import fly_listed
 from gearplay.kernels.run import (
     FORCES,
     LAST_SAMPLE,
@@ -57,23 +57,25 @@ def sample_is_due(run: Run, t_new: float) -> bool:
 
 @compiled_once
 def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
-    """Write the samples of all times up to t_new: from the step's interpolant, or from the flights."""
-    clock, counts, roster = run.clock, run.counts, run.roster
+    """Write the samples of all times up to t_new: from the step's interpolant, or from the closed form."""
+    clock, counts, active_set = run.clock, run.counts, run.active_set
     while sample_is_due(run, t_new):
         t = clock[SAMPLE_START] + counts[NEXT_SAMPLE] * clock[SAMPLE_INTERVAL]
-        if roster.active[0] == 0:
-            record_flights(system, run, t_new)
+        if active_set.active[0] == 0:
+            record_free_motion(system, run, t_new)
             continue
-        fly_listed(system, roster, run.wanted_rotors, t, run.y_try)
+        propagate_listed(system, active_set, run.wanted_rotors, t, run.y_try)
         x = min(max((t - clock[T]) / h, 0.0), 1.0)
-        interpolate(roster, x, h, run.y, run.y_new, run.stages, run.y_try)
+        interpolate(active_set, x, h, run.y, run.y_new, run.stages, run.y_try)
         if counts[FORCES] == 2:
             for i in range(system.rotors.size):
-                if roster.roles[i] != ACTIVE:  # elements add to them all the same
+                if active_set.body_states[i] != ACTIVE:  # elements add to them all the same
                     run.loads_try.rotors[i, 2] = applied_torque(system, i, run.y_try)
-            table.act(system, roster.joining, t, run.y_try, run.branch, run.loads_try, run.dy_try)
+            table.apply_forces(
+                system, active_set.joining, t, run.y_try, run.branch, run.loads_try, run.dy_try
+            )
         if counts[FORCES] >= 1:
-            rates_of(system, roster, t, run.y_try, run.branch, run.dy_try, run.loads_try)
+            rates_of(system, active_set, t, run.y_try, run.branch, run.dy_try, run.loads_try)
         for c in range(1, run.wanted_rotors[0] + 1):
             observe_rotor(system, run, run.wanted_rotors[c], t)
         observe_elements(system, run, t)
@@ -93,9 +95,9 @@ def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
     row[at + X], row[at + Y], row[at + THETA] = y[x_of(i)], y[y_of(i)], turn_of(system, i, t, y)
     row[at + VX], row[at + VY], row[at + OMEGA] = y[vx], y[vy], spin_of(system, i, y)
     a_x, a_y, alpha = 0.0, 0.0, 0.0
-    if run.roster.roles[i] == ACTIVE:
+    if run.active_set.body_states[i] == ACTIVE:
         a_x, a_y, alpha = run.dy_try[vx], run.dy_try[vy], run.dy_try[omega]
-    elif run.roster.roles[i] == FLYING:
+    elif run.active_set.body_states[i] == FREE:
         a_x, a_y, alpha = accelerations(system, run, i, t, y)
     row[at + AX], row[at + AY] = a_x, a_y
     if run.counts[FORCES] == 2:
@@ -110,5 +112,5 @@ def observe_elements(system: System, run: Run, t: float) -> None:
     """Fill ``row`` for the wanted elements from y_try."""
     for c in range(1, run.wanted_elements[0] + 1):
         e = run.wanted_elements[c]
-        acting = run.roster.doings[e] == ACTING
+        acting = run.active_set.element_states[e] == ACTING
         table.observe(system, e, t, run.y_try, run.branch, run.loads_try, acting, run.row)

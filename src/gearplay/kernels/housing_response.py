@@ -1,4 +1,4 @@
-"""Flight on a housing that shakes, in closed form: what its acceleration a(t) adds to a free body that lags behind it.
+"""Closed-form response of a free body to the acceleration a(t) of a moving housing.
 
 v' = -a(t) - gamma v from rest, over a sine or pieces of a cubic record (docs/theory, T20a). With z = gamma h, phi_0 = exp(-z),
 
@@ -7,7 +7,10 @@ v' = -a(t) - gamma v from rest, over a sine or pieces of a cubic record (docs/th
 
 import math
 
-from gearplay.kernels.base_motion import (
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.decay import decay, slow_decays
+from gearplay.kernels.housing_motion import (
     AMPLITUDE,
     COUNT,
     END,
@@ -18,13 +21,10 @@ from gearplay.kernels.base_motion import (
     START,
     STEP,
 )
-from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.decay import decay, slow_decays
 from gearplay.kernels.layout import System
 
 FURTHEST = 1.0  # m, of a sine's way: its rounding is then far below what a touch is seen by
-MOST_PIECES = 16  # of a record that a flight passes before it begins anew: each look goes through them from its start on
+MOST_PIECES = 16  # of a record in one closed form: each evaluation passes through all of them
 
 
 @compiled_once
@@ -94,12 +94,12 @@ def behind(system: System, gamma: float, t: float, h: float) -> tuple[float, flo
 
 @compiled_inline
 def is_closed(system: System) -> bool:
-    """Return whether a flight may use the closed form: not a sine so slow that rounding of its way would show."""
+    """Return whether a free motion may use the closed form: not a sine so slow that rounding of its way would show."""
     base = system.base
     return bool(base[KIND] == RECORD or abs(base[AMPLITUDE]) <= FURTHEST * base[RATE] * base[RATE])
 
 
 @compiled_inline
 def new_start(system: System) -> float:
-    """Return how long [s] a flight may be before it begins anew."""
+    """Return how long [s] a closed form may be before it is restarted."""
     return float(MOST_PIECES * system.base[STEP]) if system.base[KIND] == RECORD else math.inf

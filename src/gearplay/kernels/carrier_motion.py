@@ -1,4 +1,4 @@
-"""What a carrier carries turns with it."""
+"""Motion of gears carried by a rotating carrier."""
 
 import math
 

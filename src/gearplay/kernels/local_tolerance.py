@@ -1,12 +1,13 @@
-"""How fine a step must be where contacts hardly press: the error it may make is measured against what it could disturb.
+"""Local error tolerance, tightened while a contact force or gap is tiny.
 
-The allowed error of a state is a share of a natural size, 0.1 mm or 0.1 m/s. A flank that a bearing's drag alone presses gives
-way by less than 1e-10 m: what a tolerance of 1e-6 allows would shake it loose, and a mesh that stays in touch seem to rattle.
+The allowed error of a state is a share of a natural size, 0.1 mm or 0.1 m/s. A flank that carries only the drag of a
+bearing is deformed by less than 1e-10 m: at a tolerance of 1e-6 the error alone would open it, and a mesh in contact would
+appear to rattle.
 """
 
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import PENETRATION, RATE, TOUCH, System
-from gearplay.kernels.run import FINENESS, TOLERANCE, Run
+from gearplay.kernels.run import ERROR_SHARE, TOLERANCE, Run
 
 FAINT = 1e-3  # natural sizes: 1e-7 m, 1e-4 m/s
 FINEST = 1e-9  # tolerance below which nothing is refined any further
@@ -21,11 +22,11 @@ def refine(system: System, run: Run) -> None:
     """
     clock, faintest = run.clock, FAINT
     if clock[TOLERANCE] > FINEST:
-        for c in range(1, run.roster.switches[0] + 1):
-            switch = system.switches[run.roster.switches[c]]
+        for c in range(1, run.active_set.switches[0] + 1):
+            switch = system.switches[run.active_set.switches[c]]
             if switch.role == TOUCH and system.contacts[switch.contact].closed == 0:
                 seen, natural = run.loads_0.contacts[switch.contact], system.contacts[switch.contact].natural
                 size = max(abs(seen[PENETRATION]), TIME * abs(seen[RATE])) / natural
                 if size < faintest:
                     faintest = size
-        clock[FINENESS] = max(faintest / FAINT, FINEST / clock[TOLERANCE])
+        clock[ERROR_SHARE] = max(faintest / FAINT, FINEST / clock[TOLERANCE])

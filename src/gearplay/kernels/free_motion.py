@@ -1,4 +1,4 @@
-"""Free flight in closed form: a rotor that nothing touches, under constant forces and linear damping.
+"""Closed-form free motion of a rotor without contact, under constant forces and linear damping.
 
 Each of x, y, theta obeys v' = f - gamma v with constant f (a housing that shakes adds `shaken`). With a0 = f - gamma v0,
 z = gamma tau,
@@ -6,24 +6,24 @@ z = gamma tau,
     v = v0 + a0 tau phi1(z),  x = x0 + v0 tau + a0 tau^2 phi2(z),
     phi1 = (1 - exp(-z)) / z,  phi2 = (1 - phi1) / z.
 
-Saturated dry friction is a constant torque; rotations are relative to the constant nominal speed (docs/theory, "Free flight").
+Saturated dry friction is a constant torque; rotations are relative to the constant nominal speed (docs/theory, "Free motion").
 """
 
 import math
 
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.base_motion import COSINE, KIND, NONE, SINE, base_acceleration, shakes
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.decay import decay
+from gearplay.kernels.housing_motion import COSINE, KIND, NONE, SINE, base_acceleration, shakes
+from gearplay.kernels.housing_response import behind, is_closed, new_start
 from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of, spin_of, theta_of, vx_of, vy_of, x_of, y_of
-from gearplay.kernels.shaken import behind, is_closed, new_start
 
 NEVER = math.inf
 
 
 @compiled_inline
-def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -> tuple[float, float, float]:
-    """Return the accelerations [m/s^2, rad/s^2] of rotor i in flight at these velocities (omega relative), housing at rest."""
+def free_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -> tuple[float, float, float]:
+    """Return the accelerations [m/s^2, rad/s^2] of the free rotor i at these velocities (omega relative), housing at rest."""
     r = system.rotors[i]
     damping = r.radial_damping * r.inv_mass
     held = r.mass * r.inv_mass  # 1, or 0 for a centre that is held
@@ -42,20 +42,20 @@ def flight_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -
 def shaken_rates(
     system: System, i: int, t: float, v_x: float, v_y: float, omega: float
 ) -> tuple[float, float, float]:
-    """Do what `flight_rates` does with the housing as it moves at t [s]."""
-    a_x, a_y, alpha = flight_rates(system, i, v_x, v_y, omega)
+    """Do what `free_rates` does with the housing as it moves at t [s]."""
+    a_x, a_y, alpha = free_rates(system, i, v_x, v_y, omega)
     r = system.rotors[i]
     lag = r.mass * r.inv_mass * base_acceleration(system, t)
     return a_x - lag * system.base[COSINE], a_y - lag * system.base[SINE], alpha
 
 
 @compiled_inline
-def fly(system: System, i: int, t: float, tau: float, origin: Floats, y: Floats) -> None:
+def propagate(system: System, i: int, t: float, tau: float, origin: Floats, y: Floats) -> None:
     """Fill rotor i's six entries of ``y`` with its state a time tau [s] after it was ``origin``, at t [s]."""
     x, y_, theta = x_of(i), y_of(i), theta_of(i)
     vx, vy, omega = vx_of(system, i), vy_of(system, i), omega_of(system, i)
     r = system.rotors[i]
-    a_x, a_y, alpha = flight_rates(system, i, origin[vx], origin[vy], origin[omega])
+    a_x, a_y, alpha = free_rates(system, i, origin[vx], origin[vy], origin[omega])
     phi_1, phi_2 = decay(r.radial_damping * r.inv_mass * tau)
     y[x] = origin[x] + tau * (origin[vx] + a_x * tau * phi_2)
     y[y_] = origin[y_] + tau * (origin[vy] + a_y * tau * phi_2)
@@ -73,7 +73,7 @@ def fly(system: System, i: int, t: float, tau: float, origin: Floats, y: Floats)
 
 @compiled_inline
 def is_sprung(system: System, i: int) -> bool:
-    """Return whether springs hold rotor i's centre in flight (`joined`)."""
+    """Return whether springs hold the centre of the free rotor i (`joined`)."""
     places = system.joined.places
     return bool(system.rotors[i].group >= 0 and (places[2 * x_of(i)] >= 0 or places[2 * y_of(i)] >= 0))
 
@@ -89,7 +89,7 @@ def must_be_integrated(system: System, i: int, t: float, y: Floats, ramping: int
     if r.drive == DRIVE_SPEED and ramping == 1:
         return True
     if r.friction > 0.0 and r.inv_inertia > 0.0:
-        # A little beyond the band, so that a flight that was to end on its edge does.
+        # A little beyond the band, so that a closed form that ends on its edge does.
         return bool(abs(spin_of(system, i, y)) < (1.0 + 1e-9) * r.friction_speed)
     return False
 
@@ -116,13 +116,13 @@ def closed_form_span(system: System, i: int, t: float, y: Floats) -> float:
 def friction_span(system: System, i: int, y: Floats) -> float:
     """Return how long [s] it takes until rotor i's speed falls to the band of dry friction.
 
-    The speed is monotonous in flight, so one logarithm gives the time; ``NEVER`` without such an end.
+    The speed is monotonic in free motion, so one logarithm gives the time; ``NEVER`` without such an end.
     """
     r = system.rotors[i]
     if r.friction <= 0.0 or r.inv_inertia == 0.0:
         return NEVER
     spin = spin_of(system, i, y)
-    _, _, alpha = flight_rates(system, i, 0.0, 0.0, y[omega_of(system, i)])
+    _, _, alpha = free_rates(system, i, 0.0, 0.0, y[omega_of(system, i)])
     change = math.copysign(r.friction_speed, spin) - spin
     if alpha * change <= 0.0:
         return 0.0 if change == 0.0 else NEVER

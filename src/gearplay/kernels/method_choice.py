@@ -1,11 +1,11 @@
-"""When to step implicitly: where nothing has happened for a while, and only as long as that pays."""
+"""Choice between explicit and implicit steps: implicit while no event occurs and while they cost less."""
 
 import math
 
 from gearplay.kernels.collocation import attempt_implicit, implicit_error
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.events import first_switch, watch
+from gearplay.kernels.events import first_switch
 from gearplay.kernels.implicit import (
     CALLS_TRIED,
     FIRST_PATIENCE,
@@ -19,16 +19,17 @@ from gearplay.kernels.implicit import (
 )
 from gearplay.kernels.implicit_stages import trace
 from gearplay.kernels.layout import System
+from gearplay.kernels.next_touch import something_is_due
 from gearplay.kernels.restart import restart
 from gearplay.kernels.run import CALLS, DONE, REJECTED, T_END, H, Run, T
 from gearplay.kernels.runge_kutta import ORDER, STAGES
 from gearplay.kernels.step_end import accept, go_on
 from gearplay.kernels.switches import switch_values
-from gearplay.kernels.touch import something_is_due
+from gearplay.kernels.trial_step import watch
 
 NOT_TAKEN = -1
 SHORTEST = 1.3  # explicit steps: what is tried is that long, where longer steps have failed
-TRIAL = 30  # steps after which it is asked whether they pay
+TRIAL = 30  # steps before their cost is compared
 LONG_PATIENCE = 1000  # explicit steps at most until what did not pay is tried again
 REJECTIONS = 4  # of one step, before an explicit one is taken
 GROWS, GROWS_AGAIN, SHRINKS = 1.25, 1.8, 0.86
@@ -39,11 +40,11 @@ SHORTER = 0.4  # of a step whose equations are not solved, what is tried next
 @compiled_inline
 def is_quiet(system: System, run: Run) -> bool:
     """Return whether the next step may be implicit: only rotors move, by forces, and nothing has happened for a while."""
-    numbers, roster = run.implicit.numbers, run.roster
+    numbers, active_set = run.implicit.numbers, run.active_set
     if numbers[IN_USE] == 1:
         return True
     waits = numbers[QUIET] < numbers[PATIENCE] or run.implicit.sizes[H_EXPLICIT] == 0.0
-    return bool(not waits and roster.states[0] == 6 * roster.active[0])
+    return bool(not waits and active_set.states[0] == 6 * active_set.active[0])
 
 
 @compiled_inline
@@ -66,7 +67,7 @@ def pays(run: Run, h: float) -> bool:
     kept = run.implicit
     calls = (run.counts[CALLS] - kept.numbers[CALLS_TRIED]) / TRIAL
     pairs = kept.places[0] * kept.places[0]
-    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / max(run.roster.acting[0], 1)
+    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / max(run.active_set.acting[0], 1)
     return bool(h * STAGES > kept.sizes[H_EXPLICIT] * (calls + solving + 1.0))
 
 
@@ -103,7 +104,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     t_new = stop if to_stop else t + part
     if watch(system, run, t_new, run.y_new, run.loads) != 0:
         return give_up(run, twice)
-    switch_values(system, run.roster, t_new, run.y_new, run.branch, run.loads, run.g_1)
+    switch_values(system, run.active_set, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first, _ = first_switch(system, run, part, True)
     if first >= 0:
         return give_up(run, FIRST_PATIENCE if numbers[TRIED] > 5 * TRIAL else twice)
