@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study extras test test-all test-beyond torture mutation verification lint format bench docs clean
+.PHONY: help study extras test test-all test-full torture mutation verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -41,26 +41,25 @@ study: $(VENV)/user.stamp ## set up, then reproduce the article's study into out
 
 extras: $(VENV)/extras.stamp ## add what calibrate, serve, Sobol indices, clusters, PDF and some file formats need
 
-test: $(VENV)/dev.stamp ## set up, then run the tests: the whole width at small size
+test: $(VENV)/dev.stamp ## set up, then run the tests in some minutes
 	$(BIN)/python -m pytest $(SPREAD)
 
-test-all: $(VENV)/dev.stamp ## the tests in full depth, and the physics once wholly without the compiler
-	GEARPLAY_DEEP=1 $(BIN)/python -m pytest $(SPREAD)
+test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and the physics once without the compiler; what CI runs
+	GEARPLAY_TESTS=all $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
-test-beyond: $(VENV)/dev.stamp ## what test-all has beyond test
-	GEARPLAY_DEEP=beyond $(BIN)/python -m pytest $(SPREAD)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+test-full: $(VENV)/dev.stamp ## all tests with every repetition, some hours
+	GEARPLAY_TESTS=full $(BIN)/python -m pytest $(SPREAD)
 
 torture: $(VENV)/dev.stamp ## hostile trials in full, some hours: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
-	@GEARPLAY_DEEP=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \
+	@GEARPLAY_TESTS=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \
 	  passed=$$?; $(BIN)/python tests/reliability_page.py $(VENV)/torture.xml && exit $$passed # failures stand on the page too
 
 mutation: $(VENV)/mutation.stamp ## break the physics in 150 random places and see whether a test notices; an hour or more; writes docs/mutation.md
 	$(BIN)/python tests/mutation/run.py
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
-	GEARPLAY_DEEP=1 $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
+	GEARPLAY_TESTS=full $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
 	$(BIN)/python tests/verification/page.py $(VENV)/verification.xml
 
 lint: $(VENV)/dev.stamp ## style, types and floors

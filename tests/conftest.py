@@ -1,4 +1,4 @@
-"""Test-wide settings: two depths, one kernel cache named by its source, compiled once for all workers while others test."""
+"""Test-wide settings: depths, one kernel cache named by its source, compiled once for all workers during the first tests."""
 
 import hashlib
 import os
@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from depth import BEYOND, DEEP, SHARE
+from depth import ALL, FULL, SHARE
 from pictures import faults_of
 
 TESTS = Path(__file__).resolve().parent
@@ -59,11 +59,11 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{DIGEST}")
 
 NAME_OF_READY = "GEARPLAY_TESTS_KERNELS_READY"
-"""Names the file that is there once the kernels are compiled: a new one each time, as only the compiler knows what is lacking."""
+"""Environment variable with the path of the file that marks the end of the compilation, a new path for each run."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let the kernels be compiled beside the first tests of several workers, which run none."""
+    """Start the compilation of the kernels, in parallel with the first tests, which run none."""
     several = bool(getattr(config.option, "numprocesses", None)) and not hasattr(config, "workerinput")
     if several and "NUMBA_DISABLE_JIT" not in os.environ:
         ready = Path(tempfile.mkdtemp(prefix="gearplay-tests-")) / "ready"
@@ -72,7 +72,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """End the compiler, where tests were interrupted, and remove what told of it."""
+    """Stop the compiler where tests were interrupted, and remove its marker file."""
     if (compiling := getattr(config, "compiling", None)) is not None:
         compiling.terminate()
         compiling.wait()
@@ -80,28 +80,19 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave the full depth to `make test-all`; put first what needs no kernel, then what takes long."""
+    """Select the tests of the depth; tests without kernels come first, long files next."""
     seen: dict[str, int] = {}
     kept, left = [], []
     for item in items:
-        small = item.get_closest_marker("deep") is None
-        if small and item.get_closest_marker("many") is not None:
+        chosen = FULL or (item.get_closest_marker("deep") is None and (ALL or item.get_closest_marker("slow") is None))
+        if chosen and not FULL and item.get_closest_marker("many") is not None:
             name = item.nodeid.partition("[")[0]
             seen[name] = seen.get(name, -1) + 1
-            small = seen[name] % SHARE == 0
-        again = small and BEYOND and not _asks_its_size(item)
-        (kept if (DEEP or small) and not again else left).append(item)
+            chosen = seen[name] % SHARE == 0
+        (kept if chosen else left).append(item)
     items[:] = sorted(kept, key=lambda item: _turn(item.path))
     if left:
         config.hook.pytest_deselected(items=left)
-
-
-def _asks_its_size(item: pytest.Item) -> bool:
-    """Return whether a test's module has something of `depth`, or its parameters are thinned out."""
-    module = getattr(item, "module", None)
-    return item.get_closest_marker("many") is not None or any(
-        getattr(value, "__module__", None) == "depth" for value in vars(module or object).values()
-    )
 
 
 def _place(path: Path) -> str:

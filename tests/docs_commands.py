@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from depth import DEEP
+from depth import FULL
 from gearplay.cli.copy import names
 from gearplay.cli.main import run
 from gearplay.model.toml_files import parse_toml, write_toml
@@ -161,7 +161,7 @@ def shortened(command: Command, folder: Path) -> list[str]:
                 words += ["--recover", "3"]
         if "--out" not in words:
             words += ["--out", f"out/{command.verb}-{Path(words[1]).stem}"]
-    if DEEP and not command.long:
+    if FULL and not command.long:
         return words
     return words + list(SHORTER.get(command.verb, ()))
 

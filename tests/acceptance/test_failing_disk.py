@@ -238,7 +238,7 @@ def test_a_failing_disk_loses_nothing(
     work, begin, look, _, _, goes_on = WORK[name]
     trials = trials_of(name)
     if trials == 0:
-        pytest.skip("left to make test-all or make torture")
+        pytest.skip("left to make test-full or make torture")
     before, held, whole = (tmp_path / each for each in ("before", "held", "whole"))
     before.mkdir()
     begin(before)

@@ -9,7 +9,7 @@ import pytest
 
 import gearplay as gp
 from building import Floats
-from depth import DEEP
+from depth import FULL
 
 RADIUS = 0.1 * math.cos(math.radians(20.0))  # m, of the base circles
 STIFFNESS, BACKLASH, NATURAL = 1e8, 1e-4, 1e4  # N/m, m, rad/s
@@ -81,7 +81,7 @@ def sections(settle: int, steps: int = 100) -> Floats:
 @pytest.mark.parametrize("phase", range(4))
 def test_the_sweep_downwards_holds_its_branch_to_the_fold(phase: int) -> None:
     """Every phase of the torque, so however deep a flank is pressed at the section; against a plain RK4 of one equation."""
-    settle = 150 if DEEP else 80
+    settle = 150 if FULL else 80
     found = gp.bifurcation(
         pair(float(PHASES[phase])),
         SPEED,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from depth import DEEP, some
+from depth import FULL, some
 from gearplay.model.bundled import bundled
 from visiting import BACKLASH, WITHOUT_AVERAGES, Open, field, fill
 
@@ -63,7 +63,7 @@ def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
     if case != "han2021":
         made.after(lambda: made.page.select_option("#case", case))
     made.page.evaluate("document.getElementById('compare').checked = false")
-    if not DEEP:  # what is not in view is not drawn, which is quicker
+    if not FULL:  # what is not in view is not drawn, which is quicker
         made.page.click("#tab-map")
     made.page.evaluate(
         """() => {

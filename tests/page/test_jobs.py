@@ -15,7 +15,7 @@ import httpx
 import pytest
 import websockets
 
-from depth import DEEP, sized
+from depth import FULL, sized
 from gearplay.web.frames import unpack_frame
 from serving import Server, Visit, together
 
@@ -118,7 +118,7 @@ def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
             return list(await asyncio.gather(*(client(at, rounds) for at in range(CLIENTS))))
 
         # 50 clients, 32 places; what every library keeps is kept after a while.
-        assert sum(together(lambda: all_of(sized(10, 3)))) > 0 or not DEEP
+        assert sum(together(lambda: all_of(sized(10, 3)))) > 0 or not FULL
         before = memory(server.process.pid)
         together(lambda: all_of(sized(20, 4)))
         time.sleep(1.0)

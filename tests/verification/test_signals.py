@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depth import DEEP, sized
+from depth import FULL, sized
 from gearplay.files.record import Channel
 from gearplay.signals.line_tables import line_table
 from gearplay.signals.orders import order_spectrum, track_orders
@@ -53,7 +53,7 @@ def test_stated_intervals_cover_what_they_state(window: str) -> None:
                 abs(row.amplitude - a) < 1.96 * row.amplitude_uncertainty,
                 abs(turned) < 1.96 * row.phase_uncertainty,
             ]
-    low, high = (0.90, 0.99) if DEEP else (0.80, 1.0)
+    low, high = (0.90, 0.99) if FULL else (0.80, 1.0)
     assert np.all((inside / draws >= low) & (inside / draws <= high)), inside / draws
 
 
