@@ -84,7 +84,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     seen: dict[str, int] = {}
     kept, left = [], []
     for item in items:
-        chosen = FULL or (item.get_closest_marker("deep") is None and (ALL or item.get_closest_marker("slow") is None))
+        chosen = FULL or (
+            item.get_closest_marker("deep") is None and (ALL or item.get_closest_marker("slow") is None)
+        )
         if chosen and not FULL and item.get_closest_marker("many") is not None:
             name = item.nodeid.partition("[")[0]
             seen[name] = seen.get(name, -1) + 1

@@ -1,4 +1,4 @@
-"""What `import gearplay` offers: where each public name lives, and reading any saved answer back."""
+"""Registry of the public names of `import gearplay`, and reading of any saved result."""
 
 import os
 from functools import cache

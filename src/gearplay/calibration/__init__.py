@@ -1,1 +1,1 @@
-"""Calibration: which parameters explain a measurement, which it cannot tell, and which model fits better."""
+"""Calibration of parameters and models against measured records."""

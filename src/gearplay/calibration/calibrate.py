@@ -1,4 +1,4 @@
-"""`run_calibration`: search, check on fresh members, posterior, hold-out and verdict, for every model and reading."""
+"""`run_calibration`: search, out-of-sample check, posterior and model comparison, for every model and reading."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What was measured under each condition of a plan: the values it gives, or a record read as the simulation is."""
+"""Measured values of each condition of a plan, given directly or read from records."""
 
 from pathlib import Path
 

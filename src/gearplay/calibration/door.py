@@ -1,4 +1,4 @@
-"""`calibrate`: a plan, a folder that keeps finished work, and the document of what was found."""
+"""`calibrate`: a plan, its output folder, and the result document."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Figures of a calibration, as PNG bytes for the report and as files beside it."""
+"""Figures of a calibration as PNG bytes."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

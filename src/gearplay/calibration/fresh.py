@@ -1,6 +1,4 @@
-"""What is simulated on members that no search has seen: the choice of the best point, its errors, conditions left out, and
-whether what it shows lasts.
-"""
+"""Out-of-sample evaluation of calibrated points: choice of the best, its errors, and conditions left out."""
 
 import threading
 from collections.abc import Mapping, Sequence

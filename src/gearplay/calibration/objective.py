@@ -1,4 +1,4 @@
-"""How far a trial is from the measurement: residuals in decades, weighted by measured and ensemble variance."""
+"""Residuals of a trial against the measurement, in decades, weighted by measured and ensemble variance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the sensor shows of each target: amplitude, frequency or value, with the standard error of the ensemble."""
+"""Values of the targets in simulated records: amplitude, frequency or level, with the standard error of the ensemble."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Calibration plans: what may vary, what was measured under which conditions, and which models compete."""
+"""Schema of calibration plans: parameters, conditions with measured values, models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the data say of the parameters: tempered sampling of the posterior on an emulator of the trials.
+"""Posterior of the parameters: tempered sampling on an emulator of the trials.
 
 Sequential Monte Carlo (Del Moral, Doucet, Jasra, J. R. Stat. Soc. B 68 (2006) 411): a cloud of points drawn from the prior
 is led to the posterior by raising the likelihood to powers from 0 to 1, with Metropolis moves at each. Every move of the whole

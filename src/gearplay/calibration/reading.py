@@ -1,4 +1,4 @@
-"""Doors of calibration: plan files, bundled plans and dictionaries into a `Plan`."""
+"""Reading of calibration plans from files, bundled plans and dictionaries."""
 
 import os
 from importlib.resources import files

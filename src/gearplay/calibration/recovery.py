@@ -1,4 +1,4 @@
-"""Recovery: can a plan find known parameters again? Synthetic data at known points, inferred through the same emulator."""
+"""Recovery test: parameters inferred from synthetic data with known values, through the same emulator."""
 
 import threading
 from collections.abc import Sequence

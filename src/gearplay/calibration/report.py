@@ -1,4 +1,4 @@
-"""The output folder of a calibration: report, residual table, figures, and one JSON document that says it all."""
+"""Output folder of a calibration: report, residual table, figures, JSON document."""
 
 import csv
 import io

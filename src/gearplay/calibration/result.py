@@ -1,4 +1,4 @@
-"""What `calibrate` returns."""
+"""Result of `calibrate`."""
 
 from __future__ import annotations
 

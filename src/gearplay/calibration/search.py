@@ -1,4 +1,4 @@
-"""The search: evenly spread trials, a global search (optuna's TPE) in turn with an emulator's guesses, then these alone.
+"""Parameter search: a space-filling start, then optuna's TPE alternating with proposals of an emulator.
 
 The point of trial n is a function of the plan's seed, n and the trials before it, and only finished trials are
 stored: a search that was killed goes on to the same list of trials. No point is tried again, which would show the same.

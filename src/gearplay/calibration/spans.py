@@ -1,4 +1,4 @@
-"""The ranges in which a calibration's parameters were searched, and the names and units of its numbers on axes."""
+"""Search ranges of the parameters, and labels and units of their axes."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What may be said of the models after a calibration: per reading of the ordinate, and over all readings."""
+"""Conclusion of a model comparison, per reading of the ordinate and overall."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Trials of a calibration on disk: one optuna study per model in an SQLite file, finished trials only."""
+"""Storage of finished trials: one optuna study per model in an SQLite file."""
 
 from contextlib import AbstractContextManager
 from pathlib import Path

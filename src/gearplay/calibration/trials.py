@@ -1,4 +1,4 @@
-"""Trials: one point of the free parameters, simulated under every condition, and what the sensor showed."""
+"""Trials: one parameter point, simulated under every condition, and the observed targets."""
 
 import math
 import threading

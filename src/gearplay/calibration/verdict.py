@@ -1,4 +1,4 @@
-"""Which model explains the data: leave-one-condition-out prediction, information criterion, evidence, and a statement."""
+"""Model comparison: leave-one-condition-out prediction, information criterion, evidence."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Errors from below in the words of the command line: what there is an argument is here an option."""
+"""Translation of argument names in errors to options of the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gearplay analyze RECORD`: look at a measured or simulated record: statistics, lines and a page of figures."""
+"""`gearplay analyze RECORD`: statistics, lines and a report page of a measured or simulated record."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""`gearplay bifurcation CASE PATH`: what a motion settles to over a field of its case, up and down."""
+"""`gearplay bifurcation CASE PATH`: settled motion over a field of the case, upwards and downwards."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`gearplay calibrate PLAN`: which parameters explain a measurement, and which model does it better."""
+"""`gearplay calibrate PLAN`: parameters and models from measurements."""
 
 import shutil
 from functools import partial

@@ -1,4 +1,4 @@
-"""``gearplay check``: validate a case and say what is remarkable about it."""
+"""``gearplay check``: validate a case and list findings."""
 
 from __future__ import annotations
 

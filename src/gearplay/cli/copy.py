@@ -1,4 +1,4 @@
-"""`gearplay copy NAME`: a bundled case or plan as a file to change; without a name, the list of them."""
+"""`gearplay copy NAME`: a bundled case or plan as a file to edit; without a name, the list of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C from the first line of a command to its last: one sentence, exit code 130, and what is stored stays."""
+"""Ctrl-C in commands: one sentence, exit code 130, stored results kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command ``gearplay``: joins the commands, turns errors into one sentence and an exit code."""
+"""The command ``gearplay``: registration of the commands, errors as one sentence and an exit code."""
 
 from __future__ import annotations
 

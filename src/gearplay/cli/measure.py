@@ -1,4 +1,4 @@
-"""`gearplay measure CASE`: simulate a case and save what sensor and collector would have recorded."""
+"""`gearplay measure CASE`: simulate a case and save the record of the virtual rig."""
 
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,4 +1,4 @@
-"""`gearplay motion CASE`: periodic, quasi-periodic, chaotic, not settled, at rest, or an artefact, with the evidence."""
+"""`gearplay motion CASE`: classification of the motion, with the evidence."""
 
 from math import isfinite
 from typing import Annotated, Any

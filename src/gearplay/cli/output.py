@@ -1,4 +1,4 @@
-"""What the commands print: one JSON document on standard output, or text; messages on standard error."""
+"""Output of commands: one JSON document or text on standard output, messages on standard error."""
 
 from __future__ import annotations
 

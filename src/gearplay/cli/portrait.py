@@ -1,4 +1,4 @@
-"""`gearplay portrait CASE`: orbits in the clearance circles and phase portraits of a settled motion, with its sections."""
+"""`gearplay portrait CASE`: orbits in the clearance circles and phase portraits of the settled motion."""
 
 from pathlib import Path
 from typing import Annotated, Any

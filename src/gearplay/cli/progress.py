@@ -1,4 +1,4 @@
-"""Progress on standard error: a bar with an estimate on a terminal, else a line now and then."""
+"""Progress on standard error: a bar with an estimate on a terminal, else an occasional line."""
 
 from __future__ import annotations
 

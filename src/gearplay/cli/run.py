@@ -1,4 +1,4 @@
-"""`gearplay run CASE`: simulate one case, show what came out, save it."""
+"""`gearplay run CASE`: simulate one case, print its key numbers, save it."""
 
 import shlex
 from dataclasses import asdict

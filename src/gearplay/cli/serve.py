@@ -1,4 +1,4 @@
-"""`gearplay serve`: the interactive page, on this machine."""
+"""`gearplay serve`: the interactive page on this machine."""
 
 import threading
 import webbrowser

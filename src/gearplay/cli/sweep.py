@@ -1,4 +1,4 @@
-"""`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, safe to kill."""
+"""`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, resumable."""
 
 import re
 import shutil

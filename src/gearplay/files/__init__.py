@@ -1,1 +1,1 @@
-"""Files: measurement formats, plans, folders and the way to a file that is either whole or absent."""
+"""Files: measurement formats, plans, folders, atomic writing."""

@@ -1,4 +1,4 @@
-"""Reading by libraries in a process of its own, with limits of time and memory; a crash or a hang ends only that process.
+"""Sandboxed reading in a child process with limits of time and memory.
 
 On some damaged files the HDF5 library never returns (seen with 1 in 1000, HDF5 2.0.0), asammdf's compiled part corrupts the
 memory (8.8.28, a channel outside its record), and SciPy's reader of MAT files crashes (1.17). Within the process, neither an

@@ -1,4 +1,4 @@
-"""Files that are either whole or absent: written beside, synced, renamed; and nothing replaced that is not ours to replace."""
+"""Atomic writing: files are complete or absent, and only gearplay's own files are replaced."""
 
 import os
 import secrets

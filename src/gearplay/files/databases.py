@@ -1,4 +1,4 @@
-"""What goes wrong with an SQLite file, in words: the disk, another process that holds it, or what is in it."""
+"""Causes of SQLite errors in words: disk, lock of another process, damaged content."""
 
 import sqlite3
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""One process a folder: a lock that ends with the process that holds it, however it ends."""
+"""Exclusive lock of an output folder, released when its process ends."""
 
 import os
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Numbers that JSON can hold."""
+"""Conversion of numbers to JSON."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Result files: netCDF-4 with a digest of every byte at its end, so that a damaged one is never taken for whole."""
+"""Result files: netCDF-4 with a checksum of every byte at the end."""
 
 import hashlib
 import math

@@ -1,4 +1,4 @@
-"""Finished parts of long work, kept as JSON files in a folder."""
+"""Finished parts of long work as JSON files in a folder."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""Plans as raw tables: a bundled name, the path of a TOML file, or a dictionary laid out as one."""
+"""Plans as raw tables, from a bundled name, a TOML file or a dictionary."""
 
 import os
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Records: what a sensor or a simulation gives, channel by channel, with unit and sampling rate."""
+"""Records of a sensor or a simulation: channels with unit and sampling rate."""
 
 import html
 import os

@@ -1,4 +1,4 @@
-"""A folder whose whole result is to be replaced: the new one is made in a place of its own, the old one stays until then."""
+"""Atomic replacement of an output folder through a staging directory."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""A digest at the end of what is written, so that nothing that was changed on disk is taken for whole."""
+"""Checksum at the end of a file, so that damage is detected."""
 
 import hashlib
 from typing import Final

@@ -1,4 +1,4 @@
-"""Datasets for other programs: CSV with a column for each signal, MAT with every variable."""
+"""Export of datasets: CSV with a column per signal, MAT with every variable."""
 
 import csv
 import io

@@ -5,8 +5,8 @@ import math
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.elements import table
-from gearplay.kernels.layout import OPEN, PENETRATION, RATE, TOUCH, System
-from gearplay.kernels.run import ERROR_SHARE, INSIDE, TOLERANCE, Run, T
+from gearplay.kernels.layout import OPEN, RATE, TOUCH, System
+from gearplay.kernels.run import ERROR_SHARE, TOLERANCE, Run, T
 from gearplay.kernels.switches import switch_values
 from gearplay.kernels.trial_step import attempt, evaluate
 
@@ -148,20 +148,6 @@ def graze_bracket(system: System, run: Run, h: float, s: int) -> tuple[float, fl
     return (0.0, min(curvature, 1.0)) if rise_0 > 0.0 else (max(curvature, 0.0), 1.0)
 
 
-@compiled_inline
-def parts_inside(system: System, run: Run, s: int) -> bool:
-    """Return whether the contact of touch switch s, closed at both ends of the step, is open at the stage inside it.
-
-    Its rates may have one sign at both ends and a monotonic cubic, and yet the interpolant has a gap between them.
-    """
-    k = system.switches[s].contact
-    return bool(
-        run.clock[INSIDE] > 0.0
-        and run.branch.modes[k] != OPEN
-        and run.loads_inside.contacts[k, PENETRATION] < 0.0
-    )
-
-
 @compiled_once
 def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int, float]:
     """Return the first switch of the step just taken and its place x in (0, 1]; (-1, 1) without one.
@@ -185,10 +171,6 @@ def first_switch(system: System, run: Run, h: float, hidden: bool) -> tuple[int,
         elif system.switches[s].role == TOUCH:
             low, high = graze_bracket(system, run, h, s)
             peak = locate_peak(system, run, h, s, low, high) if low < high else 1.0
-            if peak >= 1.0 and parts_inside(system, run, s):
-                inside = run.clock[INSIDE]
-                if evaluate(system, run, h, inside, s) and run.g_try[s] > 0.0:
-                    peak = inside
             if peak < 1.0:  # behind its root, which alone says whether it is the first
                 x = locate_root(system, run, h, s, peak, run.g_try[s])
                 if x < place:

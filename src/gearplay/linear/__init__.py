@@ -1,1 +1,1 @@
-"""The linear view of a case: static equilibrium, natural frequencies, modes, frequency response, Campbell diagrams."""
+"""Linear analysis of a case: static equilibrium, natural frequencies, frequency response, Campbell diagrams."""

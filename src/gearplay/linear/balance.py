@@ -1,4 +1,4 @@
-"""Static balance of forces by a line-search Newton method: contacts open and close on the way, as the exact laws say."""
+"""Static equilibrium by a line-search Newton method with the exact contact laws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contacts at zero gap and zero load: they act on both sides of zero, so that a linear analysis has their stiffness once."""
+"""Contacts at zero gap and zero load, treated as bilateral in linear analysis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Doors of the linear view: `modes`, `campbell`, `frequency_response`."""
+"""`modes`, `campbell` and `frequency_response`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Static equilibrium under constant loads, and the equations of motion to first order there."""
+"""Static equilibrium under constant loads, and the linearised equations of motion there."""
 
 from __future__ import annotations
 

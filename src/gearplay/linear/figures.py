@@ -1,4 +1,4 @@
-"""Pictures of the linear view: mode shapes on the mechanism, Campbell diagram, frequency response."""
+"""Figures of linear analysis: mode shapes, Campbell diagram, frequency response."""
 
 from __future__ import annotations
 

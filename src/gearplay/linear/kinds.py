@@ -1,4 +1,4 @@
-"""What kind of motion a mode is: for planetary sets by symmetry, else by what moves."""
+"""Classification of modes: by symmetry for planetary sets, else by the moving parts."""
 
 from __future__ import annotations
 

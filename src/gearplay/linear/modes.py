@@ -1,4 +1,4 @@
-"""The modes of a case: what `gearplay modes` and `gp.modes` give."""
+"""Modes of a case, as returned by `gp.modes`."""
 
 from __future__ import annotations
 

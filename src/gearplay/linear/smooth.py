@@ -1,4 +1,4 @@
-"""A case with all that varies in time taken away: mean stiffness, no errors, constant torques, nothing turns unless asked."""
+"""Time-invariant form of a case: mean stiffness, no errors, constant torques, nominal speeds."""
 
 from __future__ import annotations
 

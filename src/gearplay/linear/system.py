@@ -1,4 +1,4 @@
-"""A case as a linear system about its equilibrium: coordinates, matrices, elements."""
+"""Linear system of a case about its equilibrium: coordinates, matrices, elements."""
 
 from __future__ import annotations
 

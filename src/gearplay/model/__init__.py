@@ -1,1 +1,1 @@
-"""What a user describes: rotors, sleeves, meshes and runs, frozen and validated, with their geometry."""
+"""Case model: rotors, sleeves, meshes and runs, frozen and validated, with their geometry."""

@@ -1,4 +1,4 @@
-"""Putting the elements of a mechanism together: where the contacts, modes, switches, states and signals of each lie."""
+"""Assembly of the elements: indices of their contacts, modes, switches, states and signals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

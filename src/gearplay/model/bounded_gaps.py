@@ -1,4 +1,4 @@
-"""Least squares under bounds: gaps as near to their targets as can be, none below 0 or above its bound."""
+"""Bounded least squares for gaps: closest to their targets, between 0 and an upper bound."""
 
 import numpy as np
 from numpy.typing import NDArray

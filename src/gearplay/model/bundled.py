@@ -1,4 +1,4 @@
-"""What comes with the package: cases and plans, by name."""
+"""Bundled cases and plans, by name."""
 
 from importlib.resources import files
 

@@ -1,4 +1,4 @@
-"""The case: all that a simulation needs to know, validated and frozen."""
+"""The case: complete input of a simulation, validated and frozen."""
 
 from __future__ import annotations
 

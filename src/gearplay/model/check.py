@@ -1,4 +1,4 @@
-"""Findings about a valid case: numbers that do not fit each other, and what to expect from a simulation."""
+"""Findings about a valid case: numbers that do not fit each other, and consequences for a simulation."""
 
 from __future__ import annotations
 

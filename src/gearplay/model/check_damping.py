@@ -1,4 +1,4 @@
-"""Findings about the damping of teeth: the depth of its ramp beside the deflection under the load."""
+"""Findings about tooth damping: depth of the ramp relative to the deflection under load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings about supports, couplings, excitation and the housing: what can do nothing, or does not what one would think."""
+"""Findings about supports, couplings, excitation and housing: parts without effect, or with an unexpected one."""
 
 from __future__ import annotations
 

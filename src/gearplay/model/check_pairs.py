@@ -1,4 +1,4 @@
-"""Contact ratio and characteristic frequencies of every pair of gears: a note for people, a table for programs."""
+"""Contact ratio and characteristic frequencies of every gear pair, as a note and as a table."""
 
 from __future__ import annotations
 

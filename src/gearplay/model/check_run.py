@@ -1,4 +1,4 @@
-"""Findings about what a run would show: its start, and what would never come to rest."""
+"""Findings about a run: its start, and undamped motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings about the start: flanks inside each other, teeth that meet and couplings that twist at once."""
+"""Findings about the start: penetrating flanks, initial impacts, twisted couplings."""
 
 from __future__ import annotations
 

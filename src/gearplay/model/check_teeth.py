@@ -1,4 +1,4 @@
-"""Findings about teeth: undercut and pointed ones, fouling of internal pairs, contact ratio, planets that touch or do not fit.
+"""Findings about teeth: undercut, pointed tips, interference of internal pairs, contact ratio, planets that collide.
 
 Full-depth teeth without profile shift (ISO 53), as everywhere. Fouling of internal pairs: tips that meet outside the line of
 action, J. R. Colbourne, The Geometry of Involute Gears, Springer 1987.

@@ -1,4 +1,4 @@
-"""Checks across the parts of a case: names that must exist, gears that must fit each other.
+"""Relations between the parts of a case: references, compatible gears.
 
 They also run on a case some of whose parts are at fault, so that one reading reports everything: a part that
 is not valid is then the raw table of the file, of which only names are used.

@@ -1,4 +1,4 @@
-"""Sleeve contact laws: stiffness from geometry, damping factors, and the restitution a law really delivers."""
+"""Contact laws of sleeves: stiffness from geometry, damping factors, delivered restitution."""
 
 import math
 from collections.abc import Callable

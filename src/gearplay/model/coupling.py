@@ -1,4 +1,4 @@
-"""Couplings: a shaft, a coupling, a spline or an ideal drive between two rotors, elastic in torsion, with or without play."""
+"""Couplings between two rotors, elastic in torsion, with or without play."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a mechanism works: temperatures, and materials that expand."""
+"""Environment: temperatures and thermal expansion of materials."""
 
 from __future__ import annotations
 

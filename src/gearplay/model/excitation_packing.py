@@ -1,4 +1,4 @@
-"""Torques that vary as the kernels want them: rows of terms, pieces of tables, an element for each rotor that has any."""
+"""Packing of varying torques: rows of terms, pieces of tables, one element per excited rotor."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""A case at its temperatures: centre distances, radii, clearances and backlash as the parts' expansion leaves them.
+"""Thermal expansion: centre distances, radii, clearances and backlash of a case at its temperatures.
 
 With f = 1 + expansion (temperature - reference) of each part (docs/theory, section 4): a housing moves nominal centres by its f,
 a carrier its pins by its own; a pair of gears meshes at |r_a f_a + r_b f_b| as it did at |r_a + r_b|; a bush and its journal

@@ -1,4 +1,4 @@
-"""The unit of a field, found from its place in a case."""
+"""Unit of a field, by its path in a case."""
 
 from collections.abc import Sequence
 from typing import Any, get_args

@@ -1,4 +1,4 @@
-"""Kinds of fields that case files are made of: measured numbers, names, lists, unions by kind.
+"""Field types of case files: quantities, names, lists, unions by kind.
 
 A `Measure` takes a number in SI or text with a unit and holds its bounds, its description and its part of the
 JSON schema together. Nothing here knows rotors or meshes.

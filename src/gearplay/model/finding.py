@@ -1,4 +1,4 @@
-"""What is remarkable about a valid case."""
+"""A finding about a valid case."""
 
 from __future__ import annotations
 

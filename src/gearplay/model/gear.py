@@ -1,4 +1,4 @@
-"""Gears: the toothings of rotors, and the names by which meshes call them."""
+"""Gears of rotors, and their names in meshes."""
 
 from __future__ import annotations
 

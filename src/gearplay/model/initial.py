@@ -1,4 +1,4 @@
-"""Initial states: as given, the rest kinematically matching; ensemble members differ by a seeded draw."""
+"""Initial states: given values, the rest kinematically consistent; ensemble members drawn by seed."""
 
 import math
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Which rotors springs join so that they fly together in closed form, and their vibrations.
+"""Groups of rotors joined by springs for closed-form propagation, and their vibration modes.
 
 Elements that act as springs and dampers between coordinates say so (`Spring`); what else acts at all times has no closed form.
 Rotors that the first join, and none of which the second moves, are a group. Along each axis its coordinates make chains, whose

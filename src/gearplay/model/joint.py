@@ -1,4 +1,4 @@
-"""What connects rotors besides sleeves and meshes: what every such part of a case tells the rest of the model."""
+"""Base class of parts that connect rotors, besides sleeves and meshes."""
 
 from __future__ import annotations
 

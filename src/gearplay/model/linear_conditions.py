@@ -1,4 +1,4 @@
-"""Linear conditions on the speeds of rotors: rows, matrices, and the solution of conditions by rank."""
+"""Linear constraints on the speeds of rotors: rows, matrices, rank-based solution."""
 
 from collections.abc import Iterable, Mapping
 

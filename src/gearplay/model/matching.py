@@ -1,4 +1,4 @@
-"""Speeds at the start: given ones as they are, the others matching by rolling, outwards from prescribed rotations."""
+"""Initial speeds: given ones, the others by rolling contact, outwards from prescribed rotations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Members of planetary sets among the parts of a case: they are made of the sets, and written as these."""
+"""Expansion of planetary sets into their members, and their names in the set."""
 
 from __future__ import annotations
 

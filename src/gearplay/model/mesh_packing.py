@@ -1,4 +1,4 @@
-"""Meshes of a case as the kernels want them: geometry, stiffness, errors and flanks."""
+"""Packing of meshes: geometry, stiffness, errors and flanks."""
 
 import math
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Mesh stiffness from what the user gives: terms, square wave, table, or geometry by ISO 6336-1."""
+"""Mesh stiffness from terms, square wave, table, or geometry by ISO 6336-1."""
 
 import math
 from typing import TYPE_CHECKING, NamedTuple

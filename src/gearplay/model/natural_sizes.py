@@ -1,4 +1,4 @@
-"""The natural size of each state: what error tolerances, orbits and exponents are measured in."""
+"""Natural size of each state: the scale of error tolerances, orbits and exponents."""
 
 import numpy as np
 from numpy.typing import NDArray

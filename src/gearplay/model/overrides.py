@@ -1,4 +1,4 @@
-"""Changes by path: ``meshes.0.backlash = 200 um`` on a raw case, before it is validated."""
+"""Changes by path: ``meshes.0.backlash = 200 um`` applied to a raw case before validation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one translation: a validated case in full words -> packed records in kernel symbols."""
+"""Packing: from a validated case in full words to records in kernel symbols."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Mesh phases at the start: where the teeth stand follows from the places of the gears and their numbers of teeth.
+"""Initial mesh phases, from the positions of the gears and their numbers of teeth.
 
 A gear's pattern of teeth repeats z times a turn. Where its centre sees a mesh in the direction alpha [rad] it shows the phase
 z (tau - alpha), tau the angle at which the pattern begins; two gears that mesh show each other the same phase, an external

@@ -1,4 +1,4 @@
-"""Values in plans: tried in the case that they change, and read back in SI."""
+"""Values in plans: validated in the case that they change, and converted to SI."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Planetary sets: one table that stands for sun, ring, carrier and planets, their pins and their meshes."""
+"""Planetary sets: one table for sun, ring, carrier and planets, with pins and meshes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`planetary`: a case of one planetary set, from Python."""
+"""`planetary`: a case of one planetary set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts of a planetary set: its members, its planets, what is off its place."""
+"""Parts of a planetary set: members, planets, position errors."""
 
 from __future__ import annotations
 

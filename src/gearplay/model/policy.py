@@ -1,4 +1,4 @@
-"""How a case is computed: error tolerance, method and limits; what is computed is the rest of the case."""
+"""Numerical settings of a computation: error tolerance, method, limits."""
 
 from __future__ import annotations
 

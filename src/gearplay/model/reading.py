@@ -1,4 +1,4 @@
-"""Doors of the model: case files, bundled cases and dictionaries into a `Case`, and changed copies of one."""
+"""Reading of cases from files, bundled cases and dictionaries, and changed copies."""
 
 from __future__ import annotations
 

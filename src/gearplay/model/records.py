@@ -1,4 +1,4 @@
-"""Records of equal steps as cubic pieces, the kernels' format, and the extremes of cubic pieces."""
+"""Equidistant records as cubic pieces, the format of the kernels, and the extremes of the pieces."""
 
 import math
 

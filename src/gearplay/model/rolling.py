@@ -1,4 +1,4 @@
-"""How a train rolls: nominal and starting speeds, senses of rotation, ratios, the mesh frequency."""
+"""Rolling kinematics of a train: nominal and initial speeds, senses of rotation, ratios, mesh frequency."""
 
 import math
 from collections.abc import Container

@@ -1,4 +1,4 @@
-"""Rotors: planar rigid bodies with what drives, loads and starts them."""
+"""Rotors: planar rigid bodies with drive, load and initial state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Supports: linear bearings and torsional springs that hold a rotor to the ground or to a carrier."""
+"""Supports: linear bearings and torsional springs between a rotor and the ground or a carrier."""
 
 from __future__ import annotations
 

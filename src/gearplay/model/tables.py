@@ -1,4 +1,4 @@
-"""Tables of numbers that a case file names instead of holding: ``file`` of a measured record, read when the case is."""
+"""Tables of numbers in separate files, referenced by ``file`` in a case."""
 
 from __future__ import annotations
 

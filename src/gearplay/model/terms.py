@@ -1,4 +1,4 @@
-"""Terms of a torque: sines in time or in a rotor's own rotation."""
+"""Harmonic terms of a torque, in time or in the rotation of a rotor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TOML text in and out, bounded before it is parsed.
+"""Reading and writing of TOML text, with a size limit before parsing.
 
 A parser of nested keys can be made to work for seconds by a small file, so size and depth are checked on the
 text first: one pass over its tokens, without recursion.

@@ -1,4 +1,4 @@
-"""Steady loads of the teeth: what the constant torques of a case press in each mesh, and the deflections under them."""
+"""Static tooth loads under the constant torques of a case, and the deflections under them."""
 
 import math
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The torsional gear pair of the literature, one degree of freedom, from its dimensionless numbers.
+"""The torsional gear pair of the literature, one degree of freedom, from dimensionless numbers.
 
 With x the displacement over half the backlash b, measured from the middle of the gap, and time in 1/omega_n,
 

@@ -1,4 +1,4 @@
-"""Rotations at the start: what is known is kept, the rest is turned until drive flanks touch, outwards along the meshes.
+"""Initial rotations: given ones, the others turned until drive flanks touch, outwards along the meshes.
 
 Rotors that joints connect turn as one group. Known are groups of which a rotation is given or prescribed; a train without one
 keeps the rotation of its root. From there a tree of meshes is turned into touch mesh by mesh. Where meshes close a loop, as in

@@ -1,4 +1,4 @@
-"""Order in which a train is gone through: outwards from its input, whatever the order of the tables."""
+"""Traversal of a train outwards from its input, independent of the order of the tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spellings of units as people write them, into the one that tables and pint know."""
+"""Common spellings of units, mapped to those of the unit tables and of pint."""
 
 import re
 from typing import Final

@@ -1,4 +1,4 @@
-"""Text with a unit into SI numbers, by a grammar of our own.
+"""Parsing of quantities: text with a unit to SI numbers.
 
 ``number [space] unit``, at most 64 characters: a plain decimal number (no operators, underscores, inf or nan)
 and a product of unit names with bounded exponents. Only text that fits the grammar reaches a conversion, so

@@ -1,4 +1,4 @@
-"""Every variable of a result: those of rotors from the vocabulary, those of elements from the file of their kind."""
+"""Variables of a result: those of rotors from the vocabulary, those of elements from their modules."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

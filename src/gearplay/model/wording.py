@@ -1,4 +1,4 @@
-"""Validation errors in our own words: where, what was found, what is required, what to do."""
+"""Validation errors as sentences: field, value, rule, cure."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Nonlinear analysis: sections, orbits and their branches, exponents, kinds of motion, basins."""
+"""Nonlinear analysis: sections, periodic orbits and branches, exponents, classification, basins."""

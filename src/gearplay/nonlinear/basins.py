@@ -1,4 +1,4 @@
-"""Basins of attraction: which of several motions an initial state leads to, on a grid of two of its entries."""
+"""Basins of attraction over a grid of two initial coordinates."""
 
 import threading
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Many runs on threads: each tells when a part of it is done, and all end with a wish to stop."""
+"""Pool of threads for many runs, with progress and cancellation."""
 
 import threading
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: what a motion settles to over a field of its case, seen once per period."""
+"""Bifurcation diagrams: stroboscopic sections of the settled motion over a field of the case."""
 
 import threading
 from collections.abc import Callable, Sequence

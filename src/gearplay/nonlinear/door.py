@@ -1,4 +1,4 @@
-"""Nonlinear analysis of a case: diagrams over a field, exponents, kinds of motion, basins."""
+"""Diagrams over a field, exponents, classification and basins of a case."""
 
 import math
 import threading

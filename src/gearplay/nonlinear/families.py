@@ -1,4 +1,4 @@
-"""Families of a case along one of its fields, and where on them a resonance lies."""
+"""Families of a case over one field, and their resonances."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Pictures of sections over a parameter, and of branches of periodic orbits among them."""
+"""Figures of sections over a parameter, and of branches of periodic orbits."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""How long a record must be at least, so that what is said of it is about the motion and not about one of its instants."""
+"""Shortest record length for a statement about the motion."""
 
 from contextlib import suppress
 

@@ -1,4 +1,4 @@
-"""After how many periods a section repeats: the one finder of an order, from orbits to noisy records."""
+"""Period of a section in excitation periods, from exact orbits to noisy records."""
 
 from collections.abc import Iterator
 

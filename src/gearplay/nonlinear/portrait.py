@@ -1,4 +1,4 @@
-"""A portrait: all that is free to move along a settled motion, once per period, and at each onset of a contact."""
+"""Portrait: paths of the free coordinates of a settled motion, with sections once per period and at onsets."""
 
 import contextlib
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Portraits of a settled motion: orbits in the clearance circles, phase portraits, with its sections on them."""
+"""Figures of portraits: orbits in the clearance circles and phase portraits, with sections."""
 
 import json
 from typing import TYPE_CHECKING, Any

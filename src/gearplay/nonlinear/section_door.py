@@ -1,4 +1,4 @@
-"""A motion seen at instants: once per period, at impacts, and the portrait of both."""
+"""`poincare`, impact sections and `portrait` of a case."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Sections of a motion: its state once per period, or at every change of a contact; diagrams over a parameter."""
+"""Sections of a motion: once per period, or at every contact change; diagrams over a parameter."""
 
 import json
 from collections.abc import Sequence

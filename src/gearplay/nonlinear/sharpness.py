@@ -1,4 +1,4 @@
-"""How sharply what asks for exact derivatives or orbits is computed."""
+"""Tolerance of analyses that need accurate derivatives."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""A portrait of a stored result: its paths as they were sampled, seen once per mesh period."""
+"""Portrait of a stored result, from its samples, with sections once per mesh period."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""`torsional_pair`: the torsional gear pair of the literature as a case of the same machinery."""
+"""`torsional_pair`: the torsional gear pair of the literature as a case."""
 
 import math
 

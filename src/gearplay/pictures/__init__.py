@@ -1,1 +1,1 @@
-"""Pictures and pages: one style, one way to PNG, one base of reports."""
+"""Figures and pages: one style, one export to PNG, one base of reports."""

@@ -1,4 +1,4 @@
-"""What all figures of reports share: size, fonts, colours, legends, and the way to PNG bytes."""
+"""Shared settings of all figures: size, fonts, colours, legends, export to PNG."""
 
 import io
 import textwrap

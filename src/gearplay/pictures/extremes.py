@@ -1,4 +1,4 @@
-"""Curves and maps with fewer points that keep the extremes: thinning by nearest neighbours loses shocks and lines."""
+"""Thinning of curves and maps that preserves extremes."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Outlines of gears with involute teeth, and how they stand so that teeth meet spaces; what drawings of mechanisms share.
+"""Outlines of gears with involute teeth, and their relative rotation in mesh.
 
 A gear here is one entry of ``gears`` of `gearplay.results.mechanism.mechanism_of`.
 """

@@ -1,4 +1,4 @@
-"""Springs of elastic supports and marks of couplings on the drawing of a mechanism, as on the page (``mechanism.js``)."""
+"""Symbols of elastic supports and couplings in drawings of a mechanism, as on the page (``mechanism.js``)."""
 
 import math
 from collections.abc import Callable, Mapping

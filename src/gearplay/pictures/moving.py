@@ -1,4 +1,4 @@
-"""Figures in motion: a GIF by Pillow, an MP4 where ffmpeg is installed."""
+"""Animated figures: GIF by Pillow, MP4 by ffmpeg where installed."""
 
 import io
 import tempfile

@@ -1,4 +1,4 @@
-"""What all report pages share: the templates' environment and pictures within the page."""
+"""Shared parts of report pages: template environment, embedded pictures."""
 
 import base64
 import html

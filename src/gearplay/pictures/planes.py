@@ -1,4 +1,4 @@
-"""Stages that lie one behind the other, drawn beside each other: what meshes lies in one plane."""
+"""Axial planes of a train, drawn side by side."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Scales of axes: edges of cells, logarithmic or not, ticks spread evenly."""
+"""Axis scales: edges of cells, logarithmic or linear, evenly spaced ticks."""
 
 import math
 

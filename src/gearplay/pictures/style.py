@@ -1,4 +1,4 @@
-"""Pictures of one result; each draws on a given ``ax`` and labels it with units."""
+"""Plots of one result; each draws on a given ``ax`` and labels it with units."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""Names, units and numbers as pictures and pages show them."""
+"""Names, units and numbers as text of figures and pages."""
 
 import textwrap
 

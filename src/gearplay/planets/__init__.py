@@ -1,1 +1,1 @@
-"""Planetary sets: how planets share the load, how they move on their pins, what floats."""
+"""Planetary sets: load sharing, motion of planets on their pins, floating members."""

@@ -1,4 +1,4 @@
-"""Door of planetary sets: `load_sharing`."""
+"""`load_sharing` of planetary sets."""
 
 from __future__ import annotations
 

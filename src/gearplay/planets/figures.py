@@ -1,4 +1,4 @@
-"""Picture of load sharing."""
+"""Figure of load sharing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the planets of a set share its load: at rest under it, or along a simulated motion."""
+"""Load sharing among the planets of a set, static or along a simulated motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study's parameters with where each comes from: the article, a formula, or our assumption."""
+"""Parameters of the study, each with its source: article, formula, or assumption."""
 
 import math
 from dataclasses import dataclass

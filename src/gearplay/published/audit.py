@@ -1,4 +1,4 @@
-"""What the article's tables say by themselves: one free factor, and the scatter of their readings."""
+"""Audit of the article's tables: one free factor, and the scatter of their readings."""
 
 import math
 from dataclasses import dataclass

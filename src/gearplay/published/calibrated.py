@@ -1,4 +1,4 @@
-"""What the calibration against the article's test found, as it came with the package: the provenance of the calibrated cases."""
+"""Stored results of the calibration against the article's test: provenance of the calibrated cases."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Simulation against the published test: tables, ordinate readings, and whether the two models differ."""
+"""Comparison with the published test: tables, readings of the ordinate, difference of the two models."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""The one constant that the assumed parameters have fitted: the ring's drag, to the six measured radial frequencies."""
+"""Drag of the ring, the one fitted constant of the assumed parameters: fit to the six measured radial frequencies."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""Figures of the article's study, as PNG bytes for the report and as files beside it."""
+"""Figures of the article's study as PNG bytes."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What became of the article's claims in this simulation: reproduced, explained, contradicted or open, with the numbers."""
+"""Verdict on each claim of the article: reproduced, explained, contradicted or open, with the numbers."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The article's study, run: six conditions, both backlash models, seeded ensembles."""
+"""Simulation of the article's study: six conditions, both backlash models, seeded ensembles."""
 
 import math
 import threading

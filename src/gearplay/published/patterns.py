@@ -1,4 +1,4 @@
-"""Where the vibration is largest, by more than chance: patterns that the article claims, with a verdict and the numbers."""
+"""Significance test of the claimed patterns: location of the largest vibration."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The study's report as PDF, set by typst from the same numbers and figures."""
+"""The study's report as PDF, by typst from the same numbers and figures."""
 
 import json
 import tempfile

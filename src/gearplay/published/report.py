@@ -1,4 +1,4 @@
-"""The study's output folder: report, tables, figures."""
+"""Output folder of the study: report, tables, figures."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Which parameters the article's study runs with, and how long: variants of the case under each condition.
+"""Parameters and durations of the study: variants of the case under each condition.
 
 Each model runs with its own best parameters. What the choice of the model alone changes is told by a third run: the
 uncoupled model with the coupled one's parameters ("switched").

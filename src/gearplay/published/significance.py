@@ -1,4 +1,4 @@
-"""Which of several differences are significant, when each of many tests could be by chance."""
+"""Multiple-testing correction of differences."""
 
 import math
 from collections.abc import Sequence

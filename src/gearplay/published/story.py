@@ -1,4 +1,4 @@
-"""The study in five sentences: what was simulated, does it agree, where not, why not, what should one believe."""
+"""Summary of the study in five sentences."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

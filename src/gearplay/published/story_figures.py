@@ -1,4 +1,4 @@
-"""The figures that tell the study's story: all amplitudes at once, the mechanism in motion, what the tables say by themselves."""
+"""Main figures of the study: all amplitudes, the mechanism in motion, the audit of the tables."""
 
 import math
 from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""What a run gives: its trajectories as a dataset, its spectrum, its pictures."""
+"""Results: trajectories as a dataset, spectra, figures."""

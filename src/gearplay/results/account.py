@@ -1,4 +1,4 @@
-"""How many cases ended how: the one account that files, pages, commands and messages give."""
+"""Counts of the outcomes of cases, in one wording for files, pages, commands and messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every verb returns: a dataset, words, a picture, a file, and the same object back from that file."""
+"""Base class of all results: dataset, message, figure, file, and construction from that file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which signals of a result a picture shows: by their names, by an element, or those that say most."""
+"""Selection of signals for a figure: by name, by element, or the most significant."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The contacts of a run or an ensemble in one table: what every door shows of them."""
+"""Table of the contacts of a run or an ensemble."""
 
 import warnings
 from collections.abc import Mapping, Sequence

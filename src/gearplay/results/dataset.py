@@ -1,4 +1,4 @@
-"""Trajectories -> one labelled `xarray.Dataset`, as docs/conventions and the result-file contract say."""
+"""Trajectories as one labelled `xarray.Dataset`, by the result-file contract."""
 
 import platform
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""`simulate`: a case, or several, into results."""
+"""`simulate`: one case or several, to results."""
 
 import threading
 from typing import Any, overload

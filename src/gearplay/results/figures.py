@@ -1,4 +1,4 @@
-"""Whole figures of one result: histories, orbits, spectra, and all at a glance; titles name case, element and window."""
+"""Figures of one result: histories, orbits, spectra, overview."""
 
 from typing import TYPE_CHECKING, Any
 

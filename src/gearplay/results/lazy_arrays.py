@@ -1,4 +1,4 @@
-"""Variables of a dataset whose values are computed when they are first looked at."""
+"""Lazily computed variables of a dataset."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any

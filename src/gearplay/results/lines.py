@@ -1,4 +1,4 @@
-"""Frequencies that a case is expected to show: meshes, orders of planetary sets, shafts; what drawings of spectra mark."""
+"""Expected frequencies of a case: meshes, orders of planetary sets, shafts."""
 
 import math
 

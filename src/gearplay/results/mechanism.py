@@ -1,4 +1,4 @@
-"""What drawings of the mechanism need, whatever draws them: its gears, sleeves and meshes, and its motion frame by frame."""
+"""Geometry and motion of the mechanism for drawings: gears, sleeves and meshes, frame by frame."""
 
 import math
 from collections.abc import Callable

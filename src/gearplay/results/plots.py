@@ -1,4 +1,4 @@
-"""Pictures of one result."""
+"""Plotting methods of one result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every table of results says about itself: words and units of its signals, and the case behind it."""
+"""Metadata of tables of results: names and units of signals, and the case."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""A run as a record: its signals as channels, so that what looks at measurements looks at them too."""
+"""A run as a record of channels, for signal analysis."""
 
 from gearplay.files.record import Channel, Record
 from gearplay.model.variables import RESULT_VARIABLES

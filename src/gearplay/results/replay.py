@@ -1,4 +1,4 @@
-"""Repetition of a saved run, for what its file does not hold: trajectories, and signals at other rates and windows."""
+"""Replay of a saved run for quantities that its file does not hold."""
 
 from typing import TYPE_CHECKING, Final
 

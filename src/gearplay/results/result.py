@@ -1,4 +1,4 @@
-"""`Result`: what `simulate` returns."""
+"""`Result`, returned by `simulate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of a run that is read from a file: it may be of another program, or changed since it was written."""
+"""Validation of a result file from another program or changed after writing."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""One-sided amplitude spectra with a stated window and normalisation; averages over ensembles with their spread."""
+"""One-sided amplitude spectra with stated window and normalisation; ensemble averages with their spread."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""A stored result on the stage: the mechanism in motion, for pictures and animations."""
+"""A stored result prepared for drawings and animations of the mechanism."""
 
 from typing import Any, NamedTuple
 

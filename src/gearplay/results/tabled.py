@@ -1,4 +1,4 @@
-"""Answers whose fields are the variables of their dataset: written and read back by one table each."""
+"""Results whose fields are variables of their dataset: written and read by one table each."""
 
 from __future__ import annotations
 

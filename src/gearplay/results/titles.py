@@ -1,4 +1,4 @@
-"""What titles of pictures say: the case, what was changed of a bundled one, the stretch of time."""
+"""Titles of figures: case, changed fields, time window."""
 
 import math
 import tomllib

@@ -1,4 +1,4 @@
-"""How the spectrum of a signal changes over a run: spectra of successive stretches, one above the other."""
+"""Waterfall of spectra over successive time windows of a run."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""The virtual rig: what a sensor and a collector would have recorded of a simulated motion."""
+"""Virtual rig: simulated records of a sensor and a data collector."""
 
 from gearplay.rig.chain import apply_chain
 from gearplay.rig.measurement import measure

@@ -1,4 +1,4 @@
-"""The measurement chain: acceleration -> sensor -> anti-alias filter -> counts, channel by channel."""
+"""Measurement chain: acceleration, sensor, anti-alias filter, counts, channel by channel."""
 
 import json
 import math

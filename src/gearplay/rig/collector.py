@@ -1,4 +1,4 @@
-"""The collector: anti-alias filter, sampling, conversion to counts and back."""
+"""Data collector: anti-alias filter, sampling, conversion to counts and back."""
 
 from functools import reduce
 from math import pi, tau

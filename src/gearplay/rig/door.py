@@ -1,4 +1,4 @@
-"""`measure`: what the virtual rig records of a case."""
+"""`measure`: record of a case by the virtual rig."""
 
 import os
 from collections.abc import Mapping

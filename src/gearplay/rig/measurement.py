@@ -1,4 +1,4 @@
-"""`measure`: simulate a case and record it as the rig would."""
+"""Simulation of a case and of its measurement chain."""
 
 import math
 import os

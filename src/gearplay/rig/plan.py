@@ -1,4 +1,4 @@
-"""The test rig's instruments: accelerometers, where they sit, and the collector that records them."""
+"""Schema of the instruments: accelerometers, their mounting, and the collector."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The accelerometer: seismic element, AC coupling, saturation."""
+"""Accelerometer: seismic element, AC coupling, saturation."""
 
 from dataclasses import dataclass
 from math import sqrt, tau

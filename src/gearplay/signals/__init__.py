@@ -1,4 +1,4 @@
-"""Signals, simulated, measured or your own arrays: spectra, lines, orders, envelopes, averages.
+"""Signal analysis of simulated, measured or given arrays: spectra, lines, orders, envelopes, averages.
 
 Put samples into a `Channel` with their rate and unit; every function takes one and returns numbers with their settings.
 

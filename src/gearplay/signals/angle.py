@@ -1,4 +1,4 @@
-"""Shaft angle over time, from a constant speed, a speed or angle channel or tacho pulses; records over equal angles."""
+"""Shaft angle over time, from a constant speed, a speed or angle channel, or tacho pulses; angular resampling."""
 
 import math
 from dataclasses import dataclass

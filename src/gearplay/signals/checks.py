@@ -1,4 +1,4 @@
-"""What every analysis of a signal requires of its inputs, each refused with one sentence."""
+"""Argument checks of signal analysis."""
 
 import math
 from typing import NoReturn

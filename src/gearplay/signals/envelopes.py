@@ -1,4 +1,4 @@
-"""Envelopes of a band of frequencies, and their spectra: what modulates a resonance, shocks above all."""
+"""Envelopes of a frequency band, and their spectra."""
 
 from dataclasses import dataclass
 from itertools import pairwise

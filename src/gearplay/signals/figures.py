@@ -1,4 +1,4 @@
-"""Pictures of signals, simulated or measured; each draws on a given ``ax``, with units and the settings it was made with."""
+"""Figures of signals; each draws on a given ``ax``, with units and settings."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Levels: the rms value of what a spectrum holds within bands."""
+"""Levels: rms value of a spectrum within bands."""
 
 import numpy as np
 from numpy.typing import NDArray

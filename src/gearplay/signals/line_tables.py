@@ -1,4 +1,4 @@
-"""Tables of lines: frequency, amplitude and phase of expected tones with their uncertainty, or that there is none."""
+"""Tables of spectral lines: frequency, amplitude and phase of expected tones with uncertainty."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Finding lines in a spectrum: sharp ones between the bins, and broad humps."""
+"""Detection of lines in a spectrum: sharp ones between bins, and broad humps."""
 
 import math
 from dataclasses import dataclass

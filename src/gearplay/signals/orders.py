@@ -1,4 +1,4 @@
-"""Orders: content that keeps its place per revolution of a shaft while the speed changes."""
+"""Order analysis: content at constant multiples of a shaft's speed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From equal times to equal shaft angles, without aliasing."""
+"""Resampling from equal times to equal shaft angles, without aliasing."""
 
 import math
 

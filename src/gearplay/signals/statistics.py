@@ -1,4 +1,4 @@
-"""Statistics of a record in time: level, peaks and the shape of its distribution."""
+"""Statistics of a record in time: level, peaks, shape of the distribution."""
 
 import math
 from dataclasses import dataclass

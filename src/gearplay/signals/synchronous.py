@@ -1,4 +1,4 @@
-"""Time-synchronous average: what repeats with each turn of a shaft, and the share that does not."""
+"""Time-synchronous average over the turns of a shaft, and the residual share."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Tones in noise: least squares on the lines of a windowed Fourier transform, and the covariance of what is fitted."""
+"""Least-squares fit of tones on the lines of a windowed Fourier transform, with covariance."""
 
 from dataclasses import dataclass
 

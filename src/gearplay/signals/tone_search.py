@@ -1,4 +1,4 @@
-"""Finding the tones of a transform one by one, strongest first, each time fitting them and looking at what is left."""
+"""Sequential detection of tones, strongest first, with a joint fit after each."""
 
 import math
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""Surrogates: polynomials fitted to what simulations gave."""
+"""Surrogate models: polynomials fitted to simulations."""

@@ -1,4 +1,4 @@
-"""An emulator of what the sensor shows: polynomials of the parameters, fitted to trials, with their own error.
+"""Polynomial emulator of sensor values over the parameters, with its own error.
 
 Each log10 of a datum is a sum of products of Legendre polynomials of total degree at most d (a polynomial chaos
 surrogate: Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964). The degree is the one with the least leave-one-out error, which

@@ -1,4 +1,4 @@
-"""`sweep`: many cases from one plan, in memory or in a folder that survives any interruption."""
+"""`sweep`: many cases of one plan, in memory or in a resumable folder."""
 
 import os
 import threading

@@ -1,4 +1,4 @@
-"""What `sweep` returns."""
+"""Result of `sweep`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words every floor shares: the errors and the one table of quantities.
+"""Shared vocabulary: errors and the table of quantities.
 
 This floor imports nothing else of the package.
 """

@@ -1,4 +1,4 @@
-"""What every public function asks of its arguments, by their names, which mean the same everywhere; checked at the door."""
+"""Rules of the arguments of public functions, by name, checked at every call."""
 
 import inspect
 import math

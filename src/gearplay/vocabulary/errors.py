@@ -1,4 +1,4 @@
-"""Errors a user can meet, one class per exit code of the command line.
+"""Exception classes, one per exit code of the command line.
 
 Every message follows one grammar, ``path = value: what is required. What to do.``, so that the front doors
 print it as it is and never need a traceback.

@@ -1,4 +1,4 @@
-"""What the command line ends with; the classes of `gearplay.vocabulary.errors` have theirs from here."""
+"""Exit codes of the command line, assigned to the classes of `gearplay.vocabulary.errors`."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""A lock of the system on a file: it ends with the process that holds it, however that ends."""
+"""Operating-system lock on a file, released when its process ends."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Where Ctrl-C must not be raised, and an interrupt that comes again where it had to wait."""
+"""Deferral of Ctrl-C in critical sections."""
 
 import signal
 import threading

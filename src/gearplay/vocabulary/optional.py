@@ -1,4 +1,4 @@
-"""Libraries that only some commands need: asked for by name, with the command that installs them."""
+"""Import of optional libraries, with the command that installs them in the error."""
 
 import sys
 from importlib import import_module

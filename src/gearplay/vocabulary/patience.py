@@ -1,4 +1,4 @@
-"""Work that heeds no wish to stop: done beside the caller, who need not wait for its end."""
+"""Uninterruptible library calls on a daemon thread, so that Ctrl-C returns at once."""
 
 import threading
 from collections.abc import Callable

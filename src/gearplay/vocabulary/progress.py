@@ -1,4 +1,4 @@
-"""How long work tells how far it is: one kind of callback for every door, one for a single piece of work inside."""
+"""Progress callbacks: one kind for all public functions, one for parts of a computation."""
 
 import inspect
 import warnings

@@ -1,4 +1,4 @@
-"""The one table of quantities: name, symbol, SI unit, display unit, long name.
+"""The table of quantities: name, symbol, SI unit, display unit, long name.
 
 Case files, result files, plots and reports all take names and units from here. Unit strings are written as
 netCDF and pint both read them: ``N s/m``, ``kg m^2``; ``1`` is dimensionless.

@@ -1,4 +1,4 @@
-"""Averages over members beside the page's one run: what a motion does in the mean, with how far that is known."""
+"""Ensemble averages shown with a single run, with their standard error."""
 
 import threading
 

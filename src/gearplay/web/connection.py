@@ -1,4 +1,4 @@
-"""One HTTP connection of the server: uvicorn's, with a limit on the time in which a client says what it wants."""
+"""HTTP connection of the server: uvicorn's, with a time limit for requests."""
 
 import asyncio
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a page lets its user change: every field of a case with its label, unit, bounds and a sensible slider."""
+"""Controls of the page: every field of a case with label, unit, bounds and slider range."""
 
 import math
 from collections.abc import Iterator, Mapping

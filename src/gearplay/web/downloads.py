@@ -1,4 +1,4 @@
-"""Diagrams and maps that are kept, as files: netCDF and CSV."""
+"""Stored diagrams and maps as netCDF and CSV files."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""Who may talk to the server: exact hosts and origins on HTTP and WebSocket, a token beyond loopback, strict headers.
+"""Access control: exact hosts and origins on HTTP and WebSocket, a token beyond loopback, strict headers.
 
 A page on another site can make a browser send requests here, and by rebinding its name can even pass for this host. So the
 Host must be one of ours, whatever names an Origin must name ours, and a WebSocket must have one.

@@ -1,4 +1,4 @@
-"""The words of a job, read and bounded: its case, axes, numbers and note."""
+"""Parsing and limits of a job: case, axes, numbers, note."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Maps of a measure over two fields, with how far each of their cells is to be trusted."""
+"""Maps of a measure over two fields, with the uncertainty of each cell."""
 
 import threading
 from typing import Any

@@ -1,4 +1,4 @@
-"""A measurement of the user's own, as spectra of its accelerations that lie beside those of a run."""
+"""An uploaded measurement, as spectra of its accelerations for comparison with a run."""
 
 import threading
 from pathlib import Path

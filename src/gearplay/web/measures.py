@@ -1,4 +1,4 @@
-"""The numbers of a run that a map can show, and how a sweep is told to keep them."""
+"""Measures that a map can show, and their reductions in a sweep."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A page of its own that plays the motion of a stored result: the drawing of the interactive page, its frames within it."""
+"""A standalone page that plays the motion of a stored result."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Worker processes and the queue before them: bounded, cancellable, with limits on time; a worker that dies is replaced."""
+"""Pool of worker processes with a bounded, cancellable queue and time limits; a worker that dies is replaced."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""The server: which address, who may come in, and uvicorn under it."""
+"""The server: address, access, uvicorn."""
 
 import asyncio
 import secrets

@@ -1,4 +1,4 @@
-"""Finished results on disk: they outlive the server, and the oldest give way to the newest."""
+"""Store of finished results on disk, limited in size, oldest removed first."""
 
 import contextlib
 import hashlib

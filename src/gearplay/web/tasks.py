@@ -1,4 +1,4 @@
-"""What a worker can do: runs of both models, bifurcation diagrams, maps, and files to download."""
+"""Tasks of a worker: runs of both models, bifurcation diagrams, maps, downloads."""
 
 import threading
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A case file with some values changed and all else, comments and units too, as it was written."""
+"""Changes of values in the text of a case file, with comments and units kept."""
 
 import math
 import re

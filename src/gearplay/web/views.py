@@ -1,4 +1,4 @@
-"""What the page shows of a run: thinned curves, spectrum with its lines, contacts, frames of the mechanism."""
+"""Views of a run for the page: thinned curves, spectrum with lines, contacts, frames of the mechanism."""
 
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""One page at the other end of a WebSocket: what it asks for, what it hears, and what is kept of it (schema: docs/page.md)."""
+"""WebSocket session of one page: its requests, messages and stored results (schema: docs/page.md)."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""A worker process: runs what the server hands it, one job at a time, and says how far it is.
+"""Worker process: runs jobs one at a time and reports progress.
 
 Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON, ``{"job": ...}``; answers
 are JSON, or a result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps and time

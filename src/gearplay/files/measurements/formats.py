@@ -1,4 +1,4 @@
-"""Kinds of measurement files: extensions, first bytes and reading module of each, and how a file's kind is recognised."""
+"""Registry of measurement formats: extensions, signatures, reading modules, recognition of a file."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Messages for files that do not hold what they declare, limits, and the fence around libraries."""
+"""Error messages for inconsistent files, limits, and translation of library errors."""
 
 import logging
 import warnings

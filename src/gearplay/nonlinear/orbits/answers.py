@@ -1,4 +1,4 @@
-"""What the verbs of periodic orbits return: one orbit, one branch, or all connected branches, each with its case."""
+"""Results of orbit analysis: an orbit, a branch, or all connected branches, each with its case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All branches of periodic orbits that hang together: one both ways from its start, and those that leave it at doublings."""
+"""All connected branches: both directions, and branch switching at period doublings."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits over a parameter: pseudo-arclength continuation through folds, and what happens on the way.
+"""Branches of periodic orbits over a parameter: pseudo-arclength continuation through folds.
 
 Unknowns are the state at the section and the parameter, in natural sizes. A step goes along the tangent of the branch and
 Newton's method brings it back, at right angles to the tangent (H. B. Keller, in: Applications of Bifurcation Theory, Academic

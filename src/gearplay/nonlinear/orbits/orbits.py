@@ -1,4 +1,4 @@
-"""Periodic orbits by shooting: Newton's method on the map over their periods, with exact derivatives; Floquet multipliers."""
+"""Periodic orbits by shooting: Newton's method with exact derivatives; Floquet multipliers."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The map of a state over one period of the excitation, with its exact derivative: what orbits and branches are made of."""
+"""Period map: the state over one period of the excitation, with its exact derivative."""
 
 import math
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""How often the article's claimed patterns appear: over ranges of its unknown parameters, in ensembles and in single runs."""
+"""Frequency of the article's claimed patterns over ranges of its unknown parameters."""

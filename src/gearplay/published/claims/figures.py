@@ -1,4 +1,4 @@
-"""Figures of the claims, drawn from their document."""
+"""Figures of the claims."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""The perfect model's floor: how near one chaotic run of the true model comes to another, and what picking runs makes of it."""
+"""Error floor of a perfect model: distance of single chaotic runs of the true model, and the bias of selection."""
 
 import math
 import threading

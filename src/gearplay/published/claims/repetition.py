@@ -1,4 +1,4 @@
-"""The same points at a finer tolerance: does the tolerance decide what is seen?"""
+"""Repetition of the points at a finer tolerance."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

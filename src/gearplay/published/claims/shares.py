@@ -1,4 +1,4 @@
-"""The claimed patterns, and in what share of the points each appears, with Wilson's intervals."""
+"""Claimed patterns, and the share of points that show each, with Wilson's intervals."""
 
 import math
 from collections.abc import Callable, Sequence

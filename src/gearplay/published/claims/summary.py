@@ -1,4 +1,4 @@
-"""What became of the claims as one document: computed afresh, or as it came with the package."""
+"""Summary of the claims as one document, computed or as shipped."""
 
 import json
 import threading

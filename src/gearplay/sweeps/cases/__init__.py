@@ -1,1 +1,1 @@
-"""Which cases a plan means, and what each is called."""
+"""Cases of a plan and their names."""

@@ -1,4 +1,4 @@
-"""Cases along a carried axis: held speeds with ramps between them, or the windows of a run-up."""
+"""Sequences of cases along an axis: held speeds with ramps between them, or windows of a run-up."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Drawn points of a sweep: even or random points of the unit cube, correlated, as quantiles of each parameter's distribution."""
+"""Drawn points of a sweep: space-filling or random, correlated, as quantiles of each distribution."""
 
 import math
 import warnings

@@ -1,4 +1,4 @@
-"""The points of a sweep: axes times drawn sample times members, by number, without a list of them."""
+"""Points of a sweep by number: axes times drawn sample times members, generated lazily."""
 
 import math
 from collections.abc import Sequence

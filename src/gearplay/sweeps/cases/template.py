@@ -1,4 +1,4 @@
-"""From a point of a sweep to its case, and to the address under which its result is kept."""
+"""Case of a point of a sweep, and the key of its stored result."""
 
 import hashlib
 import json

@@ -1,1 +1,1 @@
-"""What a sweep plan says."""
+"""Sweep plans."""

@@ -1,4 +1,4 @@
-"""The drawn part of sweep plans: parameters with distributions, how points are drawn, correlations."""
+"""Drawn part of sweep plans: distributions, sampling, correlations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep plan keeps of each simulation."""
+"""Reductions of a sweep plan."""
 
 from __future__ import annotations
 

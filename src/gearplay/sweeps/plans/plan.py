@@ -1,4 +1,4 @@
-"""Sweep plans: what varies, how it is sampled, and what is kept of each simulation."""
+"""Schema of sweep plans: axes, sampling, reductions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Doors of sweeps: plan files, bundled plans and dictionaries into a `SweepPlan`; a case with axes into one."""
+"""Reading of sweep plans from files, bundled plans, dictionaries, or a case with axes."""
 
 import re
 from collections.abc import Mapping, Sequence

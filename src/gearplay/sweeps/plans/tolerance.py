@@ -1,4 +1,4 @@
-"""The part ``[tolerance]`` of a sweep plan: which measure must stay within which limit, and which clearances may grow."""
+"""The table ``[tolerance]`` of a sweep plan: limit of a measure, and the clearances to enlarge."""
 
 from __future__ import annotations
 

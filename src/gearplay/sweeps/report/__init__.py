@@ -1,1 +1,1 @@
-"""The page of a sweep and its pictures."""
+"""Report of a sweep and its figures."""

@@ -1,4 +1,4 @@
-"""What a sweep says in a few sentences: whether a mesh jams, between what a number lies, what it goes with."""
+"""Conclusion of a sweep in a few sentences: jam, range of a number, strongest parameter."""
 
 import math
 

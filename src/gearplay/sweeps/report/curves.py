@@ -1,4 +1,4 @@
-"""Curves of a sweep: numbers over one axis with the spread of their members, and what differs on the way up and down."""
+"""Curves of a sweep over one axis, with the spread of members and hysteresis."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""The product of a sweep as pictures take it: axes in units that engineers read, tables of values, what is held fixed."""
+"""Product of a sweep for drawing: axes in engineering units, tables of values, fixed coordinates."""
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The pictures that make sense for a sweep: chosen from what varies and what is kept, each with a caption."""
+"""Selection of the figures of a sweep by axes and reductions, each with a caption."""
 
 import os
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Where in a map a mesh can jam: the line 2 sin(alpha0) (sum of both radial clearances) = b0."""
+"""Jam limit of a mesh in a map: 2 sin(alpha0) (sum of both radial clearances) = b0."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

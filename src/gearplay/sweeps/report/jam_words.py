@@ -1,4 +1,4 @@
-"""Whether a mesh jams, in one sentence: where it does, and where it does not."""
+"""Jam condition of a mesh over a sweep, in one sentence."""
 
 import itertools
 from collections.abc import Sequence

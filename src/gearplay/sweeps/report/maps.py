@@ -1,4 +1,4 @@
-"""Maps of a sweep: one number over two axes, small multiples over others, and the line beyond which a mesh can jam."""
+"""Maps of a sweep: one number over two axes, small multiples over others, and the jam limit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The report of a sweep: what was varied, how the cases ended, what was kept in short, and the pictures."""
+"""Report page of a sweep: axes, outcomes, reductions, figures."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Many varied quantities at once: each drawn parameter on its own, and all of them as parallel coordinates."""
+"""Scatter plots of drawn parameters, and parallel coordinates."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Spectra and histories of a sweep: waterfalls over an axis, order maps, and curves where no axis is numeric."""
+"""Spectra and histories of a sweep: waterfalls, order maps, overlaid curves."""
 
 from typing import Any
 

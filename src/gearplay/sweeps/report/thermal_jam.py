@@ -1,4 +1,4 @@
-"""Where in a map of cases at temperature a mesh can jam: clearances and backlash follow expansion, so the line is searched."""
+"""Jam limit of a mesh in a map over temperature, found by search."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -1,1 +1,1 @@
-"""Cases simulated, reduced to what is kept, stored and put together."""
+"""Evaluation of the points of a sweep, reduction, storage and assembly."""

@@ -1,4 +1,4 @@
-"""Where the points of a sweep are evaluated: threads, processes, or an existing Dask cluster. Results do not depend on it."""
+"""Executors of a sweep: threads, processes, or an existing Dask cluster; results do not depend on the choice."""
 
 import queue
 import threading

@@ -1,4 +1,4 @@
-"""One point of a sweep, simulated and reduced; the same code in a thread, a process, or on a cluster."""
+"""Evaluation of one point of a sweep: simulation and reduction, in a thread, a process, or on a cluster."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""A sweep in its folder: claimed by a plan, run as far as it is missing, gathered into one product."""
+"""A sweep in a folder: claimed by a plan, resumed, assembled into one product."""
 
 import json
 import threading

@@ -1,4 +1,4 @@
-"""What a sweep will take, from a few of its cases."""
+"""Estimate of the duration of a sweep from a few of its cases."""
 
 import time
 from contextlib import closing

@@ -1,4 +1,4 @@
-"""Points of a sweep evaluated in processes of this machine, which live from one sweep to the next."""
+"""Persistent worker processes for the points of a sweep."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The product of a sweep: one dataset with a dimension per axis, the same bytes wherever its points were computed."""
+"""Product of a sweep: one dataset with a dimension per axis, independent of the executor."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence

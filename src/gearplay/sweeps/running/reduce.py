@@ -1,4 +1,4 @@
-"""What is kept of a simulation: a fixed row of numbers, made where the simulation runs."""
+"""Reduction of a simulation to a fixed row of numbers, computed where the simulation runs."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Finished points of a sweep on disk: rows by address in SQLite, one file a writer, safe to kill at any time."""
+"""Store of finished points: rows by key in SQLite, one file per writer, safe against kills."""
 
 import hashlib
 import sqlite3

@@ -1,4 +1,4 @@
-"""The product of a sweep as a Zarr store, written block by block: it may be larger than the memory."""
+"""Export of the product as a Zarr store, block by block, for products larger than memory."""
 
 import math
 import os

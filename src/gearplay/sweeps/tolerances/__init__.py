@@ -1,1 +1,1 @@
-"""Tolerance answers of a sweep: yield, allowable range, sensitivities."""
+"""Tolerance analysis of a sweep: yield, allowable range, sensitivities."""

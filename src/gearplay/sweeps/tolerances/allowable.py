@@ -1,4 +1,4 @@
-"""The largest clearances with which a measure keeps to its limit at a wanted probability: a search checked by fresh draws.
+"""Largest clearances that keep a measure within its limit with a given probability, checked by independent draws.
 
 A factor multiplies what is drawn; every factor is simulated at the same points of the unit cube (common random numbers), so
 that neighbouring factors differ by the factor alone. Five factors spread over the range show where the wanted probability is

@@ -1,4 +1,4 @@
-"""The tolerance answers of a sweep: what `[tolerance]` in its plan asks for, in the sweep's folder."""
+"""Tolerance results of a sweep, as requested by ``[tolerance]`` in its plan."""
 
 import threading
 from collections.abc import Callable

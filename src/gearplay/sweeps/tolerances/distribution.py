@@ -1,4 +1,4 @@
-"""How a measure is distributed over drawn points and members: mean, scatter, and quantiles with their intervals."""
+"""Distribution of a measure over drawn points and members: mean, scatter, quantiles with intervals."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""How often a measure exceeds a limit, with the confidence interval of that probability.
+"""Probability that a measure exceeds a limit, with its confidence interval.
 
 Drawn points are the unit of independence: the members of an ensemble share the parameters of theirs. A probability is the
 mean over the points of the share of members; its interval is that of Clopper and Pearson (Biometrika 26 (1934) 404) for as

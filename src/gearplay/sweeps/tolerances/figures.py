@@ -1,4 +1,4 @@
-"""Figures of a tolerance study, as PNG bytes: how a measure is distributed, what scatters it, how far clearances may grow."""
+"""Figures of a tolerance study: distribution, sensitivities, allowable clearances."""
 
 import math
 import textwrap

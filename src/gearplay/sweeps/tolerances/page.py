@@ -1,4 +1,4 @@
-"""The output of a tolerance study: page, figures, and one JSON document that says it all."""
+"""Output of a tolerance study: page, figures, JSON document."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""The answers of a tolerance study from the values of one measure: distribution, exceedance, indices, and which end to cut."""
+"""Tolerance analysis of one measure: distribution, exceedance, sensitivity indices, critical end of each range."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a tolerance study found, in sentences: for the page, the command line and the document alike."""
+"""Conclusions of a tolerance study in sentences."""
 
 import math
 from collections.abc import Sequence

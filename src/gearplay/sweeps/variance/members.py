@@ -1,4 +1,4 @@
-"""Numbers of drawn points with members: means of each point, scatter about them, its share of the whole."""
+"""Means over members of drawn points, scatter about them, and its share of the total variance."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Which drawn parameter the scatter of a measure comes from: first-order and total Sobol indices.
+"""First-order and total Sobol indices of a measure.
 
 The first-order index is the share of the variance that would go if the parameter were known, the total index the share that
 would stay if all others were (Sobol', Math. Comput. Simul. 55 (2001) 271). A ``saltelli`` design has estimators of its own

@@ -1,4 +1,4 @@
-"""The shares of a variance in words."""
+"""Shares of a variance in sentences."""
 
 from collections.abc import Sequence
 
