@@ -288,7 +288,7 @@ def _add(tables: JoinedRows, rotors: Sequence[Any], chain: Chain) -> None:
         pull=0,
         vibration=len(tables.vibrations),
         vibrations=len(chain.vibrations),
-        swing=2 * sum(each.count for each in tables.chains),
+        modal_rates=2 * sum(each.count for each in tables.chains),
         damping=chain.damping,
     )
     shapes = np.hstack([v.shapes for v in chain.vibrations])
@@ -307,5 +307,5 @@ def _add(tables: JoinedRows, rotors: Sequence[Any], chain: Chain) -> None:
         if k < count:
             tables.places[2 * q], tables.places[2 * q + 1] = len(tables.chains), k
             fastest = max(v.frequency for v in chain.vibrations)
-            rotors[i].swing_rate = max(rotors[i].swing_rate, fastest)
+            rotors[i].modal_rate = max(rotors[i].modal_rate, fastest)
     tables.chains.append(row)
