@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 import gearplay as gp
-from programs import load_script
 
 SOURCE = Path(gp.__file__).parent
 LONGEST = 350
@@ -110,13 +109,6 @@ def test_a_sweep_plan_passes_eight_files_and_returns_to_none(tmp_path: Path) -> 
     assert len(walk) <= 8, walk
     told = (SOURCE.parents[1] / "docs" / "architecture.md").read_text()
     assert all(file.removesuffix(".py").replace("/", ".") in told for file in walk), walk
-
-
-@pytest.mark.parametrize("name", ["write_reference", "write_case_file", "write_commands"])
-def test_pages_made_from_the_code_are_what_it_says(name: str) -> None:
-    """`python docs/NAME.py` writes them."""
-    module = load_script(SOURCE.parents[1] / "docs" / f"{name}.py")
-    assert module.OUT.read_text(encoding="utf-8") == module.page(), f"run: python docs/{name}.py"
 
 
 def test_no_message_below_the_command_line_names_its_options() -> None:
