@@ -135,10 +135,13 @@ def read_result(path: str | os.PathLike[str]) -> Any:
         return Calibration.from_document(place)
     if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
+    from gearplay.files.measurements.hdf5 import OURS
+    from gearplay.results.provenance import KIND
+
     dataset = read_dataset(place)
-    kind = kind_of(dataset)
-    if kind == "record":
+    if OURS in dataset.attrs:
         return _record(place)
+    kind = str(dataset.attrs.get(KIND, ""))
     if kind not in ANSWERS:
         rule = "must be what the save of an answer wrote"
         raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
@@ -150,21 +153,3 @@ def _record(place: Path) -> Any:
     from gearplay.files.measurements import read_measurement
 
     return read_measurement(place)
-
-
-def kind_of(dataset: Any) -> str:
-    """Return the kind of answer that a file holds, of one that does not say it, as older versions wrote; empty for none."""
-    from gearplay.results.answer import KIND
-
-    if KIND in dataset.attrs:
-        return str(dataset.attrs[KIND])
-    names, attributes = set(dataset.variables), dataset.attrs
-    marks = {
-        "run": {"contact", "share_of_time"} <= names,
-        "sweep": "plan" in attributes and "status" in names,
-        "branches": "special_kind" in names and "matrix" in names,
-        "portrait": "path_time" in names,
-        "bifurcation": {"direction", "reason"} <= names,
-        "record": any(str(key).startswith("gearplay_channels") for key in (*names, *attributes)),
-    }
-    return next((kind for kind, found in marks.items() if found), "")

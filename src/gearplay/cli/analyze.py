@@ -118,12 +118,12 @@ def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[An
 
     if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
         from gearplay.files.netcdf import read_dataset
-        from gearplay.python_door import kind_of
+        from gearplay.results.provenance import KIND
         from gearplay.results.recorded import record_of, usual_channel
         from gearplay.results.result import Result
 
         dataset = read_dataset(path)
-        if kind_of(dataset) == Result.answer:
+        if dataset.attrs.get(KIND) == Result.answer:
             result = Result.from_dataset(dataset)
             return record_of(result), usual_channel(result)
     return read_measurement(path, sampling=sampling, units=units), None

@@ -1,4 +1,4 @@
-"""Kept trials of the bundled plan: the first of the coupled model, the best of each; the search and the provenance follow from them."""
+"""Kept trials of the bundled plan, the first of the coupled model and the best of each: search and provenance agree with them."""
 
 import json
 import lzma
