@@ -1,4 +1,4 @@
-"""What `import gearplay` offers: where each public name lives, and reading any saved answer back."""
+"""Public functions with their arguments checked, and reading any saved answer back."""
 
 import os
 from functools import cache
@@ -12,50 +12,6 @@ from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import read_dataset
 from gearplay.vocabulary.arguments import guarded
 from gearplay.vocabulary.errors import Fault, InputError
-
-HOMES: Final = MappingProxyType(
-    {
-        "Case": "model.case",
-        "Policy": "model.policy",
-        "load_case": "model.reading",
-        "replace": "model.reading",
-        "check_case": "model.check",
-        "simulate": "results.door",
-        "Result": "results.result",
-        "read_result": "python_door",
-        "measure": "rig.door",
-        "Record": "files.record",
-        "Channel": "files.record",
-        "read_measurement": "files.measurements",
-        "write_record": "files.measurements",
-        "calibrate": "calibration.door",
-        "load_plan": "calibration.reading",
-        "sweep": "sweeps.door",
-        "Engine": "sweeps.running.engines",
-        "basins": "nonlinear.door",
-        "bifurcation": "nonlinear.door",
-        "branch": "nonlinear.orbits.door",
-        "branches": "nonlinear.orbits.door",
-        "impacts": "nonlinear.section_door",
-        "lyapunov": "nonlinear.door",
-        "motion": "nonlinear.door",
-        "periodic_orbit": "nonlinear.orbits.door",
-        "portrait": "nonlinear.section_door",
-        "section": "nonlinear.section_door",
-        "torsional_pair": "nonlinear.torsional",
-        "modes": "linear.door",
-        "campbell": "linear.door",
-        "frequency_response": "linear.door",
-        "planetary": "model.planetary_door",
-        "load_sharing": "planets.door",
-        "GearplayError": "vocabulary.errors",
-        "InputError": "vocabulary.errors",
-        "SimulationError": "vocabulary.errors",
-        "ResourceError": "vocabulary.errors",
-        "MeasurementError": "vocabulary.errors",
-    }
-)
-"""Module of each public name, below `gearplay`; loaded when it is first used."""
 
 ANSWERS: Final = MappingProxyType(
     {
@@ -81,9 +37,9 @@ ANSWERS: Final = MappingProxyType(
 
 
 @cache
-def public(name: str) -> Any:
-    """Return a public name's object; functions check their arguments first."""
-    found = getattr(import_module(f"gearplay.{HOMES[name]}"), name)
+def public(name: str, module: str) -> Any:
+    """Return a public name's object, which a module defines; functions check their arguments first."""
+    found = getattr(import_module(module), name)
     return guarded(found, _seconds) if isfunction(found) else found
 
 
