@@ -70,6 +70,7 @@ def analyze(
 
     Lines come with their uncertainty.
     """
+    from gearplay.files.json_text import finite
     from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics
     from gearplay.vocabulary.quantities import FREQUENCY
@@ -105,7 +106,7 @@ def analyze(
         "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
-    document = _finite(document)
+    document = finite(document)
     if json:
         print_json(document)
     else:
@@ -207,14 +208,6 @@ def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
         "lines": [{"frequency": float(frequency[k]), "amplitude": float(values[k])} for k in largest],
         "settings": made.caption,
     }
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _words(document: dict[str, Any]) -> str:
