@@ -75,14 +75,7 @@ format: $(VENV)/dev.stamp ## let ruff arrange the code
 bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performance.md
 	$(BIN)/python -m bench
 
-docs: $(VENV)/docs.stamp ## draw the figures and build the pages into site/
-	$(BIN)/python docs/figures/draw_conventions.py
-	$(BIN)/python docs/figures/draw_elements.py
-	$(BIN)/python docs/figures/draw_clearances.py
-	$(BIN)/python docs/figures/draw_house.py
-	$(BIN)/python docs/write_reference.py
-	$(BIN)/python docs/write_case_file.py
-	$(BIN)/python docs/write_commands.py
+docs: $(VENV)/docs.stamp ## write the pages and figures that follow from the code, and build the site into site/
 	$(BIN)/mkdocs build --strict --quiet
 
 clean: ## remove what the commands above made

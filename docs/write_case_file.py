@@ -40,7 +40,7 @@ Every fault of a file is reported together, with the field, the rule and the cur
 `gearplay check FILE` says what does not fit, `gearplay schema` prints the same as below for editors. Drawings of every element
 and its signs: [conventions](conventions.md#elements).
 
-This page is made from the schema (`python docs/write_case_file.py`).
+This page is made from the schema by `make docs`.
 """
 
 

@@ -19,7 +19,7 @@ be repeated: `--set sleeves.ring.radial_clearance=50um --set run.ensemble=16`.
 Exit codes: 0 done, 2 bad input, 3 simulation failed, 4 partly done, 5 over a resource limit, 6 unreadable measurement, 130
 interrupted (what was kept is said). Long work shows progress and goes on where it was stopped.
 
-This page is made from the command line (`python docs/write_commands.py`).
+This page is made from the command line by `make docs`.
 """
 
 

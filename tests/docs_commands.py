@@ -19,9 +19,13 @@ from gearplay.cli.main import run
 from gearplay.model.toml_files import parse_toml, write_toml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-MADE = {"commands.md", "reference.md"}
-"""Pages that are made from the code: what they show in blocks is usage, no command."""
+MADE = {"case-file.md", "commands.md", "reference.md"}
+"""Pages that `make docs` writes from the code."""
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *(page for page in sorted((ROOT / "docs").rglob("*.md")) if page.name not in MADE),
+]
 FENCE = re.compile(r"^(?P<fence>```+)(?P<kind>[a-z]*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE)
 SHELL = {"", "sh", "console"}
 PROGRAMS = ("gearplay", "make", "python", "pip")
@@ -108,8 +112,6 @@ class Command:
 
 def commands_of(page: Path) -> list[Command]:
     """Return the commands of a page's shell blocks, and of those that say no language, in order."""
-    if page.name in MADE:
-        return []
     found = []
     for block in FENCE.finditer(page.read_text(encoding="utf-8")):
         if block["kind"] not in SHELL:

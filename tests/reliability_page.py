@@ -27,7 +27,7 @@ some hours; `make torture OF=tests/page` tries some files only and leaves the ot
 * A result that was changed, cut or grown after it was written is refused: its last bytes are a digest of all others. Finished
   parts, rows of a sweep, trials of a calibration and its `calibration.json` have theirs: what was changed is computed again, or
   named.
-* A result without a digest, foreign or older, is read by a process of its own, which may crash, hang or run out of memory.
+* A result without a digest, a foreign one, is read by a process of its own, which may crash, hang or run out of memory.
 * A disk on which a write, a sync or a rename fails, once or from then on, ends a command with a sentence; what was stored stays,
   and the same command goes on. An old whole result is there until the new one is.
 * Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same command goes on

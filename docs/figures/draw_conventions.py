@@ -138,7 +138,6 @@ def main() -> None:
     )  # fmt: skip
     target = Path(__file__).with_name("conventions.svg")
     save(figure, target)
-    print(target.name)
 
 
 if __name__ == "__main__":

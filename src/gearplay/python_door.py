@@ -1,4 +1,4 @@
-"""Registry of the public names of `import gearplay`, and reading of any saved result."""
+"""Public functions with checked arguments, and reading of any saved result."""
 
 import os
 from functools import cache
@@ -12,50 +12,6 @@ from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import read_dataset
 from gearplay.vocabulary.arguments import guarded
 from gearplay.vocabulary.errors import Fault, InputError
-
-HOMES: Final = MappingProxyType(
-    {
-        "Case": "model.case",
-        "Policy": "model.policy",
-        "load_case": "model.reading",
-        "replace": "model.reading",
-        "check_case": "model.check",
-        "simulate": "results.door",
-        "Result": "results.result",
-        "read_result": "python_door",
-        "measure": "rig.door",
-        "Record": "files.record",
-        "Channel": "files.record",
-        "read_measurement": "files.measurements",
-        "write_record": "files.measurements",
-        "calibrate": "calibration.door",
-        "load_plan": "calibration.reading",
-        "sweep": "sweeps.door",
-        "Engine": "sweeps.running.engines",
-        "basins": "nonlinear.door",
-        "bifurcation": "nonlinear.door",
-        "branch": "nonlinear.orbits.door",
-        "branches": "nonlinear.orbits.door",
-        "impacts": "nonlinear.section_door",
-        "lyapunov": "nonlinear.door",
-        "motion": "nonlinear.door",
-        "periodic_orbit": "nonlinear.orbits.door",
-        "portrait": "nonlinear.section_door",
-        "section": "nonlinear.section_door",
-        "torsional_pair": "nonlinear.torsional",
-        "modes": "linear.door",
-        "campbell": "linear.door",
-        "frequency_response": "linear.door",
-        "planetary": "model.planetary_door",
-        "load_sharing": "planets.door",
-        "GearplayError": "vocabulary.errors",
-        "InputError": "vocabulary.errors",
-        "SimulationError": "vocabulary.errors",
-        "ResourceError": "vocabulary.errors",
-        "MeasurementError": "vocabulary.errors",
-    }
-)
-"""Module of each public name, below `gearplay`; loaded when it is first used."""
 
 ANSWERS: Final = MappingProxyType(
     {
@@ -81,9 +37,9 @@ ANSWERS: Final = MappingProxyType(
 
 
 @cache
-def public(name: str) -> Any:
-    """Return a public name's object; functions check their arguments first."""
-    found = getattr(import_module(f"gearplay.{HOMES[name]}"), name)
+def public(name: str, module: str) -> Any:
+    """Return a public name's object, which a module defines; functions check their arguments first."""
+    found = getattr(import_module(module), name)
     return guarded(found, _seconds) if isfunction(found) else found
 
 
@@ -135,10 +91,13 @@ def read_result(path: str | os.PathLike[str]) -> Any:
         return Calibration.from_document(place)
     if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
+    from gearplay.files.measurements.hdf5 import OURS
+    from gearplay.results.provenance import KIND
+
     dataset = read_dataset(place)
-    kind = kind_of(dataset)
-    if kind == "record":
+    if OURS in dataset.attrs:
         return _record(place)
+    kind = str(dataset.attrs.get(KIND, ""))
     if kind not in ANSWERS:
         rule = "must be what the save of an answer wrote"
         raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
@@ -150,21 +109,3 @@ def _record(place: Path) -> Any:
     from gearplay.files.measurements import read_measurement
 
     return read_measurement(place)
-
-
-def kind_of(dataset: Any) -> str:
-    """Return the kind of answer that a file holds, of one that does not say it, as older versions wrote; empty for none."""
-    from gearplay.results.answer import KIND
-
-    if KIND in dataset.attrs:
-        return str(dataset.attrs[KIND])
-    names, attributes = set(dataset.variables), dataset.attrs
-    marks = {
-        "run": {"contact", "share_of_time"} <= names,
-        "sweep": "plan" in attributes and "status" in names,
-        "branches": "special_kind" in names and "matrix" in names,
-        "portrait": "path_time" in names,
-        "bifurcation": {"direction", "reason"} <= names,
-        "record": any(str(key).startswith("gearplay_channels") for key in (*names, *attributes)),
-    }
-    return next((kind for kind, found in marks.items() if found), "")

@@ -22,7 +22,7 @@ from gearplay.calibration.trials import Problem
 from gearplay.files.atomic import make_folder, write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import FolderStore
-from gearplay.vocabulary.progress import Progress, Tick, listening
+from gearplay.vocabulary.progress import Progress, Tick
 
 
 def calibrate(
@@ -83,7 +83,7 @@ def calibrate(
         measurements_of(loaded, Path(records)),
         trials=lambda model: StudyStore(place, loaded, model, digest),
         parts=FolderStore(place / "parts"),
-        report=None if progress is None else listening(progress),
+        report=progress,
         stop=stop,
     )
     return Calibration(write_calibration(loaded, fits, place))

@@ -23,10 +23,10 @@ from gearplay.calibration.posterior import KNOWN
 from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
 from gearplay.calibration.statement import Statement, statement_of
 from gearplay.calibration.verdict import CLEAR, OPEN, STRONG
-from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.atomic import write_figures, write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import with_digest
-from gearplay.pictures.pages import data_uri, render_page
+from gearplay.pictures.pages import fixed, render_page
 from gearplay.pictures.words import offset_in, shown_in
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
@@ -50,9 +50,7 @@ def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str
     )
     document = document_of(plan, fits, spans, statement)
     figures = draw_figures(plan, fits, spans)
-    make_folder(folder / "figures")
-    for name, png in figures.items():
-        write_bytes(folder / "figures" / f"{name}.png", png)
+    write_figures(folder, figures)
     write_text(folder / "residuals.csv", residuals_csv(plan, fits))
     text = json.dumps(with_digest(document), indent=1, allow_nan=False)
     write_text(folder / "calibration.json", text)
@@ -101,7 +99,7 @@ def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statemen
     own = [fit for fit in fits if fit.reading == reading]
     where = "" if len(_readings(fits)) == 1 else f" (reading {reading})"
     errors = "; ".join(
-        f"{fit.model} {_fixed(fit.amplitude_error, 0)} % and {_fixed(mean_error(fit.held_out, frequencies=False), 0)} %"
+        f"{fit.model} {fixed(fit.amplitude_error, 0)} % and {fixed(mean_error(fit.held_out, frequencies=False), 0)} %"
         for fit in own
     )
     named = next((fit for fit in own if fit.model == statement.overall), None)
@@ -270,20 +268,6 @@ def _slug(text: str) -> str:
     return re.sub(r"[^a-z0-9_]+", "-", text.lower()).strip("-")[:40]
 
 
-def _number(value: Any, digits: int = 4) -> str:
-    """Return a number for the page, a dash where there is none.
-
-    >>> _number(0.12345), _number(None)
-    ('0.1235', '–')
-    """
-    return f"{value:.{digits}g}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
-
-
-def _fixed(value: Any, decimals: int = 1) -> str:
-    """Return a number with so many decimals for the page, a dash where there is none."""
-    return f"{value:.{decimals}f}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
-
-
 def _shown_unit(row: Mapping[str, Any]) -> str:
     """Return the unit in which the page shows a datum."""
     return shown_in(row["unit"], abs(row["measured"] or 0.0))[0]
@@ -301,18 +285,17 @@ def _shown(row: Mapping[str, Any], name: str) -> float | None:
 
 def render(plan: Plan, fits: Sequence[Fit], document: dict[str, Any], figures: dict[str, bytes]) -> str:
     """Return the report as one self-contained HTML page."""
-    images = {name: data_uri(png) for name, png in figures.items()}
     readings = _readings(fits)
     return render_page(
         "gearplay.calibration",
         "report.html",
-        filters={"number": _number, "fixed": _fixed, "shown": _shown, "shown_unit": _shown_unit},
+        filters={"shown": _shown, "shown_unit": _shown_unit},
+        figures=figures,
         title=plan.title or "Calibration",
         plan=plan,
         document=document,
         readings=readings,
         by_reading={r: [f for f in document["fits"] if f["reading"] == r] for r in readings},
-        images=images,
         undecided=OPEN,
         known=100.0 * KNOWN,
         strong=STRONG,

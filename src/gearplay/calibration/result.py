@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.parts import without_digest
+from gearplay.files.parts import DIGEST, without_digest
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.answer import Answer, WasDocument, check_kind
+from gearplay.results.answer import Answer, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
 
@@ -30,7 +30,7 @@ LARGEST = 64 * 1024**2
 
 
 @dataclass(frozen=True, repr=False)
-class Calibration(Answer, WasDocument):
+class Calibration(Answer):
     """What a calibration found: which parameters explain the records, and which model explains them better.
 
     Attributes: ``ds`` (a row for each parameter of each fit), ``document`` (all of ``calibration.json``), ``message`` (the
@@ -95,10 +95,6 @@ class Calibration(Answer, WasDocument):
         if (document := without_digest(stored)) is None:
             raise _refusal(path, "must be as gearplay calibrate wrote it; it was changed since")
         found = cls(document)
-        try:  # an older file has no digest, and another document may have one
-            found.ds.attrs["words"] = found.message
-        except (LookupError, TypeError, ValueError, AttributeError):
-            raise _refusal(path, ORIGIN) from None
         return found
 
     def rows(self) -> Sequence[tuple[str, str]]:
@@ -127,13 +123,13 @@ class Calibration(Answer, WasDocument):
 
 
 def _stored(path: Path) -> dict[str, Any]:
-    """Return what a file holds as JSON; `InputError` where that is no table."""
+    """Return what a file holds as JSON; `InputError` where that is no table with a digest."""
     try:
         plain = path.is_file() and path.stat().st_size <= LARGEST
         stored = json.loads(path.read_text(encoding="utf-8")) if plain else None
     except (OSError, ValueError, RecursionError):
         stored = None
-    if not isinstance(stored, dict):
+    if not isinstance(stored, dict) or DIGEST not in stored:
         raise _refusal(path, ORIGIN)
     return stored
 

@@ -49,7 +49,7 @@ class StudyStore:
         with _told_of(self.folder / FILE):
             found = self.study.get_trials(deepcopy=False)
         for stored in found:
-            held = parts.without_digest(stored.user_attrs, in_order=False)  # a table of SQL has none
+            held = parts.without_digest(stored.user_attrs, in_order=False)
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
                 raise TakenError(Fault("out", str(self.folder), rule, _CURE))

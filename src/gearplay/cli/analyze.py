@@ -70,6 +70,7 @@ def analyze(
 
     Lines come with their uncertainty.
     """
+    from gearplay.files.json_text import finite
     from gearplay.signals.line_tables import line_table
     from gearplay.signals.statistics import signal_statistics
     from gearplay.vocabulary.quantities import FREQUENCY
@@ -105,7 +106,7 @@ def analyze(
         "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
-    document = _finite(document)
+    document = finite(document)
     if json:
         print_json(document)
     else:
@@ -118,12 +119,12 @@ def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[An
 
     if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
         from gearplay.files.netcdf import read_dataset
-        from gearplay.python_door import kind_of
+        from gearplay.results.provenance import KIND
         from gearplay.results.recorded import record_of, usual_channel
         from gearplay.results.result import Result
 
         dataset = read_dataset(path)
-        if kind_of(dataset) == Result.answer:
+        if dataset.attrs.get(KIND) == Result.answer:
             result = Result.from_dataset(dataset)
             return record_of(result), usual_channel(result)
     return read_measurement(path, sampling=sampling, units=units), None
@@ -207,14 +208,6 @@ def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
         "lines": [{"frequency": float(frequency[k]), "amplitude": float(values[k])} for k in largest],
         "settings": made.caption,
     }
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _words(document: dict[str, Any]) -> str:

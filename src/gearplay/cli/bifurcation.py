@@ -59,7 +59,7 @@ def bifurcation(
     from gearplay.nonlinear.figures import bifurcation_figure
     from gearplay.nonlinear.orbits.door import branches as branches_of
     from gearplay.nonlinear.orbits.door import check_branches
-    from gearplay.results.answer import KIND
+    from gearplay.results.provenance import KIND
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"

@@ -4,7 +4,7 @@ import os
 import secrets
 import shutil
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -187,3 +187,9 @@ def write_text(path: Path, text: str, *, overwrite: bool = True) -> None:
 def write_bytes(path: Path, content: bytes, *, overwrite: bool = True) -> None:
     """Write a binary file atomically."""
     write_with(path, lambda temporary: temporary.write_bytes(content), overwrite=overwrite)
+
+
+def write_figures(folder: Path, figures: Mapping[str, bytes]) -> None:
+    """Write PNGs by name into ``folder/figures``, each atomically."""
+    for name, png in figures.items():
+        write_bytes(folder / "figures" / f"{name}.png", png)

@@ -89,7 +89,7 @@ def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
 def read_dataset(path: Path) -> "xr.Dataset":
     """Read a result file into memory; a digest at its end is checked.
 
-    A file without one is foreign, older or cut off: a process of its own reads it, which may crash or be ended.
+    A file without one is foreign or cut off: a process of its own reads it, which may crash or be ended.
 
     Raises `InputError` where it is missing, no plain file, damaged or not a result, or declares more numbers than it can hold.
     """

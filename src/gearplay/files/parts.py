@@ -47,10 +47,10 @@ def with_digest(part: dict[str, Any], *, in_order: bool = True) -> dict[str, Any
 
 
 def without_digest(stored: dict[str, Any], *, in_order: bool = True) -> dict[str, Any] | None:
-    """Return what was stored with its digest, or by older versions without one; None where it was changed.
+    """Return what was stored with its digest; None where it has none or was changed.
 
     >>> without_digest({**with_digest({"a": 1}), "a": 2}), without_digest({"a": 2})
-    (None, {'a': 2})
+    (None, None)
     """
     part = {name: value for name, value in stored.items() if name != DIGEST}
-    return part if stored.get(DIGEST) in (None, digest_of(part, in_order=in_order)) else None
+    return part if stored.get(DIGEST) == digest_of(part, in_order=in_order) else None

@@ -195,7 +195,7 @@ class Case(Part):
     mesh_phases: Annotated[
         Literal["by_position", "from_zero"],
         Field(
-            description="mesh phases at the start: from the places of the gears and their teeth, or all 0 as before 0.4",
+            description="mesh phases at the start: from the places of the gears and their teeth, or all 0",
             exclude_if=lambda given: given == "by_position",
         ),
     ] = "by_position"

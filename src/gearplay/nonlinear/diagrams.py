@@ -15,7 +15,7 @@ from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.families import Family
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
 from gearplay.results.account import Account
-from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
+from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.carry import ramp_speeds
 from gearplay.solver.compiling import prepare
@@ -36,7 +36,7 @@ REMARKABLE = 20e-6
 
 
 @dataclass(frozen=True, repr=False)
-class Diagram(Answer, WasDataset):
+class Diagram(Answer):
     """A bifurcation diagram over a field: signals once per period, NaN where a value failed.
 
     ``values`` has shape [direction, parameter, period, signal], SI; ``parameters`` [SI] rise; ``reasons``, shape [direction,

@@ -18,8 +18,7 @@ from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
-from gearplay.vocabulary.progress import Progress, listening, ticking
-from gearplay.vocabulary.renamed import renamed
+from gearplay.vocabulary.progress import Progress, ticking
 
 MOST_VALUES = 100_000
 """Values of the parameter on one diagram."""
@@ -111,7 +110,6 @@ def bifurcation(
     return replace(found, case=base, path=path)
 
 
-@renamed(time="duration")
 def lyapunov(
     case: Source,
     *,
@@ -172,7 +170,6 @@ def lyapunov(
     )
 
 
-@renamed(members="ensemble")
 def motion(
     case: Source,
     *,
@@ -236,7 +233,7 @@ def motion(
         period=period,
         ensemble=ensemble,
         compare=compare,
-        progress=None if progress is None else listening(progress),
+        progress=progress,
         stop=stop,
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import contact_section, stroboscopic_section
-from gearplay.results.answer import OfDataset, WasDataset
+from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
@@ -24,7 +24,7 @@ PARTS = 200
 
 
 @dataclass(frozen=True, repr=False)
-class Portrait(OfDataset, WasDataset):
+class Portrait(OfDataset):
     """Path, section and onsets of a settled motion.
 
     ``ds`` has ``path.SIGNAL`` over ``path_time``, ``section.SIGNAL`` over ``section_time`` and ``onset.SIGNAL`` over

@@ -7,10 +7,8 @@ from gearplay.model.reading import Source
 from gearplay.nonlinear.portrait import Portrait, portrait_of
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
 from gearplay.results.door import case_of
-from gearplay.vocabulary.renamed import renamed
 
 
-@renamed(count="keep", skip="settle")
 def section(
     case: Source,
     signals: Sequence[str],

@@ -2,6 +2,7 @@
 
 import base64
 import html
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,17 +12,41 @@ def render_page(
     template: str,
     *,
     filters: Mapping[str, Callable[..., Any]] | None = None,
+    figures: Mapping[str, bytes] | None = None,
     **values: Any,
 ) -> str:
-    """Return a page from a template of a package, which extends ``base.html``; values are escaped, a missing one is an error."""
+    """Return a page from a template of a package, which extends ``base.html``; values are escaped, a missing one is an error.
+
+    ``figures``, PNGs by name, are ``images`` of the template: addresses that hold them. `number` and `fixed` are filters.
+    """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
     rooms = [PackageLoader(package, ""), PackageLoader("gearplay.pictures", "")]
     environment = Environment(
         loader=ChoiceLoader(rooms), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters.update(filters or {})
-    return environment.get_template(template).render(**values)
+    environment.filters.update({"number": number, "fixed": fixed, **(filters or {})})
+    images = {name: data_uri(png) for name, png in (figures or {}).items()}
+    return environment.get_template(template).render(images=images, **values)
+
+
+def number(value: Any, digits: int = 4) -> str:
+    """Return a number for a page, a dash where there is none.
+
+    >>> number(0.12345), number(float("nan")), number(None)
+    ('0.1235', '–', '–')
+    """
+    return f"{value:.{digits}g}" if is_number(value) else "–"
+
+
+def fixed(value: Any, decimals: int = 1) -> str:
+    """Return a number with so many decimals for a page, a dash where there is none."""
+    return f"{value:.{decimals}f}" if is_number(value) else "–"
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    return isinstance(value, (int, float)) and math.isfinite(value)
 
 
 def data_uri(png: bytes) -> str:

@@ -6,7 +6,6 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
-from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED
 from gearplay.published.article import Condition, conditions
 
 SHIPPED = "han2021_calibration.json"
@@ -37,12 +36,6 @@ def duel_of(first: str, second: str) -> dict[str, Any]:
         duel for duel in calibration()["duels"] if (duel["first"], duel["second"]) == (first, second)
     )
     return found
-
-
-def seeds_seen() -> frozenset[int]:
-    """Return the seeds whose initial states the calibration has simulated: of its search, of its choice, of its check."""
-    seed = int(calibration()["seed"])
-    return frozenset({seed, seed + CHOOSE_SEED, seed + CHECK_SEED})
 
 
 def left_out_error(model: str, condition: Condition, line: str, quantity: str) -> float:

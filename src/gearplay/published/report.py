@@ -10,11 +10,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.atomic import write_bytes, write_figures, write_text
 from gearplay.model.case import Case
 from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
-from gearplay.pictures.pages import data_uri, render_page
+from gearplay.pictures.pages import render_page
 from gearplay.published import figures as study_figures
 from gearplay.published import story_figures
 from gearplay.published.article import LINE_WORDS, conditions
@@ -181,7 +181,7 @@ def render(study: Study, beside: Mapping[str, str]) -> str:
         words=LINE_WORDS,
         models=MODELS,
         factors={m: model_amplitudes(results, m).factor for m in MODELS},
-        images={name: data_uri(png) for name, png in study.figures.items()},
+        figures=study.figures,
         claims=study.claims,
         tolerance_words=tolerance_words(study.claims),
         measures=MEASURE_WORDS,
@@ -229,9 +229,7 @@ def write_study(
     ``beside`` are the addresses of reports of other parameters, by the names of these.
     """
     summary = summary_of(study)
-    make_folder(folder / "figures")
-    for name, png in study.figures.items():
-        write_bytes(folder / "figures" / f"{name}.png", png)
+    write_figures(folder, study.figures)
     write_text(folder / "tables.csv", _csv_text(study.rows))
     write_text(folder / "contacts.csv", _csv_text(study.statistics))
     write_text(folder / "tables.json", json.dumps(summary, indent=1, allow_nan=True))

@@ -6,24 +6,21 @@ import html
 import json
 import math
 import os
-import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.pages import html_table
+from gearplay.results.provenance import KIND
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-KIND: Final = "gearplay_kind"
-"""Attribute of a file that says which object it holds."""
 
 
 class Answer(ABC):
@@ -101,42 +98,6 @@ class OfDataset(Answer):
         """Return the object whose ``ds`` it was; `InputError` for that of another kind."""
         check_kind(dataset, cls.answer)
         return cls(dataset)
-
-
-class WasDataset:
-    """Answers that were bare datasets once: what these had is still there, with a `DeprecationWarning`."""
-
-    ds: Any
-
-    def _old(self, what: str) -> Any:
-        words = f"{what} of what this verb returns is old: say .ds{what}"
-        warnings.warn(words, DeprecationWarning, stacklevel=3)
-        return self.ds
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return getattr(self._old(f".{name}"), name)
-
-    def __getitem__(self, name: Any) -> Any:
-        return self._old(f"[{name!r}]")[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._old("")
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self._old(""))
-
-
-class WasDocument:
-    """Answers that were bare dictionaries once: their keys still work, with a `DeprecationWarning`."""
-
-    document: Mapping[str, Any]
-
-    def __getitem__(self, name: str) -> Any:
-        words = f"[{name!r}] of what this verb returns is old: say .document[{name!r}]"
-        warnings.warn(words, DeprecationWarning, stacklevel=2)
-        return self.document[name]
 
 
 def case_in(dataset: xr.Dataset) -> Case:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.results.provenance import provenance
+from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.limits import check_samples
 from gearplay.solver.trajectory import Trajectory, work_of, worst_of
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
@@ -46,6 +46,7 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     """Return the attributes that say where a result comes from and how it went."""
     worst = worst_of(runs)
     return provenance(case) | {
+        KIND: "run",
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "numba_version": _version("numba"),

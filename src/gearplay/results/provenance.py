@@ -1,11 +1,14 @@
 """Metadata of tables of results: names and units of signals, and the case."""
 
 import json
-from typing import Any
+from typing import Any, Final
 
 from gearplay.model.case import Case
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.vocabulary.version import VERSION
+
+KIND: Final = "gearplay_kind"
+"""Attribute of a dataset: the kind of answer that it belongs to."""
 
 
 def signal_words(signal: str) -> dict[str, str]:

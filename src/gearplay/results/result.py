@@ -18,7 +18,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
 from gearplay.pictures.pages import html_table
-from gearplay.results.answer import Answer, WasDataset, case_in, check_kind
+from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.replay import runs_again
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-class Result(Answer, WasDataset):
+class Result(Answer):
     """A finished simulation: every member's trajectory, and the same as one labelled dataset.
 
     Parameters

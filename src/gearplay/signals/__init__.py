@@ -11,89 +11,19 @@ Put samples into a `Channel` with their rate and unit; every function takes one 
 """
 
 from importlib import import_module
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any
 
-HOMES: Final = MappingProxyType(
-    {
-        "Channel": "gearplay.files.record",
-        "Record": "gearplay.files.record",
-        "Spectrum": "gearplay.results.spectra",
-        "amplitude_spectrum": "gearplay.results.spectra",
-        "ensemble_spectrum": "gearplay.results.spectra",
-        "angle_from_angle": "gearplay.signals.angle",
-        "angle_from_speed": "gearplay.signals.angle",
-        "angle_from_tacho": "gearplay.signals.angle",
-        "averaged_spectrum": "gearplay.signals.averaging",
-        "mean_square": "gearplay.signals.averaging",
-        "power_density": "gearplay.signals.averaging",
-        "envelope": "gearplay.signals.envelopes",
-        "envelope_spectrum": "gearplay.signals.envelopes",
-        "most_impulsive_band": "gearplay.signals.envelopes",
-        "draw_record": "gearplay.signals.figures",
-        "band_level": "gearplay.signals.levels",
-        "line_table": "gearplay.signals.line_tables",
-        "find_hump": "gearplay.signals.lines",
-        "find_line": "gearplay.signals.lines",
-        "order_map": "gearplay.signals.orders",
-        "order_spectrum": "gearplay.signals.orders",
-        "track_orders": "gearplay.signals.orders",
-        "spectrogram": "gearplay.signals.spectrograms",
-        "signal_statistics": "gearplay.signals.statistics",
-        "synchronous_average": "gearplay.signals.synchronous",
-    }
-)
-"""Module of each public name; loaded when it is first used."""
+from gearplay.vocabulary.exports import exports
 
-if TYPE_CHECKING:
-    from gearplay.files.record import Channel, Record
-    from gearplay.results.spectra import Spectrum, amplitude_spectrum, ensemble_spectrum
-    from gearplay.signals.angle import angle_from_angle, angle_from_speed, angle_from_tacho
-    from gearplay.signals.averaging import averaged_spectrum, mean_square, power_density
-    from gearplay.signals.envelopes import envelope, envelope_spectrum, most_impulsive_band
-    from gearplay.signals.figures import draw_record
-    from gearplay.signals.levels import band_level
-    from gearplay.signals.line_tables import line_table
-    from gearplay.signals.lines import find_hump, find_line
-    from gearplay.signals.orders import order_map, order_spectrum, track_orders
-    from gearplay.signals.spectrograms import spectrogram
-    from gearplay.signals.statistics import signal_statistics
-    from gearplay.signals.synchronous import synchronous_average
-
-__all__ = [
-    "Channel",
-    "Record",
-    "Spectrum",
-    "amplitude_spectrum",
-    "angle_from_angle",
-    "angle_from_speed",
-    "angle_from_tacho",
-    "averaged_spectrum",
-    "band_level",
-    "draw_record",
-    "ensemble_spectrum",
-    "envelope",
-    "envelope_spectrum",
-    "find_hump",
-    "find_line",
-    "line_table",
-    "mean_square",
-    "most_impulsive_band",
-    "order_map",
-    "order_spectrum",
-    "power_density",
-    "signal_statistics",
-    "spectrogram",
-    "synchronous_average",
-    "track_orders",
-]
+_HOMES = exports(__file__)
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in HOMES:
+    if name not in _HOMES:
         raise AttributeError(f"module 'gearplay.signals' has no attribute {name!r}")
-    return getattr(import_module(HOMES[name]), name)
+    return getattr(import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__

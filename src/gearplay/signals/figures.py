@@ -20,7 +20,7 @@ from gearplay.signals.averaging import AveragedSpectrum, averaged_spectrum, powe
 from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelopes import EnvelopeSpectrum, envelope_spectrum, most_impulsive_band
 from gearplay.signals.line_tables import LineTable, line_table
-from gearplay.signals.orders import OrderMap, OrderSpectrum, OrderTracks, order_map, order_spectrum
+from gearplay.signals.orders import OrderMap, OrderSpectrum, order_map, order_spectrum
 from gearplay.signals.spectrograms import Spectrogram, spectrogram
 from gearplay.signals.statistics import signal_statistics
 from gearplay.signals.synchronous import SynchronousAverage, synchronous_average
@@ -178,20 +178,6 @@ def plot_order_spectrum(ax: "Axes", result: OrderSpectrum, *, color: str = COUPL
     """Draw an order spectrum on a logarithmic ordinate."""
     _decades(ax, result.order[1:], result.amplitude[1:], color, None)
     return _finish(ax, "order [1]", f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
-
-
-def plot_order_tracks(ax: "Axes", result: OrderTracks) -> "Axes":
-    """Draw the amplitude of each order over the shaft's speed [rpm], or over time where the speed is constant."""
-    speed = 60.0 / TWO_PI * result.speed
-    steady = float(np.ptp(speed)) < 0.01 * float(speed.max())
-    for order, amplitude in zip(result.orders, result.amplitude, strict=True):
-        ax.plot(
-            result.time if steady else speed, amplitude, linewidth=1.0, marker=".", label=f"order {order:g}"
-        )
-    _from_zero(ax, result.amplitude)
-    ax.legend(fontsize=7)
-    horizontal = "time [s]" if steady else "speed of the shaft [rpm]"
-    return _finish(ax, horizontal, f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
 
 
 def plot_synchronous_average(ax: "Axes", result: SynchronousAverage, *, color: str = COUPLED) -> "Axes":

@@ -19,11 +19,9 @@ from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.folder import gather, run_in, watched
 from gearplay.sweeps.running.product import to_product
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.progress import Progress, listening
-from gearplay.vocabulary.renamed import renamed
+from gearplay.vocabulary.progress import Progress
 
 
-@renamed(policy="engine", members="ensemble")
 def sweep(
     case: Source | Case | SweepPlan,
     axes: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]] | None = None,
@@ -93,16 +91,17 @@ def sweep(
         plan = make_plan(source, axes or {}, reduce or (), **more)
     made, chosen = Sweep(plan.frozen()), engine or Engine(workers=threads)
     made.check_size()
-    told = None if progress is None else listening(progress)
     if folder is None:
         rows: dict[bytes, tuple[int, str, bytes]] = {}
-        with closing(watched(made, chosen, order_of(made.template.points.jobs), 0, told, stop)) as finished:
+        with closing(
+            watched(made, chosen, order_of(made.template.points.jobs), 0, progress, stop)
+        ) as finished:
             for outcome in (each for outcomes in finished for each in outcomes):
                 rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
         return SweepResult(to_product(made, rows))
     place = Path(folder)
     with locked(place):
-        run_in(made, place, chosen, progress=told, stop=stop)
+        run_in(made, place, chosen, progress=progress, stop=stop)
         return SweepResult(gather(made, place))
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 from gearplay.results.account import Account
-from gearplay.results.answer import OfDataset, WasDataset
+from gearplay.results.answer import OfDataset
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class SweepResult(OfDataset, WasDataset):
+class SweepResult(OfDataset):
     """A sweep's product: a dimension per axis, what was kept of each case, ``status`` and ``reason``.
 
     Attributes: ``ds``, SI, its dimensions the axes, ``sample`` and ``member`` where there are any; ``plan``,

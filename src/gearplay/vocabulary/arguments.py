@@ -13,7 +13,6 @@ from typing import Any, Final
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 from gearplay.vocabulary.interrupts import raised_without_harm
-from gearplay.vocabulary.renamed import with_new_names
 
 MOST: Final = 10**15
 """Largest count that is taken at all; what it would cost is for the function to say."""
@@ -271,7 +270,6 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
 
     @wraps(function)
     def door(*args: Any, **named: Any) -> Any:
-        named = with_new_names(function.__name__, getattr(function, "old_names", {}), named)
         try:
             bound = signature.bind(*args, **named)
         except TypeError as error:

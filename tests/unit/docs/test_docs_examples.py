@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import gearplay as gp
+from docs_commands import PAGES, ROOT
 from docs_files import FILES
 
-ROOT = Path(__file__).resolve().parents[3]
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 LONG = ("nonlinear.md", "planetary.md", "gallery/planetary.md")
 """Pages whose examples take more than some seconds: left to the full depth."""
@@ -17,9 +17,8 @@ LONG = ("nonlinear.md", "planetary.md", "gallery/planetary.md")
 
 def pages() -> list[str]:
     """Return the pages with examples of their own; those of the reference are doctests."""
-    every = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-    found = [page for page in every if BLOCK.search(page.read_text(encoding="utf-8"))]
-    return [page.relative_to(ROOT).as_posix() for page in found if page.name != "reference.md"]
+    found = [page for page in PAGES if BLOCK.search(page.read_text(encoding="utf-8"))]
+    return [page.relative_to(ROOT).as_posix() for page in found]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import functools
 import inspect
 import json
 import re
+import shutil
 import subprocess
 import sys
 import threading
@@ -16,6 +17,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import gearplay as gp
+from docs_commands import MADE
 from gearplay.model.schema import json_schema
 from serving import find_browser, launch
 
@@ -68,11 +70,16 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("site")
-    words = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(out)]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    """Build the site as `make docs` does, from a copy of the docs without the pages that it writes."""
+    root = tmp_path_factory.mktemp("docs")
+    made = shutil.ignore_patterns(*MADE, "house.svg")
+    shutil.copytree(ROOT / "docs", root / "docs", ignore=made)
+    for name in ("mkdocs.yml", "pyproject.toml", "src"):
+        (root / name).symlink_to(ROOT / name)
+    words = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"]
+    done = subprocess.run(words, cwd=root, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return out
+    return root / "site"
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +162,8 @@ def test_every_field_of_a_case_is_on_the_site_and_found_by_the_search(site: Path
 
 def test_every_page_is_in_the_nav_and_in_the_search(site: Path) -> None:
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
-    every = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    docs = site.parent / "docs"
+    every = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
     assert every == set(re.findall(r": ([\w/-]+\.md)$", nav, re.MULTILINE))
     index = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))
     found = {entry["location"].partition("#")[0] for entry in index["docs"]}

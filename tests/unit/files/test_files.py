@@ -299,7 +299,7 @@ def test_no_damage_goes_unseen(tmp_path: Path, tried: Callable[[int], None]) -> 
     assert not [words for words in said if "\n" in words]
 
 
-def test_an_older_file_without_a_digest_is_read(tmp_path: Path) -> None:
+def test_a_file_without_a_digest_is_read(tmp_path: Path) -> None:
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     xr.testing.assert_identical(read_dataset(tmp_path / "old.nc"), a_result())
 

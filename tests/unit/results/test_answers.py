@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import gearplay as gp
-from gearplay.results.answer import KIND
+from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
 
 FORCE = "meshes.0.transmission_error.0.amplitude"
@@ -84,8 +84,7 @@ def test_an_answer_comes_back_from_its_file(kind: str, made: dict[str, Any], tmp
     again = gp.read_result(path)
     assert type(again) is type(answer)
     assert again.ds.drop_attrs(deep=False).identical(answer.ds.drop_attrs(deep=False))
-    kept = {name: value for name, value in again.ds.attrs.items() if name != KIND}
-    assert set(kept) == set(answer.ds.attrs)
+    assert {*again.ds.attrs, KIND} == {*answer.ds.attrs, KIND}
     assert again.message == answer.message
     assert again._repr_html_() == answer._repr_html_()
     assert "<" in again._repr_html_()
@@ -141,23 +140,3 @@ def test_what_is_no_answer_is_refused(tmp_path: Path) -> None:
     result = gp.simulate("han2021", **{"duration": 0.001, "transient": 0.0})
     with pytest.raises(gp.InputError, match="must be that of a sweep"):
         SweepResult.from_dataset(result.ds.assign_attrs({KIND: "run"}))
-
-
-def test_old_names_work_and_say_the_new_one() -> None:
-    with pytest.deprecated_call(match=r"lyapunov\(time=...\): the argument is called duration now"):
-        gp.lyapunov(pair(), count=1, time=0.05, transient=0.0)
-    with pytest.deprecated_call(match=r"section\(count=...\): the argument is called keep now"):
-        assert len(gp.section("han2021", ["ring.x"], count=2, period="mesh").times) == 2
-    seen: list[tuple[float, float]] = []
-    with pytest.deprecated_call(match=r"two numbers are the old way"):
-        gp.simulate(
-            "han2021", duration=0.01, transient=0.0, progress=lambda done, total: seen.append((done, total))
-        )  # type: ignore[arg-type, misc]
-    assert seen
-    with pytest.raises(gp.InputError, match="old name of duration"):
-        gp.lyapunov(pair(), time=1.0, duration=1.0)  # type: ignore[call-arg]
-    diagram = gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=1, keep=2)
-    with pytest.deprecated_call(match=r"say \.ds\['wheel.theta'\]"):
-        assert diagram["wheel.theta"].shape == (2, 2, 2)
-    with pytest.deprecated_call(match=r"say \.document\['fits'\]"):
-        assert len(some_calibration()["fits"]) == 1

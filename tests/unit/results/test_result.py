@@ -112,8 +112,6 @@ def test_saving_and_reading_back_gives_the_same(result: gp.Result, tmp_path: Pat
     for name, values in result.contacts.values.items():
         np.testing.assert_allclose(again.contacts.values[name], values, rtol=1e-12)
     assert [run.status for run in again.runs] == [run.status for run in result.runs]
-    with pytest.deprecated_call(match=r"\.ax of what this verb returns is old: say \.ds\.ax"):
-        np.testing.assert_array_equal(again.ax.values, result.ds.ax.values)
     with pytest.raises(gp.InputError, match="must not exist yet"):
         result.save(path)
     result.save(path, overwrite=True)

@@ -12,10 +12,8 @@ from gearplay.signals.figures import (
     draw_record,
     plot_averaged_spectrum,
     plot_channel,
-    plot_order_tracks,
     plot_spectrogram,
 )
-from gearplay.signals.orders import track_orders
 from gearplay.signals.spectrograms import spectrogram
 from gearplay.vocabulary.errors import InputError
 
@@ -60,13 +58,7 @@ def test_signals_at_rest_are_drawn(tmp_path: Path) -> None:
     )
 
 
-def test_tracks_over_speed_and_maps_have_a_colour_bar_with_unit() -> None:
-    speed = Channel("n", 300.0 + 100.0 * T, 5000.0, "rpm")
-    assert (
-        plot_order_tracks(new_axes(), track_orders(C, speed, (1.0, 3.0), revolutions=4.0))
-        .get_xlabel()
-        .endswith("[rpm]")
-    )
+def test_spectrogram__has_a_colour_bar_with_unit() -> None:
     ax = plot_spectrogram(new_axes(), spectrogram(C))
     assert ax.figure.axes[1].get_ylabel() == "amplitude [m/s²]"
 

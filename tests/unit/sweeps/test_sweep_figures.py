@@ -16,7 +16,7 @@ from gearplay.sweeps.report import figures as sweep_figures
 from gearplay.sweeps.report import maps as sweep_maps
 from gearplay.sweeps.report import scatter as sweep_clouds
 from gearplay.sweeps.report import spectra as sweep_spectra
-from gearplay.sweeps.report.figures import MOST, pictures_of, sweep_figures_of
+from gearplay.sweeps.report.figures import MOST, pictures_of
 from gearplay.sweeps.report.page import write_sweep_report
 from gearplay.sweeps.running.product import write_product
 from sweep_products import (
@@ -120,7 +120,7 @@ def test_failed_cases_leave_holes_and_no_trouble(spread: str, figures: list[Any]
     few = {**SPECTRUM, "count": 5}
     plan = plan_of(MODEL, {**SPEED, "count": 2}, {**PLAY, "count": 3}, BACKLASH, reduce=[RMS, few])
     sweep, dataset = made(plan, value)
-    pictures = sweep_figures_of(sweep, dataset)
+    pictures = {each.name: each.png for each in pictures_of(sweep, dataset)}
     assert bool(pictures) == (spread != "everywhere")
     if spread == "everywhere":
         return
@@ -143,7 +143,7 @@ def test_maps_share_one_scale_of_colour_that_is_logarithmic_for_decades(figures:
         top = 1.0 if values["model"] == "coupled" else 3.0
         return top * (values["b"] / 4e-4) ** (2 if kept.name == "rms" else 0.1)
 
-    sweep_figures_of(*made(plan_of(MODEL, PLAY, BACKLASH), value))
+    pictures_of(*made(plan_of(MODEL, PLAY, BACKLASH), value))
     for figure, low in ((figures[0], 0.0025), (figures[1], 0.05**0.1)):
         norms = {
             id(c.norm): c.norm for ax in panels(figure) for c in ax.collections if c.get_array() is not None
@@ -162,8 +162,8 @@ def test_axes_are_in_units_that_engineers_read_and_cells_lie_around_their_values
         "high": "25 deg",
         "count": 3,
     }
-    sweep_figures_of(*made(plan_of(SPEED, angle, reduce=[RMS])))
-    sweep_figures_of(*made(plan_of(MODEL, PLAY, BACKLASH, reduce=[RMS])))
+    pictures_of(*made(plan_of(SPEED, angle, reduce=[RMS])))
+    pictures_of(*made(plan_of(MODEL, PLAY, BACKLASH, reduce=[RMS])))
     speed, play = (panels(figure)[0] for figure in (figures[0], figures[3]))
     assert (speed.get_xlabel(), speed.get_ylabel()) == ("speed [rpm]", "angle [deg]")
     assert (play.get_xlabel(), play.get_ylabel()) == ("play [µm]", "b [µm]")
@@ -180,7 +180,7 @@ def test_an_order_map_puts_the_mesh_line_at_its_order(figures: list[Any]) -> Non
         mesh = 20.0 * values["speed"] / (2.0 * math.pi)
         return 1e-3 + (np.abs(np.array(kept.grid) - 2.0 * mesh) <= 0.51)
 
-    sweep_figures_of(*made(plan_of(SPEED, reduce=[SPECTRUM]), value))
+    pictures_of(*made(plan_of(SPEED, reduce=[SPECTRUM]), value))
     waterfall, orders = (
         next(c for c in panels(f)[0].collections if c.get_array() is not None) for f in figures
     )
@@ -205,8 +205,8 @@ def test_up_and_down_differ_where_it_is_more_than_the_spread(figures: list[Any])
         SPEED, carry={"axis": "speed"}, members=4, reduce=[RMS], set={**SHORT, "run.transient": 0.2}
     )
     sweep, dataset = made(plan, value)
-    assert list(sweep_figures_of(sweep, dataset)) == ["hysteresis-1"]
-    sweep_figures_of(sweep, dataset.isel(member=0))
+    assert [each.name for each in pictures_of(sweep, dataset)] == ["hysteresis-1"]
+    pictures_of(sweep, dataset.isel(member=0))
     with_spread, without = (panels(figure)[0] for figure in figures)
     bars = [c for c in with_spread.collections if type(c).__name__ == "LineCollection"]
     ((low, high),) = bars[0].get_segments()
@@ -225,13 +225,13 @@ def test_a_dataset_put_together_by_hand_has_its_directions_drawn() -> None:
     sweep, up = made(plan_of(MODEL, SPEED, reduce=[RMS]))
     both = xr.concat([up, up.assign(rms=2.0 * up.rms)], dim="direction")
     dataset = both.assign_coords(direction=["up", "down"])
-    assert list(sweep_figures_of(sweep, dataset)) == ["hysteresis-1-1", "hysteresis-1-2"]
+    assert [each.name for each in pictures_of(sweep, dataset)] == ["hysteresis-1-1", "hysteresis-1-2"]
 
 
 def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figures: list[Any]) -> None:
     plan = plan_of(design={**DESIGN, "count": 2500}, reduce=[RMS])
     sweep, dataset = made(plan, lambda k, values, member: values["speed"])
-    first, again = (sweep_figures_of(sweep, dataset) for _ in range(2))
+    first, again = (pictures_of(sweep, dataset) for _ in range(2))
     assert first == again
     ax = panels(figures[1])[0]
     rest, low, high = (np.array(each.get_segments()) for each in ax.collections)
@@ -247,14 +247,14 @@ def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figure
 
 
 def test_few_cases_are_coloured_by_their_values(figures: list[Any]) -> None:
-    sweep_figures_of(*made(plan_of(design=DESIGN, reduce=[RMS])))
+    pictures_of(*made(plan_of(design=DESIGN, reduce=[RMS])))
     (lines,) = panels(figures[1])[0].collections
     assert len(lines.get_segments()) == 40
     assert (np.diff(lines.get_array()) >= 0.0).all()  # the highest on top
 
 
 def test_the_band_of_a_curve_is_the_range_of_its_members(figures: list[Any]) -> None:
-    sweep_figures_of(
+    pictures_of(
         *made(plan_of(SPEED, members=3, reduce=[RMS]), lambda k, v, member: v["speed"] * (1.0 + member))
     )
     ax = panels(figures[0])[0]
@@ -286,4 +286,4 @@ def test_a_product_read_back_from_its_file_gives_the_same_pictures(tmp_path: Pat
     sweep, dataset = made(plan_of(MODEL, SPEED, members=2, reduce=[RMS]))
     write_product(dataset, tmp_path / "sweep.nc")
     with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as again:
-        assert sweep_figures_of(sweep, again) == sweep_figures_of(sweep, dataset)
+        assert pictures_of(sweep, again) == pictures_of(sweep, dataset)

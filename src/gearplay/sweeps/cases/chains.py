@@ -75,9 +75,3 @@ class Chain:
         at = int(np.argmin(np.abs(self.way(direction) - speed)))
         low, high = self.edges(direction)[at : at + 2]
         return float(0.5 * (low + high) / high)
-
-    def story(self, speed: float, direction: str) -> str:
-        """Return what ran before a case and decides its start."""
-        at = int(np.argmin(np.abs(self.way(direction) - speed)))
-        before = ",".join(repr(float(v)) for v in self.way(direction)[: at + 1])
-        return f"{self.carry.mode} {self.carry.ramp!r} {self.run.transient!r} {before}"

@@ -41,11 +41,6 @@ class Picture:
         write_bytes(Path(path), self.png)
 
 
-def sweep_figures_of(sweep: Sweep, dataset: "xr.Dataset") -> dict[str, bytes]:
-    """Return the pictures of a sweep's product as PNG, by name; none where nothing varies or every case failed."""
-    return {picture.name: picture.png for picture in pictures_of(sweep, dataset)}
-
-
 def pictures_of(sweep: Sweep, dataset: "xr.Dataset") -> list[Picture]:
     """Return at most `MOST` pictures: hysteresis, maps, spectra, drawn parameters, parallel coordinates, curves."""
     view = View(sweep, dataset)

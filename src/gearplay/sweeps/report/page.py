@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.atomic import write_figures, write_text
 from gearplay.model.toml_files import write_toml
-from gearplay.pictures.pages import data_uri, render_page
+from gearplay.pictures.pages import data_uri, number, render_page
 from gearplay.pictures.words import shown_in
 from gearplay.results.account import Account
 from gearplay.sweeps.plans.design import Random
@@ -34,23 +34,12 @@ def write_sweep_report(sweep: Sweep, dataset: "xr.Dataset", folder: Path) -> Non
     Raises `InputError` where the folder cannot be written.
     """
     pictures = pictures_of(sweep, dataset)
-    if pictures:
-        make_folder(folder / "figures")
+    figures = {picture.name: picture.png for picture in pictures}
     for stale in (folder / "figures").glob("*.png"):
-        if stale.stem not in {picture.name for picture in pictures}:
+        if stale.stem not in figures:
             stale.unlink()
-    for picture in pictures:
-        write_bytes(folder / "figures" / f"{picture.name}.png", picture.png)
+    write_figures(folder, figures)
     write_text(folder / "report.html", render(sweep, dataset, pictures))
-
-
-def number(value: float, digits: int = 4) -> str:
-    """Return a number for the page, a dash where there is none.
-
-    >>> number(0.12345), number(float("nan"))
-    ('0.1235', '–')
-    """
-    return f"{value:.{digits}g}" if math.isfinite(value) else "–"
 
 
 def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> str:
@@ -60,7 +49,6 @@ def render(sweep: Sweep, dataset: "xr.Dataset", pictures: Sequence[Picture]) -> 
     return render_page(
         "gearplay.sweeps.report",
         "page.html",
-        filters={"number": number},
         title=sweep.plan.title or "Sweep",
         plan=sweep.plan,
         base=sweep.template.base,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import shown_path, write_text
-from gearplay.files.parts import with_digest, without_digest
+from gearplay.files.parts import DIGEST, with_digest, without_digest
 from gearplay.results.account import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
@@ -127,7 +127,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         document = None
-    if not isinstance(document, dict):
+    if not isinstance(document, dict) or DIGEST not in document:
         raise _not_ours(path.parent, f"its {path.name} must be a plan that gearplay sweep wrote")
     if (found := without_digest(document)) is None:
         raise _not_ours(path.parent, f"its {path.name} was changed after gearplay sweep wrote it")

@@ -12,7 +12,7 @@ from gearplay.files.atomic import write_bytes
 from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.field_units import unit_at
 from gearplay.results.account import MISSING
-from gearplay.results.provenance import provenance
+from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.status import Status
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.sweeps.running.reduce import Kept
@@ -102,6 +102,7 @@ def attributes_of(sweep: Sweep) -> dict[str, str]:
         title=sweep.plan.title,
         name="base_case",
         plan=sweep.plan.model_dump_json(exclude_none=True),
+        **{KIND: "sweep"},
     )
 
 

@@ -135,12 +135,9 @@ def _digest(address: bytes, status: int, reason: str, seconds: float, row: bytes
 
 
 def _whole(found: tuple[bytes, int, str, float, bytes], size: int) -> bytes | None:
-    """Return a stored row of ``size`` numbers, or None where it is another's or was changed: its point is run again.
-
-    Older versions stored rows without a digest.
-    """
+    """Return a stored row of ``size`` numbers, or None where it is another's or was changed: its point is run again."""
     row, digest = found[4][: 8 * size], found[4][8 * size :]
-    if len(row) < 8 * size or (digest and digest != _digest(*found[:4], row)):
+    if len(row) < 8 * size or digest != _digest(*found[:4], row):
         return None
     return row
 

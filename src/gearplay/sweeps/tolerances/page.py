@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.atomic import make_folder, write_bytes, write_text
+from gearplay.files.atomic import write_figures, write_text
 from gearplay.files.json_text import finite
-from gearplay.pictures.pages import data_uri, render_page
+from gearplay.pictures.pages import is_number, render_page
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
@@ -76,9 +76,7 @@ def write_tolerance(
     scales = {p.name: _scale_of(product, p.name) for p in plan.design.parameters}
     document = document_of(plan, tolerance, product, found, scales, search, limit)
     figures = draw_figures(tolerance, found, search, plan.design)
-    make_folder(folder / "figures")
-    for name, png in figures.items():
-        write_bytes(folder / "figures" / f"{name}.png", png)
+    write_figures(folder, figures)
     write_text(folder / "tolerance.json", json.dumps(document, indent=1, allow_nan=False))
     write_text(folder / PAGE, render(plan, found, scales, document, figures))
     return document
@@ -220,13 +218,8 @@ def draw_figures(
     return figures
 
 
-def _number(value: Any, digits: int = 4) -> str:
-    """Return a number for the page, a dash where there is none."""
-    return f"{value:.{digits}g}" if isinstance(value, (int, float)) and math.isfinite(value) else "–"
-
-
 def _percent(value: Any) -> str:
-    return percent(value) if isinstance(value, (int, float)) and math.isfinite(value) else "–"
+    return percent(value) if is_number(value) else "–"
 
 
 def render(
@@ -237,11 +230,11 @@ def render(
     figures: dict[str, bytes],
 ) -> str:
     """Return the page, self-contained HTML."""
-    images = {name: data_uri(png) for name, png in figures.items()}
     return render_page(
         "gearplay.sweeps.tolerances",
         "page.html",
-        filters={"number": _number, "percent": _percent},
+        filters={"percent": _percent},
+        figures=figures,
         title=plan.title or "Tolerance study",
         plan=plan,
         found=found[:MOST_LISTED],
@@ -249,6 +242,5 @@ def render(
         drawn=MOST_DRAWN,
         scales=scales,
         document=document,
-        images=images,
         caption=words_of.CAPTION,
     )

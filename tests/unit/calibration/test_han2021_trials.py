@@ -1,0 +1,62 @@
+"""Kept trials of the bundled plan, the first of the coupled model and the best of each: search and provenance agree with them."""
+
+import json
+import lzma
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gearplay.calibration.objective import Comparison, data_of, printed_measurements
+from gearplay.calibration.observe import Observed
+from gearplay.calibration.reading import load_plan
+from gearplay.calibration.search import Search
+from gearplay.calibration.store import digest_of
+from gearplay.calibration.trials import DECIMALS, Problem, Trial
+from gearplay.published.calibrated import calibration, fit_of
+
+PLAN = load_plan("han2021")
+COMPARISON = Comparison(data_of(PLAN, printed_measurements(PLAN)), "unnormalised")
+KEPT = json.loads(lzma.decompress(Path(__file__).with_name("han2021-trials.json.xz").read_bytes()))
+
+
+def trial_of(number: int, row: dict[str, Any]) -> Trial:
+    seen: dict[str, dict[str, dict[str, Observed]]] = {}
+    for (c, t, k), value, error in zip(KEPT["places"], row["values"], row["errors"], strict=True):
+        seen.setdefault(c, {}).setdefault(t, {})[k] = Observed(value, error)
+    return Trial(number, tuple(row["unit"]), seen, "", row["phase"])
+
+
+FIRST = [trial_of(number, row) for number, row in enumerate(KEPT["first"])]
+
+
+def test_kept_trials__are_of_the_bundled_plan() -> None:
+    assert KEPT["digest"] == digest_of(PLAN)
+
+
+@pytest.mark.parametrize("model", calibration()["fits"])
+def test_provenance__has_the_count_and_the_errors_of_the_best_trial(model: str) -> None:
+    best, fit = KEPT["best"][model], fit_of(model)
+    assert (best["trials"], best["failed"]) == (fit["trials"], fit["failed"])
+    logs, errors = COMPARISON.logs_of([trial_of(best["best"]["number"], best["best"])])
+    amplitude, frequency = COMPARISON.mean_errors(logs, errors)
+    assert [amplitude[0], frequency[0]] == pytest.approx(fit["in_sample"], rel=1e-9)
+
+
+def test_trial__is_what_its_point_gives() -> None:
+    """Three members of a chaotic motion, on another processor perhaps: alike, but not to the last digit."""
+    trial = FIRST[2]
+    again = Problem(PLAN, PLAN.models[0]).run(2, trial.unit)
+    logs, _ = COMPARISON.logs_of([trial, again])
+    assert np.median(np.abs(logs[1] - logs[0])) < 0.1  # decades; found 0.03
+    others, _ = COMPARISON.logs_of(FIRST[:64])
+    assert np.median(np.abs(others - logs[1])) > 0.15  # other points; found 0.24
+
+
+def test_search__points_follow_from_the_seed_and_the_trials_before() -> None:
+    """Sobol points of the start, then those of TPE and of the emulator."""
+    problem, startup = Problem(PLAN, PLAN.models[0]), PLAN.effort.startup
+    for number in (0, 5, startup - 1, startup, startup + 1, startup + 5):
+        asked = Search(problem, [COMPARISON], FIRST[:number]).ask()
+        assert np.round(asked, DECIMALS) == pytest.approx(FIRST[number].unit, abs=2e-6)
