@@ -17,6 +17,8 @@ from gearplay.pictures.words import axis_label
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
+from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-IRREGULAR, FAILED = -1, -2
+IRREGULAR, FAILED, LATE = -1, -2, -3
 MOST_ORDER = 8
 ALIKE = 1e-3
 """Distance [natural sizes] within which two sections are those of one motion."""
@@ -48,8 +50,8 @@ class Grid:
 class Basins(Answer):
     """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
 
-    -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed. Each attractor holds its sections,
-    shape [order, free state].
+    -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed, -3 those that were not reached
+    within ``run.max_wall_time``. Each attractor holds its sections, shape [order, free state].
     """
 
     first: Floats
@@ -72,8 +74,8 @@ class Basins(Answer):
         for at, each in enumerate(self.attractors):
             sections[at, : len(each)] = each
         first, second = self.names
-        words = {"long_name": "motion that the start leads to", "flag_values": [FAILED, IRREGULAR],
-                 "flag_meanings": "cannot_be_followed does_not_repeat"}  # fmt: skip
+        words = {"long_name": "motion that the start leads to", "flag_values": [LATE, FAILED, IRREGULAR],
+                 "flag_meanings": "not_reached_within_max_wall_time cannot_be_followed does_not_repeat"}  # fmt: skip
         variables = {
             "motion": ((second, first), self.labels, words),
             "sections": (
@@ -111,7 +113,11 @@ class Basins(Answer):
         each = zip(self.shares, self.attractors, strict=True)
         shares = ", ".join(f"{100.0 * share:.0f} % (order {len(known)})" for share, known in each)
         count = len(self.attractors)
-        return f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
+        found = f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
+        late = int(np.sum(self.labels == LATE))
+        return found + (
+            f"; {late} of {self.labels.size} starts were not reached within run.max_wall_time" if late else ""
+        )
 
     @property
     def labelled(self) -> tuple[str, str]:
@@ -166,6 +172,7 @@ def basins_of_attraction(
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
+    late = np.zeros(total, dtype=bool)
     asked = stop or threading.Event()
 
     def go(at: int, tick: Callable[[], None]) -> None:
@@ -178,12 +185,16 @@ def basins_of_attraction(
             for n in range(2 * MOST_ORDER):
                 course.advance((settle + n) * step)
                 sections[at, n] = flow.seen(course.time, course.state)
+        except OutOfTimeError:
+            sections[at], late[at] = np.nan, True
         except GearplayError:
             sections[at] = np.nan
         tick()
 
-    share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
+    with limited(case.run.max_wall_time):
+        share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
     labels, attractors = _labels(sections, flow.natural[flow.free])
+    labels[late] = LATE
     table = labels.reshape(axes[1].size, axes[0].size)
     entries = tuple(flow.free_names)
     return Basins(axes[0], axes[1], table, attractors, (first.name, second.name), entries, case)
@@ -240,8 +251,8 @@ def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") 
     pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
     figure, axes = make_figure(1, 1, 4.6)
     ax = axes[0, 0]
-    colors = ListedColormap(["#bbbbbb", "#eeeeee", *pale])
-    norm = BoundaryNorm(np.arange(-2.5, kinds + 0.5), colors.N)
+    colors = ListedColormap(["#ffffff", "#bbbbbb", "#eeeeee", *pale])
+    norm = BoundaryNorm(np.arange(-3.5, kinds + 0.5), colors.N)
     ax.pcolormesh(
         basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
     )
@@ -256,6 +267,8 @@ def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") 
         handles["does not repeat"] = legend_mark("#dddddd", marker="s")
     if np.any(basins.labels == FAILED):
         handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
+    if np.any(basins.labels == LATE):
+        handles["not reached in time"] = legend_mark("#ffffff", marker="s")
     ax.set_xlabel(axis_label(labels[0], "1"), fontsize=SMALL)
     ax.set_ylabel(axis_label(labels[1], "1"), fontsize=SMALL)
     set_legend(figure, handles)

@@ -16,6 +16,7 @@ from gearplay.nonlinear.kinds.sections import AUTO
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
+from gearplay.solver.deadline import limited
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, listening, ticking
@@ -229,16 +230,22 @@ def motion(
     base = sharp(case_of(case))
     if not isinstance(period, str) and 0.0 < period < math.inf:
         check_span(base, "period", period, periods * period, per=1.0 / periods)
-    return identify_motion(
-        base,
-        periods=periods,
-        settle=settle,
-        period=period,
-        ensemble=ensemble,
-        compare=compare,
-        progress=None if progress is None else listening(progress),
-        stop=stop,
-    )
+    with limited(base.run.max_wall_time) as time_left:
+        found = identify_motion(
+            base,
+            periods=periods,
+            settle=settle,
+            period=period,
+            ensemble=ensemble,
+            compare=compare,
+            progress=None if progress is None else listening(progress),
+            stop=stop,
+        )
+    if not time_left.has_stopped:
+        return found
+    known = found.response
+    reason = f"{known.reason} Within run.max_wall_time it was not compared with other numbers of the method."
+    return replace(found, kind=known.kind, order=known.order, reason=reason, comparisons=(), limit=math.inf)
 
 
 def basins(
@@ -274,7 +281,8 @@ def basins(
     Returns
     -------
     Basins
-        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed.
+        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed,
+        -3 was not reached within ``run.max_wall_time``.
 
     Raises
     ------
