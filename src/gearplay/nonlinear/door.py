@@ -266,7 +266,9 @@ def basins(
     case
         A `Case`, a bundled name, a path or a mapping.
     first, second
-        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``.
+        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``. Of a
+        torsional pair also its displacement and velocity in half backlashes, ``("x", -2, 2, 50)`` and ``("x'", -2, 2, 50)``,
+        velocity over the natural frequency.
     settle
         Periods before the motions are compared, 1 or more.
     period
@@ -292,8 +294,7 @@ def basins(
     Examples
     --------
     >>> import gearplay as gp
-    >>> grid = ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 2)
-    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), *grid, settle=300)
+    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), ("x", 1.0, 1.2, 2), ("x'", -0.1, 0.1, 2), settle=300)
     >>> found.labels.shape, len(found.attractors)
     ((2, 2), 1)
 
