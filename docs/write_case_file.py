@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from wrap_prose import wrap_prose
+
 from gearplay.model.schema import json_schema
 
 OUT = Path(__file__).with_name("case-file.md")
@@ -207,4 +209,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    OUT.write_text(page(), encoding="utf-8")
+    OUT.write_text(wrap_prose(page()), encoding="utf-8")

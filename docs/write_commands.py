@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from wrap_prose import wrap_prose
 
 from gearplay.cli.main import app
 
@@ -56,4 +57,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    OUT.write_text(page(), encoding="utf-8")
+    OUT.write_text(wrap_prose(page()), encoding="utf-8")

@@ -6,6 +6,8 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+from wrap_prose import wrap_prose
+
 import gearplay as gp
 
 OUT = Path(__file__).with_name("reference.md")
@@ -145,4 +147,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    OUT.write_text(page(), encoding="utf-8")
+    OUT.write_text(wrap_prose(page()), encoding="utf-8")

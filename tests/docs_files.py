@@ -43,7 +43,15 @@ def make_bare(path: Path) -> None:
 def make_bare_mat(path: Path) -> None:
     from scipy.io import savemat
 
-    savemat(path, {"X1_DE_time": np.sin(0.1 * np.arange(2000.0)), "fs": 12000.0})
+    savemat(path, {"X1_DE_time": np.sin(0.1 * np.arange(2000.0)), "fs": 12000.0, "X1RPM": 1797.0})
+
+
+def make_tacho(path: Path) -> None:
+    """Write an acceleration beside a tacho with 8 pulses a revolution of a shaft at 20 Hz."""
+    t = np.arange(16000) / 8000.0
+    acc, tacho = np.sin(2 * np.pi * 60.0 * t), (np.sin(2 * np.pi * 160.0 * t + 0.3) > 0.0) * 5.0
+    rows = "".join(f"{a:.6f},{b:.6f},{c:.1f}\n" for a, b, c in zip(t, acc, tacho, strict=True))
+    path.write_text(f"time [s],acc [m/s^2],tacho [V]\n{rows}", encoding="utf-8")
 
 
 def make_sound(path: Path) -> None:
@@ -72,6 +80,7 @@ FILES: dict[str, Callable[[Path], None]] = {
     "run.tdms": make_long_record,
     "bare.csv": make_bare,
     "bare.mat": make_bare_mat,
+    "tacho.csv": make_tacho,
     "loud.wav": make_sound,
     "my-case.toml": make_case,
     "rig.toml": make_rig,

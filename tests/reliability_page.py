@@ -13,34 +13,40 @@ Row = tuple[int, int, str]
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """# Reliability
 
-What is promised, what was tried, how often, and what failed. The table is written by `make torture` from its run, which takes
-some hours; `make torture OF=tests/page` tries some files only and leaves the other rows as they are. Do not edit.
+What is promised, what was tried, how often, and what failed. The table is written by `make torture` from its
+run, which takes some hours; `make torture OF=tests/page` tries some files only and leaves the other rows as
+they are. Do not edit.
 
 ## Promises
 
-* Bad input, in a file, on the command line, in Python or on the page, gets a sentence that names the field, the value, the
-  rule and the cure; never a traceback, a hang or a silent change.
-* What would take for ever or more memory than a machine of ordinary size has is refused before it starts, with an estimate.
-* A file that gearplay writes is whole or absent: written beside, synced, renamed. Only a plain file of one's own is
-  replaced, and only
-  where `--overwrite` says so; of two that write the same new name one wins; a complete result is never replaced by a partial one.
-* A result that was changed, cut or grown after it was written is refused: its last bytes are a digest of all others. Finished
-  parts, rows of a sweep, trials of a calibration and its `calibration.json` have theirs: what was changed is computed again, or
-  named.
-* A result without a digest, a foreign one, is read by a process of its own, which may crash, hang or run out of memory.
-* A disk on which a write, a sync or a rename fails, once or from then on, ends a command with a sentence; what was stored stays,
-  and the same command goes on. An old whole result is there until the new one is.
-* Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same command goes on
-  there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps what was computed until then.
+* Bad input, in a file, on the command line, in Python or on the page, gets a sentence that names the field,
+  the value, the rule and the cure; never a traceback, a hang or a silent change.
+* What would take for ever or more memory than a machine of ordinary size has is refused before it starts,
+  with an estimate.
+* A file that gearplay writes is whole or absent: written beside, synced, renamed. Only a plain file of one's
+  own is replaced, and only where `--overwrite` says so; of two that write the same new name one wins; a
+  complete result is never replaced by a partial one.
+* A result that was changed, cut or grown after it was written is refused: its last bytes are a digest of all
+  others. Finished parts, rows of a sweep, trials of a calibration and its `calibration.json` have theirs:
+  what was changed is computed again, or named.
+* A result without a digest, of another program, is read by a process of its own, which may crash, hang or run
+  out of memory.
+* A disk on which a write, a sync or a rename fails, once or from then on, ends a command with a sentence;
+  what was stored stays, and the same command goes on. An old whole result is there until the new one is.
+* Ctrl-C at any time ends a command with exit code 130 and one sentence that says what was kept; the same
+  command goes on there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps
+  what was computed until then.
 * Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: LLVM does not survive it
   everywhere, and an abort would take a whole notebook along.
-* `run.max_wall_time` holds while signals are sampled too; a result that would take longer to compress is written as it is.
+* `run.max_wall_time` holds while signals are sampled too; a result that would take longer to compress is
+  written as it is.
 * A request to the page that does not become whole in 10 s (its body: 30 s more) is dropped; none leaves a traceback.
 * A process that is killed loses the piece it was working on and nothing else; what is computed again is the same to the
   last byte.
 
-Not promised: that two machines with other processors or compilers give the same last digits; that a disk which lies about
-syncing keeps anything; that Ctrl-C in the first tenth of a second, while Python itself starts, is answered by gearplay.
+Not promised: that two machines with other processors or compilers give the same last digits; that a disk
+which lies about syncing keeps anything; that Ctrl-C in the first tenth of a second, while Python itself
+starts, is answered by gearplay.
 
 ## Tried
 """

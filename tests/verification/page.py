@@ -3,6 +3,7 @@
 import ast
 import json
 import sys
+import textwrap
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from pathlib import Path
@@ -11,9 +12,9 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ("verification", "cross")
 HEAD = """# Verification
 
-Written by `make verification` from a run of the tests in `tests/verification` and `tests/cross`; do not edit. Each row is what
-a test measured beside the limit it demands; of several parameters the worst, or the range, is shown. See also
-[validation](validation.md).
+Written by `make verification` from a run of the tests in `tests/verification` and `tests/cross`; do not edit.
+Each row is what a test measured beside the limit it demands; of several parameters the worst, or the range,
+is shown. See also [validation](validation.md).
 """
 
 
@@ -26,6 +27,11 @@ def purposes() -> dict[str, str]:
                 if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                     found[node.name] = (ast.get_docstring(node) or "").split("\n")[0]
     return found
+
+
+def filled(item: str) -> list[str]:
+    """Return the lines of an item of a list."""
+    return textwrap.wrap(item, 110, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def main(report: Path) -> None:
@@ -55,7 +61,8 @@ def main(report: Path) -> None:
         counts = json.loads(file.read_text(encoding="utf-8"))["counts"]
         lines.append(f"| `{file.stem}` | " + " | ".join(str(v) for v in counts.values()) + " |")
     lines += ["", "## What each test shows", ""]
-    lines += [f"* `{name}`: {purpose}" for name, purpose in purposes().items() if purpose]
+    for name, purpose in purposes().items():
+        lines += filled(f"* `{name}`: {purpose}") if purpose else []
     (ROOT / "docs" / "verification.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -60,6 +60,7 @@ def bifurcation(
     from gearplay.nonlinear.orbits.door import branches as branches_of
     from gearplay.nonlinear.orbits.door import check_branches
     from gearplay.results.provenance import KIND
+    from gearplay.solver.deadline import limited
 
     base = load_case(case, changes or ())
     folder = out if out is not None else Path("out") / f"bifurcation-{Path(case).stem}"
@@ -79,7 +80,11 @@ def bifurcation(
         check_branches(base, path, order=order, doublings=doublings)
     written = False
     try:
-        with interruptible() as stop, progress_bar(quiet=json) as report:
+        with (
+            interruptible() as stop,
+            progress_bar(quiet=json) as report,
+            limited(base.run.max_wall_time),
+        ):
             found = diagram_of(
                 base,
                 path,

@@ -17,6 +17,7 @@ from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leav
 from gearplay.cli.output import error_document, open_streams, output_failure, print_json, say_error, silence
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
+from gearplay.vocabulary.memory import is_too_little_memory, too_little_memory
 
 COMMANDS: Final = (
     "check",
@@ -131,7 +132,7 @@ def run(words: Sequence[str], *, debug: bool = False) -> int:
         except Exception as error:
             if stop.is_set() and not isinstance(error, CommandInterruptedError):  # what a library made of it
                 return _interrupted()
-            error = output_failure(error)
+            error = too_little_memory(error) if is_too_little_memory(error) else output_failure(error)
             if debug:
                 raise error
             return _report(error, wants_json)

@@ -58,6 +58,7 @@ def portrait(
         "period": found.ds.attrs["period"],
         "sections": int(found.ds.sizes["section_time"]),
         "onsets": int(found.ds.sizes["onset_time"]),
+        "late": found.ds.attrs["late"],
         "out": str(data),
         "picture": str(picture),
     }
@@ -66,5 +67,7 @@ def portrait(
         return
     print_text(
         f"{base.title or 'Portrait'}: {document['sections']} sections, one per {document['period']:.4g} s, and "
-        f"{document['onsets']} onsets of contacts\nWritten: {data}, {picture}"
+        f"{document['onsets']} onsets of contacts\n"
+        + (f"Not complete within run.max_wall_time: {document['late']}\n" if document["late"] else "")
+        + f"Written: {data}, {picture}"
     )

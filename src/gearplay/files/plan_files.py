@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gearplay.files.atomic import shown_path
 from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import Case
+from gearplay.model.reading import bundled_names
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean
 from gearplay.vocabulary.errors import Fault, InputError, shorten
@@ -17,7 +19,9 @@ Source = str | os.PathLike[str] | Mapping[str, Any]
 def plan_document(source: Source, package: str) -> dict[str, Any]:
     """Return the raw table behind a source; bundled plans are those of ``package``.
 
-    Raises `InputError` where there is no such plan or file, or it is no TOML.
+    A path of its ``case`` counts from the folder of the file; that of a dictionary from the current one.
+
+    Raises `InputError` where there is no such plan, file or case, or it is no TOML.
     """
     if isinstance(source, Mapping):
         case = source.get("case")
@@ -33,4 +37,16 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
         raise InputError(Fault("plan", name, rule, did_you_mean(name, known, "Plans")))
     else:
         text, where = read_text(Path(name), what="plan"), shorten(Path(name).name)
-    return plain_copy(parse_toml(text, where))  # type: ignore[no-any-return]
+    document: dict[str, Any] = plain_copy(parse_toml(text, where))
+    if name not in known and isinstance(case := document.get("case"), str) and case not in bundled_names():
+        document["case"] = _beside(Path(name), case)
+    return document
+
+
+def _beside(plan: Path, case: str) -> str:
+    """Return the path of a plan's case, which counts from the plan's folder; `InputError` where there is no file."""
+    place = plan.parent / Path(case).expanduser()
+    if not os.path.lexists(place):
+        rule = f"must be a bundled case, or a file whose path counts from the plan's folder: {shown_path(place)} is not there"
+        raise InputError(Fault("case", case, rule, did_you_mean(case, bundled_names(), "Cases")))
+    return str(place)

@@ -30,7 +30,14 @@ FixedStepContacts = Annotated[
     ),
 ]
 MostSteps = Annotated[int, Field(ge=1, le=2**62, description="limit on steps per run")]
-MostWallTime = Annotated[float, Measure(q.TIME, "limit on wall time", gt=0.0)]
+MostWallTime = Annotated[
+    float,
+    Measure(
+        q.TIME,
+        "limit on wall time of all runs of a request together; in a sweep or calibration of each run",
+        gt=0.0,
+    ),
+]
 
 DEFAULT_TOLERANCE: Final = 1e-6
 """The largest at which no statistic of an ensemble differs and loaded pairs err by less than 1e-11 m (docs/performance).
@@ -63,7 +70,7 @@ class Policy(Part):
     max_steps
         Limit on steps per run; None for none.
     max_wall_time
-        Limit on wall time [s]; None for none.
+        Limit on wall time of a request, all its runs together [s]; None for none. In sweeps and calibrations it is of each run.
 
     Raises
     ------

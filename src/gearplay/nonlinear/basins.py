@@ -12,11 +12,14 @@ from gearplay.model.case import Case
 from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.orders import repeating_orders
+from gearplay.nonlinear.pair_coordinates import ENTRIES, NAMES, PairCoordinates, pair_coordinates
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.words import axis_label
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
+from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-IRREGULAR, FAILED = -1, -2
+IRREGULAR, FAILED, LATE = -1, -2, -3
 MOST_ORDER = 8
 ALIKE = 1e-3
 """Distance [natural sizes] within which two sections are those of one motion."""
@@ -36,7 +39,10 @@ ALIKE = 1e-3
 
 @dataclass(frozen=True)
 class Grid:
-    """Values of one entry of the initial state, like ``ring.vx``, from ``low`` to ``high`` in SI; rotations are relative ones."""
+    """Values of one entry of the initial state, like ``ring.vx``, from ``low`` to ``high`` in SI; rotations are relative ones.
+
+    Of a torsional pair ``x`` and ``x'`` are entries too (`PairCoordinates`), in half backlashes.
+    """
 
     name: str
     low: float
@@ -48,8 +54,9 @@ class Grid:
 class Basins(Answer):
     """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
 
-    -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed. Each attractor holds its sections,
-    shape [order, free state].
+    -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed, -3 those that were not reached
+    within ``run.max_wall_time``. Each attractor holds its sections, shape [order, entry]: the free states ``entries``, or x
+    and x' where the grid is of these.
     """
 
     first: Floats
@@ -72,8 +79,8 @@ class Basins(Answer):
         for at, each in enumerate(self.attractors):
             sections[at, : len(each)] = each
         first, second = self.names
-        words = {"long_name": "motion that the start leads to", "flag_values": [FAILED, IRREGULAR],
-                 "flag_meanings": "cannot_be_followed does_not_repeat"}  # fmt: skip
+        words = {"long_name": "motion that the start leads to", "flag_values": [LATE, FAILED, IRREGULAR],
+                 "flag_meanings": "not_reached_within_max_wall_time cannot_be_followed does_not_repeat"}  # fmt: skip
         variables = {
             "motion": ((second, first), self.labels, words),
             "sections": (
@@ -111,7 +118,11 @@ class Basins(Answer):
         each = zip(self.shares, self.attractors, strict=True)
         shares = ", ".join(f"{100.0 * share:.0f} % (order {len(known)})" for share, known in each)
         count = len(self.attractors)
-        return f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
+        found = f"{count} motion{'s' if count != 1 else ''}" + (f": {shares} of the starts" if shares else "")
+        late = int(np.sum(self.labels == LATE))
+        return found + (
+            f"; {late} of {self.labels.size} starts were not reached within run.max_wall_time" if late else ""
+        )
 
     @property
     def labelled(self) -> tuple[str, str]:
@@ -150,7 +161,8 @@ def basins_of_attraction(
     """
     flow = Flow(case)
     step = section_period(flow.packed, period)
-    places = [_place(flow, grid) for grid in (first, second)]
+    pair = pair_coordinates(flow)
+    places = [_place(flow, grid, pair) for grid in (first, second)]
     if places[0] == places[1]:
         raise InputError(Fault("second", second.name, "must be another entry than the first", "Choose one"))
     if settle < 1:
@@ -164,41 +176,59 @@ def basins_of_attraction(
     )
     prepare(case)
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
+    starts = [_states(grid, values, pair) for grid, values in zip((first, second), axes, strict=True)]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
+    late = np.zeros(total, dtype=bool)
     asked = stop or threading.Event()
 
     def go(at: int, tick: Callable[[], None]) -> None:
         if asked.is_set():
             return
         state = start.copy()
-        state[places[0]], state[places[1]] = axes[0][at % axes[0].size], axes[1][at // axes[0].size]
+        state[places[0]], state[places[1]] = starts[0][at % axes[0].size], starts[1][at // axes[0].size]
         try:
             course = flow.begin(state, stop=asked)
             for n in range(2 * MOST_ORDER):
                 course.advance((settle + n) * step)
                 sections[at, n] = flow.seen(course.time, course.state)
+        except OutOfTimeError:
+            sections[at], late[at] = np.nan, True
         except GearplayError:
             sections[at] = np.nan
         tick()
 
-    share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
+    with limited(case.run.max_wall_time):
+        share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
     labels, attractors = _labels(sections, flow.natural[flow.free])
+    labels[late] = LATE
     table = labels.reshape(axes[1].size, axes[0].size)
     entries = tuple(flow.free_names)
+    if pair is not None and {first.name, second.name} & set(NAMES):
+        entries = NAMES
+        attractors = tuple(
+            np.array([pair.at((settle + n) * step, seen) for n, seen in enumerate(each)])
+            for each in attractors
+        )
     return Basins(axes[0], axes[1], table, attractors, (first.name, second.name), entries, case)
 
 
-def _place(flow: Flow, grid: Grid) -> int:
+def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
     """Return the place of an entry in the state; `InputError` where it is none, prescribed, or its range is empty."""
-    free = flow.free_names
+    free = flow.free_names if pair is None else [*NAMES, *flow.free_names]
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
         raise InputError(Fault("name", grid.name, rule, f"Choose from: {', '.join(free)}"))
     if not grid.low < grid.high or grid.count < 2:
         rule = "must have low below high and a count of 2 or more"
         raise InputError(Fault(grid.name, f"{grid.low:g} to {grid.high:g}, {grid.count}", rule, "Correct it"))
-    return state_names(flow.packed).index(grid.name)
+    name = ENTRIES[NAMES.index(grid.name)] if grid.name in NAMES else grid.name
+    return state_names(flow.packed).index(name)
+
+
+def _states(grid: Grid, values: Floats, pair: PairCoordinates | None) -> Floats:
+    """Return the values of the state's entry that those of a grid stand for."""
+    return values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
 
 
 def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[Floats, ...]]:
@@ -240,8 +270,8 @@ def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") 
     pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
     figure, axes = make_figure(1, 1, 4.6)
     ax = axes[0, 0]
-    colors = ListedColormap(["#bbbbbb", "#eeeeee", *pale])
-    norm = BoundaryNorm(np.arange(-2.5, kinds + 0.5), colors.N)
+    colors = ListedColormap(["#ffffff", "#bbbbbb", "#eeeeee", *pale])
+    norm = BoundaryNorm(np.arange(-3.5, kinds + 0.5), colors.N)
     ax.pcolormesh(
         basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
     )
@@ -256,6 +286,8 @@ def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") 
         handles["does not repeat"] = legend_mark("#dddddd", marker="s")
     if np.any(basins.labels == FAILED):
         handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
+    if np.any(basins.labels == LATE):
+        handles["not reached in time"] = legend_mark("#ffffff", marker="s")
     ax.set_xlabel(axis_label(labels[0], "1"), fontsize=SMALL)
     ax.set_ylabel(axis_label(labels[1], "1"), fontsize=SMALL)
     set_legend(figure, handles)

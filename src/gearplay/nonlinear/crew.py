@@ -3,8 +3,10 @@
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TypeVar
 
+from gearplay.solver.deadline import in_request
 from gearplay.vocabulary.progress import Tick
 
 Job = TypeVar("Job")
@@ -37,7 +39,8 @@ def share_out(
 
     with ThreadPoolExecutor(max(1, threads)) as pool:
         try:
-            list(pool.map(lambda job: work(job, tick), jobs))
+            calls = [in_request(partial(work, job, tick)) for job in jobs]
+            list(pool.map(lambda call: call(), calls))
         except KeyboardInterrupt:
             stop.set()
             raise

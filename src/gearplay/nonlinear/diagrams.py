@@ -19,6 +19,8 @@ from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.carry import ramp_speeds
 from gearplay.solver.compiling import prepare
+from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
@@ -177,6 +179,7 @@ class _Last:
 
 
 ANEW = "began anew, "
+OUT_OF_TIME = "not reached within run.max_wall_time, the limit of all values together"
 
 
 def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
@@ -267,6 +270,9 @@ def bifurcation_diagram(
         for number, at in enumerate(places):
             if asked.is_set():
                 return
+            if time_left.is_over():
+                reasons[way][at] = OUT_OF_TIME
+                continue
             try:
                 flow, state = Flow(family(float(values[at]))), None
                 if carry and number:
@@ -274,6 +280,8 @@ def bifurcation_diagram(
                 if state is not None and last is not None:
                     try:
                         last = value(way, at, flow, state, last.impact_speeds)
+                    except OutOfTimeError:
+                        raise
                     except SimulationError as error:
                         if asked.is_set():
                             raise
@@ -281,6 +289,8 @@ def bifurcation_diagram(
                         starts[way][at] = f"{ANEW}from the state of the value before: {_line(error)}"
                 if state is None:
                     last = value(way, at, flow, flow.start(usual_member(flow.case)), None)
+            except OutOfTimeError:
+                table[way, at], reasons[way][at], last = np.nan, OUT_OF_TIME, None
             except GearplayError as error:
                 table[way, at], reasons[way][at], last = np.nan, _line(error), None
             tick()
@@ -290,7 +300,8 @@ def bifurcation_diagram(
     if not carry:
         jobs = [(w, way[k::threads]) for w, way in enumerate(ways) for k in range(threads)]
     total = table.shape[0] * values.size
-    share_out(jobs, go, total=total, threads=threads, stop=asked, progress=progress)
+    with limited(first.run.max_wall_time) as time_left:
+        share_out(jobs, go, total=total, threads=threads, stop=asked, progress=progress)
     settings = {"settle": settle, "keep": keep, "period": period, "carried": int(carry)}
     said, began = (tuple(tuple(row) for row in rows) for rows in (reasons, starts))
     return Diagram(values, tuple(directions), table, names, said, first, "", settings, began)

@@ -16,6 +16,7 @@ from gearplay.nonlinear.kinds.sections import AUTO
 from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
+from gearplay.solver.deadline import limited
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.vocabulary.progress import Progress, ticking
@@ -226,16 +227,22 @@ def motion(
     base = sharp(case_of(case))
     if not isinstance(period, str) and 0.0 < period < math.inf:
         check_span(base, "period", period, periods * period, per=1.0 / periods)
-    return identify_motion(
-        base,
-        periods=periods,
-        settle=settle,
-        period=period,
-        ensemble=ensemble,
-        compare=compare,
-        progress=progress,
-        stop=stop,
-    )
+    with limited(base.run.max_wall_time) as time_left:
+        found = identify_motion(
+            base,
+            periods=periods,
+            settle=settle,
+            period=period,
+            ensemble=ensemble,
+            compare=compare,
+            progress=progress,
+            stop=stop,
+        )
+    if not time_left.has_stopped:
+        return found
+    known = found.response
+    reason = f"{known.reason} Within run.max_wall_time it was not compared with other numbers of the method."
+    return replace(found, kind=known.kind, order=known.order, reason=reason, comparisons=(), limit=math.inf)
 
 
 def basins(
@@ -256,7 +263,9 @@ def basins(
     case
         A `Case`, a bundled name, a path or a mapping.
     first, second
-        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``.
+        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``. Of a
+        torsional pair also its displacement and velocity in half backlashes, ``("x", -2, 2, 50)`` and ``("x'", -2, 2, 50)``,
+        velocity over the natural frequency.
     settle
         Periods before the motions are compared, 1 or more.
     period
@@ -271,7 +280,8 @@ def basins(
     Returns
     -------
     Basins
-        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed.
+        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed,
+        -3 was not reached within ``run.max_wall_time``.
 
     Raises
     ------
@@ -281,8 +291,7 @@ def basins(
     Examples
     --------
     >>> import gearplay as gp
-    >>> grid = ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 2)
-    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), *grid, settle=300)
+    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), ("x", 1.0, 1.2, 2), ("x'", -0.1, 0.1, 2), settle=300)
     >>> found.labels.shape, len(found.attractors)
     ((2, 2), 1)
 

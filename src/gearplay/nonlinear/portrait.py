@@ -1,17 +1,21 @@
 """Portrait: paths of the free coordinates of a settled motion, with sections once per period and at onsets."""
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearplay.model.case import Case
 from gearplay.nonlinear.orbits.period_map import section_period
-from gearplay.nonlinear.sections import contact_section, stroboscopic_section
+from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
 from gearplay.results.answer import OfDataset
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
+from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
@@ -37,7 +41,11 @@ class Portrait(OfDataset):
     def message(self) -> str:
         """How much it holds, in words."""
         sizes, period = self.dataset.sizes, float(self.dataset.attrs["period"])
-        return f"{sizes['section_time']} sections, one per {period:.4g} s, and {sizes['onset_time']} onsets of contacts"
+        late = str(self.dataset.attrs.get("late", ""))
+        return (
+            f"{sizes['section_time']} sections, one per {period:.4g} s, and {sizes['onset_time']} onsets of contacts"
+            + (f". Not complete within run.max_wall_time: {late}" if late else "")
+        )
 
     def plot(self, *, rotors: tuple[str, ...] = (), title: str = "") -> "Figure":
         """Draw orbits in the clearance circles and phase portraits of all rotors, or the chosen ones; returns the figure."""
@@ -74,16 +82,18 @@ def portrait_of(
     import xarray as xr  # after the refusals, which are to come at once
 
     prepare(case)
-    path = stroboscopic_section(
-        case, signals, keep=show * parts + 1, settle=settle * parts, period=step / parts, member=member
+    strobing = partial(stroboscopic_section, case, signals, member=member)
+    hitting = partial(
+        contact_section, case, signals, duration=keep * step, transient=settle * step, member=member
     )
-    strobe = stroboscopic_section(case, signals, keep=keep, settle=settle, period=step, member=member)
-    hits = {
-        label: contact_section(
-            case, signals, label, duration=keep * step, transient=settle * step, member=member
-        )
-        for label in packed.contact_labels
-    }
+    with limited(case.run.max_wall_time):
+        path = strobing(keep=show * parts + 1, settle=settle * parts, period=step / parts)
+        strobe = _until_late(partial(strobing, keep=keep, settle=settle, period=step), path)
+        hits = {
+            label: _until_late(partial(hitting, contact=label), path, 1) for label in packed.contact_labels
+        }
+    pieces = {"path": path, "sections": strobe} | {f"onsets of {label}": each for label, each in hits.items()}
+    late = ", ".join(name for name, each in pieces.items() if each.ended)
     instants = np.concatenate([np.zeros(0), *(each.times for each in hits.values())])
     order = np.argsort(instants, kind="stable")
     names = [label for label, each in hits.items() for _ in each.times]
@@ -101,5 +111,14 @@ def portrait_of(
         "section_time": ("section_time", strobe.times, seconds),
         "onset_time": ("onset_time", instants[order], seconds),
     }
-    attributes = provenance(case, settle=settle, period=step)
+    attributes = provenance(case, settle=settle, period=step, late=late)
     return Portrait(xr.Dataset(variables, coords=coordinates, attrs=attributes))
+
+
+def _until_late(section: Callable[[], Section], like: Section, more: int = 0) -> Section:
+    """Return a section; an empty one, with ``more`` signals than another, where no time was left for its first instant."""
+    try:
+        return section()
+    except OutOfTimeError as error:
+        nothing = np.zeros((0, len(like.names) + more))
+        return Section(np.zeros(0), nothing, like.names, like.case, str(error))

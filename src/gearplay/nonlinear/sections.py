@@ -15,6 +15,7 @@ from gearplay.pictures.words import plain, shown_in
 from gearplay.results.answer import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
+from gearplay.solver.course import OutOfTimeError
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
@@ -30,7 +31,10 @@ CHANGES = {"onset": 1.0, "release": 0.0}
 
 @dataclass(frozen=True, repr=False)
 class Section(Answer):
-    """A motion seen at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI."""
+    """A motion seen at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI.
+
+    ``ended`` says why there are fewer instants than were requested, "" where there are not.
+    """
 
     answer = "section"
 
@@ -38,6 +42,7 @@ class Section(Answer):
     values: Floats
     names: tuple[str, ...]
     case: Case
+    ended: str = ""
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -48,7 +53,9 @@ class Section(Answer):
             name: ("time", self.values[:, at], _words_of(name)) for at, name in enumerate(self.names)
         }
         seconds = {"time": ("time", self.times, {"units": "s", "long_name": "time"})}
-        return xr.Dataset(variables, seconds, provenance(self.case, signals=json.dumps(self.names)))
+        return xr.Dataset(
+            variables, seconds, provenance(self.case, signals=json.dumps(self.names), ended=self.ended)
+        )
 
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
@@ -56,12 +63,15 @@ class Section(Answer):
         check_kind(dataset, cls.answer)
         names = tuple(json.loads(dataset.attrs["signals"]))
         table = np.column_stack([dataset[name].values for name in names])
-        return cls(dataset["time"].values, table, names, case_in(dataset))
+        return cls(
+            dataset["time"].values, table, names, case_in(dataset), str(dataset.attrs.get("ended", ""))
+        )
 
     @property
     def message(self) -> str:
         """How much was seen, in words."""
-        return f"{len(self.times)} instants of {', '.join(self.names)}"
+        found = f"{len(self.times)} instants of {', '.join(self.names)}"
+        return f"{found}. {self.ended}" if self.ended else found
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
         """Draw the second signal over the first, or one signal over time, in display units."""
@@ -114,12 +124,17 @@ def stroboscopic_section(
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if settle:
         course.advance(settle * step)
-    values = []
-    for at in range(keep):
-        course.advance((settle + at) * step)
-        values.append(observe(course.time, course.state, course.run.branch))
-    times = step * np.arange(settle, settle + keep, dtype=np.float64)
-    return Section(times, np.array(values).reshape(keep, -1), observe.names, case)
+    values, ended = list[Floats](), ""
+    try:
+        for at in range(keep):
+            course.advance((settle + at) * step)
+            values.append(observe(course.time, course.state, course.run.branch))
+    except OutOfTimeError as error:
+        if not values:
+            raise
+        ended = str(error)
+    times = step * np.arange(settle, settle + len(values), dtype=np.float64)
+    return Section(times, np.array(values).reshape(len(values), -1), observe.names, case, ended)
 
 
 def contact_section(
@@ -153,14 +168,17 @@ def contact_section(
     observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
     if transient > 0.0:
         course.advance(transient)
-    times, values = [], []
-    while course.time < end:
-        for t, which, began, rate in course.advance_to_change(end):
-            if int(which) == labels.index(contact) and began == CHANGES[change]:
-                times.append(t)
-                values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
+    times, values, ended = list[float](), list[Floats](), ""
+    try:
+        while course.time < end:
+            for t, which, began, rate in course.advance_to_change(end):
+                if int(which) == labels.index(contact) and began == CHANGES[change]:
+                    times.append(t)
+                    values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
+    except OutOfTimeError as error:
+        ended = str(error)
     names = (*observe.names, f"{contact}.rate")
-    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names, case)
+    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names, case, ended)
 
 
 def _positive(name: str, value: float) -> float:

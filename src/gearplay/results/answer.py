@@ -18,6 +18,7 @@ from gearplay.model.reading import load_case
 from gearplay.pictures.pages import html_table
 from gearplay.results.provenance import KIND
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.memory import enough_memory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,6 +70,7 @@ class Answer(ABC):
         """
         self._write(path, overwrite=overwrite)
 
+    @enough_memory()
     def _write(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float = math.inf
     ) -> None:

@@ -16,6 +16,7 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.limits import check_samples
 from gearplay.solver.trajectory import Trajectory, work_of, worst_of
+from gearplay.vocabulary.memory import enough_memory
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ def _flags(compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.int8]:
     return np.nan_to_num(compute(), nan=-1.0).astype(np.int8)
 
 
+@enough_memory()
 def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":
     """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.
 

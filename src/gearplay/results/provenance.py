@@ -20,6 +20,8 @@ def signal_words(signal: str) -> dict[str, str]:
     label, _, kind = signal.rpartition(".")
     if kind == "x" and (not label or "-" in label):  # of a mesh
         return {"units": "1", "long_name": f"displacement in half backlashes{', ' if label else ''}{label}"}
+    if signal == "x'":
+        return {"units": "1", "long_name": "rate of x, in half backlashes, over the natural frequency"}
     quantity = RESULT_VARIABLES[kind]
     beside = ", less the nominal one" if kind in ("theta", "omega") else ""
     return {"units": quantity.unit, "long_name": f"{quantity.long_name}{beside}, {label}"}

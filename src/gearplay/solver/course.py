@@ -13,6 +13,7 @@ from gearplay.kernels import stepper, tangent, tangent_state
 from gearplay.kernels.layout import OPEN
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
+from gearplay.solver.deadline import deadline_of
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
@@ -28,6 +29,10 @@ MOST_GROWTH = 16.0
 LOG_CAPACITY = 16_384
 MOST_STEPS = 50_000_000
 """Steps of one piece from which on a course without a watch counts as run away: some minutes."""
+
+
+class OutOfTimeError(SimulationError):
+    """The limit on wall time of the request was reached: no further run can begin."""
 
 
 def next_steps(steps: int, took: float) -> int:
@@ -93,7 +98,7 @@ class Course:
         self.chunk = CHUNK_STEPS
         """Steps between two looks at reasons to stop, at most; fewer where they take long."""
         self._paced = FIRST_STEPS
-        self._begun = time.monotonic()
+        self.deadline = deadline_of(case.run.max_wall_time)
         self.system, settings = packed.system, case.run
         self._piece_begun = 0
         wanted = np.zeros(0, dtype=np.int64) if places is None else places
@@ -166,8 +171,7 @@ class Course:
     def _own_reason(self) -> Status | None:
         if self.stop is not None and self.stop.is_set():
             return Status.INTERRUPTED
-        limit = self.case.run.max_wall_time
-        if limit is not None and time.monotonic() > self._begun + limit:
+        if self.deadline.is_over():
             return Status.OUT_OF_TIME
         most = min(self.case.run.max_steps or math.inf, self._piece_begun + MOST_STEPS)
         return Status.TOO_MANY_STEPS if self.steps >= most else None
@@ -184,6 +188,8 @@ class Course:
         run = self.run
         run.clock[kernel.T_END] = t_end
         while True:
+            if self.deadline.is_over():
+                self._check(Status.OUT_OF_TIME)
             status = Status(stepper.advance(self.system, run, 1))
             rows = run.log[: int(run.counts[kernel.LOGGED])].copy()
             run.counts[kernel.LOGGED] = 0
@@ -194,6 +200,11 @@ class Course:
                 return rows
 
     def _check(self, status: Status) -> None:
+        if status == Status.OUT_OF_TIME:
+            raise OutOfTimeError(
+                f"run.max_wall_time = {self.deadline.limit:g} s: the limit on wall time was reached, in a run at"
+                f" t = {self.time:.6g} s. Raise it, or ask for fewer periods, points or seconds."
+            )
         if status != Status.DONE:
             raise SimulationError(f"flow: {WORDS[status]} Stopped at t = {self.time:.9g} s.")
 

@@ -1,6 +1,5 @@
 """Simulation of one ensemble member, and the limits and cancellation shared by the runs of one call."""
 
-import math
 import threading
 import time
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End, end_of, go_on_from, start_from
 from gearplay.solver.course import Course
+from gearplay.solver.deadline import Deadline, deadline_of
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.kept_motion import KeptMotion, KeptSamples
 from gearplay.solver.status import Status
@@ -147,7 +147,7 @@ class Watch:
 
     def __init__(self, total: float, progress: Tick | None, stop: threading.Event) -> None:
         self.stop, self.total, self.progress = stop, total, progress
-        self.started = time.monotonic()
+        self.deadlines: dict[float | None, Deadline] = {}
         self.done: dict[int, float] = {}
         self.sum = 0.0
         self.lock = threading.Lock()
@@ -168,9 +168,14 @@ class Watch:
             return Status.INTERRUPTED
         if case.run.max_steps is not None and steps >= case.run.max_steps:
             return Status.TOO_MANY_STEPS
-        return Status.OUT_OF_TIME if self.left(case) < 0.0 else None
+        return Status.OUT_OF_TIME if self.deadline(case).is_over() else None
 
     def left(self, case: Case) -> float:
         """Return the time [s] that a case's limit leaves for it, or for its samples."""
+        return self.deadline(case).left()
+
+    def deadline(self, case: Case) -> Deadline:
+        """Return the deadline of a case: the request's, or that of all runs here with the same limit."""
         limit = case.run.max_wall_time
-        return math.inf if limit is None else self.started + limit - time.monotonic()
+        with self.lock:
+            return self.deadlines.setdefault(limit, deadline_of(limit))

@@ -26,6 +26,7 @@ from gearplay.solver.limits import check_samples
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -139,11 +140,12 @@ class KeptMotion:
         pieces on several threads; all end soon after Ctrl-C.
 
         Raises `ResourceError` where that takes longer than the case's limit on wall time leaves, or than ``until`` [s], by the
-        clock of `time.monotonic`.
+        clock of `time.monotonic`, and where there is too little memory.
         """
         until = min(until, time.monotonic() + self.left)
         stop = threading.Event()
-        values = np.empty((len(places), count))
+        with enough_memory():
+            values = np.empty((len(places), count))
         step = 1.0 / sampling
         pieces = self._pieces(start, step, count)
         idle: list[Course] = []

@@ -16,6 +16,7 @@ from gearplay.model.pack import Packed, pack
 from gearplay.solver.carry import End
 from gearplay.solver.compiling import prepare_packed
 from gearplay.solver.course import Course
+from gearplay.solver.deadline import in_request
 from gearplay.solver.job import Job, Watch
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.trajectory import Trajectory, choose_columns
@@ -151,7 +152,7 @@ def _on_threads(calls: Sequence[Callable[[], R]], watch: Watch, threads: int) ->
     Even one is made off the main thread, so that Ctrl-C reaches Python while the kernel works.
     """
     with ThreadPoolExecutor(max(1, min(threads, len(calls)))) as pool:
-        futures = [pool.submit(call) for call in calls]
+        futures = [pool.submit(in_request(call)) for call in calls]
         try:
             return [future.result() for future in futures]
         except KeyboardInterrupt:

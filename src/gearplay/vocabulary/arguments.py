@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 from gearplay.vocabulary.interrupts import raised_without_harm
+from gearplay.vocabulary.memory import enough_memory
 
 MOST: Final = 10**15
 """Largest count that is taken at all; what it would cost is for the function to say."""
@@ -288,7 +289,7 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
                 faults.append(Fault(name, value, wanted, "See help(gearplay." + function.__name__ + ")"))
         if faults:
             raise InputError(faults)
-        with raised_without_harm():
+        with raised_without_harm(), enough_memory():
             return function(*bound.args, **bound.kwargs)
 
     return door

@@ -18,6 +18,7 @@ from starlette.websockets import WebSocket
 from gearplay.model.bundled import bundled_text
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
+from gearplay.model.pack import pack
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
 from gearplay.vocabulary.errors import GearplayError
@@ -222,6 +223,8 @@ def _described(case: Case, *, source: str | None = None) -> Response:
             "case": case.resolved(),
             "controls": controls(case),
             "measures": measures(case),
+            "rotors": list(case.rotors),
+            "displacements": list(pack(case).half_backlashes),
             "title": case.title,
             "source": source,
         }

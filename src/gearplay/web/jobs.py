@@ -13,14 +13,16 @@ from gearplay.vocabulary.errors import Fault, InputError
 
 Job = Mapping[str, Any]
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
+LONGEST_DIAGRAM = 570.0
+"""Limit [s] on all values of a diagram, before the pool ends its worker: what was reached is shown."""
 MODELS = ("coupled", "uncoupled")
 MOST_MEMBERS = 16
 MOST_SAMPLES = 2_000_000
 LONGEST_NOTE = 300
 
 
-def limited_case(job: Job) -> Case:
-    """Return the case of a job, its limits those of the server.
+def limited_case(job: Job, *, longest: float = LIMITS["run.max_wall_time"]) -> Case:
+    """Return the case of a job, its limits those of the server; ``longest`` is that on wall time [s].
 
     Raises `InputError` for a case that cannot be, or one that keeps more samples than a page can use.
     """
@@ -31,7 +33,7 @@ def limited_case(job: Job) -> Case:
     run = case.run
     limits = {
         path: limit
-        for path, limit in LIMITS.items()
+        for path, limit in (LIMITS | {"run.max_wall_time": longest}).items()
         if (now := getattr(run, path[4:])) is None or now > limit
     }
     if run.ensemble > MOST_MEMBERS:

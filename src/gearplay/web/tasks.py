@@ -20,7 +20,16 @@ from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 from gearplay.web.averages import average
 from gearplay.web.frames import pack_frame
-from gearplay.web.jobs import Job, axis_of, failures_of, limited_case, models_of, note_of, whole
+from gearplay.web.jobs import (
+    LONGEST_DIAGRAM,
+    Job,
+    axis_of,
+    failures_of,
+    limited_case,
+    models_of,
+    note_of,
+    whole,
+)
 from gearplay.web.maps import make_map
 from gearplay.web.measured import measured
 from gearplay.web.toml_edits import edited
@@ -83,7 +92,7 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
     from gearplay.nonlinear.door import bifurcation as diagram_of
 
-    case = replace(limited_case(job), {"run.ensemble": 1})
+    case = replace(limited_case(job, longest=LONGEST_DIAGRAM), {"run.ensemble": 1})
     count, keep, settle = (whole(job, name, least, most) for name, least, most in
                            (("count", 2, 1000), ("keep", 1, 400), ("settle", 0, 2000)))  # fmt: skip
     if count * keep > MOST_POINTS:

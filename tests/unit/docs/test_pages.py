@@ -44,7 +44,9 @@ def test_files_in_the_contributing_page_exist() -> None:
 
 def test_glossary__names_are_those_of_the_program() -> None:
     """Each name in the right column is a field, a value, a variable of results, a public function, a command or an option."""
-    known = set(re.findall(r"[A-Za-z_][\w-]*", json.dumps(json_schema()))) | set(dir(gp)) | set(RESULT_VARIABLES)
+    known = (
+        set(re.findall(r"[A-Za-z_][\w-]*", json.dumps(json_schema()))) | set(dir(gp)) | set(RESULT_VARIABLES)
+    )
     commands: Any = typer.main.get_command(app)
     for name, command in commands.commands.items():
         known |= {name} | {word.lstrip("-") for each in command.params for word in each.opts}

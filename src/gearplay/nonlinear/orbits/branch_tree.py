@@ -7,9 +7,18 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.nonlinear.orbits.branches import CLOSED, DOUBLING, Branch, Settings, doubled, follow_branch
+from gearplay.nonlinear.orbits.branches import (
+    CLOSED,
+    DOUBLING,
+    OUT_OF_TIME,
+    Branch,
+    Settings,
+    doubled,
+    follow_branch,
+)
 from gearplay.nonlinear.orbits.orbits import Orbit, constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.solver.course import OutOfTimeError
 from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Tick
@@ -29,12 +38,15 @@ def settled_orbits(
 
     Raises `SimulationError` where there is none at all.
     """
-    found, missed, last = [], [], None
+    found, missed = list[Orbit](), list[str]()
+    last: SimulationError | None = None
     for place in places:
         try:
             settled = period_map.settle(period_map.start(place), place, settle)
             found.append(find_orbit(period_map, settled, place, order=order))
         except SimulationError as error:
+            if isinstance(error, OutOfTimeError) and not found:
+                raise
             last = error
             missed.append(f"no start at {place:.6g}: {str(error).splitlines()[0]}")
     if found:
@@ -73,8 +85,10 @@ def branch_tree(
     *,
     doublings: int = 1,
     progress: Tick | None = None,
-) -> tuple[Branch, ...]:
+) -> tuple[tuple[Branch, ...], tuple[str, ...]]:
     """Return the branches through ``starts`` and, ``doublings`` deep, those of twice the order that leave them at doublings.
+
+    The second value names the doublings behind which nothing was followed because time was over.
 
     A start that lies on the branch of another gives no second one; a doubling from which no other branch could be followed
     stays a special point without one.
@@ -83,7 +97,7 @@ def branch_tree(
     for start in starts:
         if not any(_lies_on(start, branch, period_map.scale) for branch in found):
             found.append(whole_branch(period_map, start, settings, progress=progress))
-    row = list(found)
+    row, late = list(found), list[str]()
     for _ in range(doublings):
         switched: list[Branch] = []
         for branch in row:
@@ -93,6 +107,12 @@ def branch_tree(
                 try:
                     orbit = doubled(period_map, special.orbit)
                     other = follow_branch(period_map, orbit, settings, progress=progress)
+                except OutOfTimeError:
+                    at = special.orbit.parameter
+                    late.append(
+                        f"the branch from the period doubling at {at:.6g} was not followed: {OUT_OF_TIME}"
+                    )
+                    continue
                 except SimulationError:
                     continue
                 middle = other.orbits[len(other.orbits) // 2]  # another end of a branch that is known?
@@ -100,7 +120,7 @@ def branch_tree(
                     switched.append(other)
         found += switched
         row = switched
-    return tuple(found)
+    return tuple(found), tuple(late)
 
 
 def _lies_on(orbit: Orbit, branch: Branch, scale: Floats) -> bool:

@@ -22,6 +22,7 @@ from gearplay.nonlinear.orbits.orbits import (
     order_of,
 )
 from gearplay.nonlinear.orbits.period_map import PeriodMap
+from gearplay.solver.course import OutOfTimeError
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 
@@ -31,6 +32,7 @@ NUDGE = 1e-6  # step of the derivative by the parameter, in its natural size
 MOST_CORRECTIONS = 8
 AMPLITUDES = (0.01, 0.03, 0.1, 0.3, 1.0)  # tried for an orbit of twice the order, in natural sizes
 CLOSED = "it closes on itself"
+OUT_OF_TIME = "run.max_wall_time, the limit of the whole request, was reached"
 FEWEST_OF_LOOP = 8
 FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "Neimark-Sacker", "grazing"
 
@@ -157,7 +159,10 @@ def follow_branch(
         raise InputError(Fault("start.parameter", start.parameter, rule, "Widen the bounds"))
     follower = _Follower(period_map, start.order, settings)
     unknowns = np.append(start.states[0], start.parameter) / follower.scale
-    found, _, slopes = follower.evaluate(unknowns)
+    try:
+        found, _, slopes = follower.evaluate(unknowns)
+    except OutOfTimeError:
+        return Branch((start,), (), OUT_OF_TIME, start.order)
     ahead = np.zeros(unknowns.size)
     ahead[-1] = 1.0 if upwards else -1.0
     here = _Place(unknowns, follower.tangent(slopes, ahead), follower.orbit(unknowns, found))
@@ -165,6 +170,9 @@ def follow_branch(
     while len(orbits) < settings.orbits:
         try:
             there, count = _advance(follower, here, step)
+        except OutOfTimeError:
+            ended = OUT_OF_TIME
+            break
         except GearplayError as error:
             step *= 0.5
             if step < settings.least:
@@ -178,9 +186,12 @@ def follow_branch(
         if order_of(there.orbit.states, follower.scale[:-1]) < there.orbit.order:
             ended = "it has met a branch of lower order"
             break
-        special += [
-            Special(kind, len(orbits) - 1, located) for kind, located in _between(follower, here, there, step)
-        ]
+        try:
+            between = _between(follower, here, there, step)
+        except OutOfTimeError:
+            ended = OUT_OF_TIME
+            break
+        special += [Special(kind, len(orbits) - 1, located) for kind, located in between]
         here = there
         orbits.append(here.orbit)
         if progress is not None:
@@ -258,6 +269,8 @@ def _locate(follower: _Follower, here: _Place, there: _Place, step: float, kind:
         middle = (low * g_high - high * g_low) / (g_high - g_low)
         try:
             best, _ = _advance(follower, here, middle)
+        except OutOfTimeError:
+            raise
         except GearplayError:
             break
         g = _tests(best)[kind]
@@ -281,6 +294,8 @@ def _bisect(follower: _Follower, here: _Place, step: float, keeps: Callable[[_Pl
         middle = 0.5 * (low + high)
         try:
             place, _ = _advance(follower, here, middle)
+        except OutOfTimeError:
+            raise
         except GearplayError:
             high = middle
             continue
@@ -303,6 +318,8 @@ def doubled(period_map: PeriodMap, orbit: Orbit) -> Orbit:
         guess = orbit.states[0] + amplitude * scale * direction / np.linalg.norm(direction)
         try:
             return find_orbit(period_map, guess, orbit.parameter, order=2 * orbit.order)
+        except OutOfTimeError:
+            raise
         except SimulationError:
             continue
     raise SimulationError(

@@ -16,6 +16,7 @@ from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
 from gearplay.solver.compiling import prepare
+from gearplay.solver.deadline import limited
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
@@ -58,7 +59,8 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     base = sharp(case_of(case))
     prepare(base, derivative=True)
     family = StrobeMap(lambda _: base, 0.0)
-    found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
+    with limited(base.run.max_wall_time):
+        found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
     return PeriodicOrbit(**vars(found), case=base)
 
 
@@ -138,9 +140,10 @@ def branch(
     prepare(base, derivative=True)
     first = settings.low if varied.is_function and start is None else _first_value(varied, base, start)
     family = StrobeMap(_sharp_family(varied, base, keep_load=keep_load), first)
-    (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
-    tick = ticking(progress, "orbits")
-    whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
+    with limited(base.run.max_wall_time):
+        (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
+        tick = ticking(progress, "orbits")
+        whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
     return OneBranch((whole,), base, path, keep_load, family=family.family)
 
 
@@ -203,10 +206,11 @@ def branches(
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
     family = StrobeMap(_sharp_family(varied, base), places[0])
-    starts, missed = settled_orbits(family, places, order=order, settle=settle)
-    tick = ticking(progress, "orbits")
-    found = branch_tree(family, starts, settings, doublings=doublings, progress=tick)
-    return Branches(found, base, path, missed=missed, family=family.family)
+    with limited(base.run.max_wall_time):
+        starts, missed = settled_orbits(family, places, order=order, settle=settle)
+        tick = ticking(progress, "orbits")
+        found, late = branch_tree(family, starts, settings, doublings=doublings, progress=tick)
+    return Branches(found, base, path, missed=(*missed, *late), family=family.family)
 
 
 def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:

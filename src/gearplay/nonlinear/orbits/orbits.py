@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.nonlinear.orbits.period_map import PeriodMap
+from gearplay.solver.course import OutOfTimeError
 from gearplay.vocabulary.errors import GearplayError, SimulationError
 
 Floats = NDArray[np.float64]
@@ -108,6 +109,8 @@ def find_orbit(
         while share > 1e-3:
             try:
                 tried = after(period_map, state + share * step, parameter, order)
+            except OutOfTimeError:
+                raise
             except GearplayError:  # the motion cannot be followed from there
                 share *= 0.5
                 continue

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq
 
 from gearplay.model import geometry
@@ -15,7 +16,8 @@ from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
-POINTS, LOOKS = 60, 9
+POINTS, NODES = 25, 9
+"""Points of a line, and cases along the other axis from which each is interpolated."""
 
 
 def fields_at(sweep: Sweep, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -29,13 +31,25 @@ def fields_at(sweep: Sweep, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def excess_at(sweep: Sweep, j: int, values: Mapping[str, float]) -> float:
     """Return 2 sin(alpha0) (sum of radial clearances) less the backlash [m] of mesh j at temperature; NaN where it cannot be."""
+    return _excesses(sweep, tuple(sorted(values.items())))[j]
+
+
+@lru_cache(maxsize=4096)
+def _excesses(sweep: Sweep, values: tuple[tuple[str, float], ...]) -> tuple[float, ...]:
+    """Return `excess_at` of all meshes: lines of many meshes, in many pictures, ask for the same cases."""
+    base = sweep.template.base
     try:
-        case = replace(sweep.template.base, fields_at(sweep, values)).operating
+        case = replace(base, fields_at(sweep, dict(values))).operating
     except InputError:
-        return math.nan
-    mesh = case.meshes[j]
-    play = sum(case.sleeves[name].radial_clearance for name in mesh.rotors if name in case.sleeves)
-    return 2.0 * math.sin(mesh.pressure_angle) * play - geometry.installed_backlash(case, j)
+        return (math.nan,) * len(base.meshes)
+    plays = [
+        sum(case.sleeves[name].radial_clearance for name in mesh.rotors if name in case.sleeves)
+        for mesh in case.meshes
+    ]
+    return tuple(
+        2.0 * math.sin(mesh.pressure_angle) * play - geometry.installed_backlash(case, j)
+        for j, (mesh, play) in enumerate(zip(case.meshes, plays, strict=True))
+    )
 
 
 def line_of(
@@ -66,12 +80,15 @@ def _excess(sweep: Sweep, j: int, held: Mapping[str, float], name: str, value: f
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return where a function changes its sign between two ends, if it does."""
-    places = np.linspace(low, high, LOOKS)
-    values = [function(float(place)) for place in places]
-    for at in range(LOOKS - 1):
-        if values[at] * values[at + 1] < 0.0:
-            return float(
-                brentq(function, float(places[at]), float(places[at + 1]), xtol=1e-12 * abs(high - low))
-            )
-    return None
+    """Return where a smooth function changes its sign between two ends, if it does: by its interpolant of Chebyshev nodes."""
+    nodes = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.pi * np.arange(NODES) / (NODES - 1))
+    values = np.array([function(float(place)) for place in nodes])
+    known = np.isfinite(values)
+    nodes, values = nodes[known], values[known]
+    changes = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    if not changes.size:
+        return None
+    at = int(changes[0])
+    return float(
+        brentq(BarycentricInterpolator(nodes, values), nodes[at], nodes[at + 1], xtol=1e-12 * (high - low))
+    )

@@ -20,6 +20,7 @@ from gearplay.sweeps.cases.template import Template
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.running.reduce import Reducer
 from gearplay.vocabulary.errors import GearplayError, ResourceError
+from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
 LARGEST = 4e9
@@ -114,9 +115,10 @@ class Sweep:
     ) -> tuple[Outcome, End | None]:
         started = time.perf_counter()
         try:
-            case, member = self.template.case_at(index)
-            run = run_one(case, member, signals=self.reducer.signals, stop=stop, origin=origin)
-            outcome, ended = self._reduced(index, case, run, started)
+            with enough_memory():
+                case, member = self.template.case_at(index)
+                run = run_one(case, member, signals=self.reducer.signals, stop=stop, origin=origin)
+                outcome, ended = self._reduced(index, case, run, started)
         except GearplayError as error:
             return self._refused(index, error, time.perf_counter() - started), None
         return outcome, ended if self.template.chain else None

@@ -52,17 +52,19 @@ function button(form, text) {
 }
 
 /** Make both forms for a case, as the server describes it. */
-export function fillForms(diagram, map, { case: { rotors, sleeves, run }, controls, measures }) {
+export function fillForms(diagram, map, { case: { sleeves, run }, controls, measures, rotors, displacements }) {
   const numbers = controls.filter((each) => each.kind === "number" && each.group !== "Run");
   const pathOf = (end, at) => numbers.find(({ path }) => path.endsWith(end))?.path ?? numbers[at]?.path;
   const [speed, clearance] = [pathOf("drive.speed", 0), pathOf("radial_clearance", 1)];
-  const moving = Object.keys(sleeves)[0] ?? Object.keys(rotors).at(-1);
-  const names = [moving, ...Object.keys(rotors).filter((each) => each !== moving)];
+  const moving = Object.keys(sleeves)[0] ?? rotors.at(-1);
+  const names = [moving, ...rotors.filter((each) => each !== moving)];
 
   diagram.replaceChildren();
   pathField(diagram, "axis", "over", numbers, speed);
   const signal = field(diagram, "signal", "signal", document.createElement("select"));
-  signal.append(...SIGNALS.flatMap((each) => names.map((name) => new Option(`${name}.${each}`))));
+  const moves = SIGNALS.flatMap((each) => names.map((name) => `${name}.${each}`));
+  const signals = displacements.includes("x") ? [...displacements, ...moves] : [...moves, ...displacements]; // x: of a torsional pair
+  signal.append(...signals.map((each) => new Option(each)));
   numberField(diagram, "count", "values", 100);
   numberField(diagram, "settle", "mesh periods before", 200);
   numberField(diagram, "keep", "mesh periods kept", 60);

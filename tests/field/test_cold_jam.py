@@ -1,0 +1,75 @@
+"""Does it jam in the cold: lines of jamming in a map over temperature, of a train with many meshes."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gearplay as gp
+from gearplay.model.case import Case
+from gearplay.sweeps.plans.reading import make_plan
+from gearplay.sweeps.report import thermal_jam
+from gearplay.sweeps.report.jam import jam_lines
+from gearplay.sweeps.report.thermal_jam import excess_at
+from gearplay.sweeps.running.evaluate import Sweep
+
+HOUSING, STEEL = {"expansion": 12.5e-6}, {"expansion": 11.5e-6}
+KELVIN = 273.15
+
+
+def cold_train() -> Case:
+    """Return a planetary reducer whose housing and carrier shrink more than its gears."""
+    changes: dict[str, Any] = {"environment": {"temperature": "20 degC", "housing": HOUSING}}
+    case = gp.load_case("planetary-reducer")
+    for name in case.planetary:
+        for member in ("sun", "planets", "ring"):
+            changes[f"planetary.{name}.{member}.material"] = STEEL
+        changes[f"planetary.{name}.carrier.material"] = HOUSING
+        changes[f"planetary.{name}.pin.shaft_radius"] = "10 mm"
+    return gp.replace(case, changes)
+
+
+@pytest.fixture(scope="module")
+def sweep() -> Sweep:
+    case = cold_train()
+    name = next(iter(case.planetary))
+    axes = [
+        {"name": "temperature", "path": "environment.temperature", "low": "-60 degC", "high": "60 degC", "count": 3},
+        {"name": "backlash", "path": f"planetary.{name}.backlash", "low": "1 um", "high": "200 um", "count": 3},
+    ]  # fmt: skip
+    kept = {"kind": "jam", "name": "jam", "mesh": case.meshes[0].label}
+    return Sweep(make_plan(case, axes, [kept]))
+
+
+def test_lines__are_where_the_excess_vanishes(sweep: Sweep) -> None:
+    across, up = ("temperature", KELVIN - 60.0, KELVIN + 60.0), ("backlash", 1e-6, 2e-4)
+    lines = jam_lines(sweep, across, up, {})
+    assert lines
+    for line in lines:
+        j = [mesh.label for mesh in sweep.template.base.meshes].index(line.mesh)
+        left = [
+            excess_at(sweep, j, {"temperature": float(x), "backlash": float(y)})
+            for x, y in zip(line.across, line.up, strict=True)
+        ]
+        assert np.abs(left).max() < 1e-10  # m, of backlashes of 1e-4 m
+        assert line.sides[1] == -1  # less backlash jams
+
+
+def test_lines__of_all_meshes_ask_for_each_case_once(sweep: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Mapping[str, Any]] = []
+    replace: Callable[..., Case] = thermal_jam.replace
+
+    def counted(case: Case, changes: Mapping[str, Any]) -> Case:
+        asked.append(dict(changes))
+        return replace(case, changes)
+
+    monkeypatch.setattr(thermal_jam, "replace", counted)
+    thermal_jam._excesses.cache_clear()
+    across, up = ("temperature", KELVIN - 60.0, KELVIN + 60.0), ("backlash", 1e-6, 2e-4)
+    lines = jam_lines(sweep, across, up, {})
+    first = len(asked)
+    assert len(sweep.template.base.meshes) > 3
+    assert first < 2 * thermal_jam.POINTS * thermal_jam.NODES + 4 * len(lines) + 1
+    jam_lines(sweep, across, up, {})
+    assert len(asked) == first
