@@ -1,7 +1,8 @@
 """Torsional trains with gears: frequencies printed by Friswell et al. and by openTorsion.
 
 M. I. Friswell, J. E. T. Penny, S. D. Garvey, A. W. Lees, Dynamics of Rotating Machines (Cambridge University Press, 2010),
-chapter 9, its data and results as the tests of openTorsion give them (github.com/Aalto-Arotor/openTorsion, opentorsion/tests/tests.py:
+chapter 9, its data and results as the tests of openTorsion give them (github.com/Aalto-Arotor/openTorsion,
+opentorsion/tests/tests.py:
 friswell_pagex, friswell_ex971, friswell_9_6_3, state_space), and the output printed in its documentation (notebook "Modal
 analysis and forced response", a wind turbine). Their gears are rigid; here teeth have 1e13 N/m, no backlash and no load.
 """
