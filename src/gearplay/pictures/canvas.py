@@ -3,7 +3,7 @@
 import io
 import textwrap
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gearplay.pictures.style import COUPLED, UNCOUPLED, blank_figure, tidy
@@ -26,6 +26,19 @@ def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH)
     for ax in axes.flat:
         tidy(ax).tick_params(labelsize=SMALL)
     return figure, axes
+
+
+def set_color_scale(figure: Any, axes: list[Any], values: Sequence[float], label: str) -> list[Any]:
+    """Draw a bar of colour for curves of different values beside axes; return the colour of each."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    low, high = min(values), max(values)
+    scale = ScalarMappable(Normalize(low, high if high > low else low + (abs(low) or 1.0)), "viridis")
+    bar = figure.colorbar(scale, ax=axes, pad=0.015, aspect=30)
+    bar.set_label(plain(label), fontsize=SMALL)
+    bar.ax.tick_params(labelsize=SMALL)
+    return [scale.to_rgba(value) for value in values]
 
 
 def pixels_of(ax: Any) -> tuple[int, int]:
