@@ -6,6 +6,8 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from gearplay.pictures.style import COUPLED, UNCOUPLED, blank_figure, tidy
 from gearplay.pictures.words import plain, short
 
@@ -38,7 +40,7 @@ def set_color_scale(figure: Any, axes: list[Any], values: Sequence[float], label
     bar = figure.colorbar(scale, ax=axes, pad=0.015, aspect=30)
     bar.set_label(plain(label), fontsize=SMALL)
     bar.ax.tick_params(labelsize=SMALL)
-    return [scale.to_rgba(value) for value in values]
+    return list(scale.to_rgba(np.array(values)))
 
 
 def pixels_of(ax: Any) -> tuple[int, int]:
