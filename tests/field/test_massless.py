@@ -11,6 +11,9 @@ import gearplay as gp
 from building import Document
 from gearplay.linear.condense import condense
 from gearplay.linear.system import linear_system
+from gearplay.model.mesh_packing import damping_maximum
+from gearplay.model.mesh_stiffness import pack_stiffness
+from gearplay.model.tooth_loads import tooth_loads
 
 DISC = {"mass": 1.0, "inertia": 2e-3}
 NODE = {"mass": 0.0, "inertia": 0.0}
@@ -251,3 +254,13 @@ def test_rates_of_the_kernels__are_forces_on_massless_coordinates() -> None:
     bare, heavy = (linear_system(gp.load_case(train(inertia))) for inertia in (0.0, 0.3))
     np.testing.assert_allclose(bare.stiffness, heavy.stiffness, rtol=1e-12)
     assert bare.mass.tolist() == [10.0, 0.0, 0.0, 2.0]
+
+
+def test_teeth_of_massless_gears__no_damping_from_a_ratio_and_exact_loads() -> None:
+    """2 zeta sqrt(k m_eq) with m_eq = 0; the force accelerates the inertias alone: (60 - 10 alpha) / r_b, alpha = 30 / 28."""
+    document = train()
+    document["rotors"]["rotor"]["drive"]["torque"] = 60.0
+    case = gp.load_case(document)
+    assert damping_maximum(case, 0, pack_stiffness(case, 0)) == 0.0
+    base = 0.45 * math.cos(math.radians(20.0))
+    assert tooth_loads(case) == pytest.approx([(60.0 - 10.0 * 30.0 / 28.0) / base], rel=1e-12)
