@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.families import along
+from gearplay.model.families import along
 from gearplay.nonlinear.orbits.answers import Branches
 from gearplay.nonlinear.orbits.branch_tree import joined
 from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, Branch

@@ -7,10 +7,11 @@ import pytest
 
 import gearplay as gp
 from building import Measured
+from gearplay.model.families import along
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds
-from gearplay.nonlinear.families import along, resonant_value
 from gearplay.nonlinear.orbits.period_map import StrobeMap, common_period
+from gearplay.nonlinear.resonance import resonant_value
 from gearplay.solver.flow import Flow
 from planetary_sets import planetary_document
 

@@ -9,8 +9,11 @@ import numpy as np
 
 from gearplay.linear.campbell import Campbell, campbell_of
 from gearplay.linear.modes import Modes, modes_of
-from gearplay.linear.response import FrequencyResponse, response_of
+from gearplay.linear.response import FrequencyResponse, response_of, responses_of
 from gearplay.linear.system import linear_system
+from gearplay.model.case import Case
+from gearplay.model.families import Family, Varied
+from gearplay.model.field_units import unit_at
 from gearplay.model.reading import Source
 from gearplay.model.units import UnitError, parse_quantity
 from gearplay.results.door import case_of
@@ -120,7 +123,9 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
 
 
 def frequency_response(
-    case: Source,
+    case: Source | Family,
+    path: str | None = None,
+    values: Sequence[Any] | None = None,
     *,
     force: str,
     at: str | Sequence[str],
@@ -132,7 +137,13 @@ def frequency_response(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping.
+        A `Case`, a bundled name, a path or a mapping; with ``path`` also a function that returns a `Case` for a value of a
+        parameter.
+    path
+        A field over which the response is computed, ``meshes.0.backlash``; of a function the name of its parameter. None for the
+        case alone.
+    values
+        Values of the field, in SI or texts with a unit; of a function plain numbers.
     force
         What excites: ``rotor.fx``, ``rotor.fy`` [N], ``rotor.torque`` [N m], ``rotor.unbalance`` [kg m], a force m e omega^2 that
         turns with the frequency, ``driver-driven.transmission_error`` [m] of a mesh, ``base.ax``, ``base.ay`` [m/s^2] of the
@@ -148,7 +159,8 @@ def frequency_response(
     Returns
     -------
     FrequencyResponse
-        ``.ds`` with ``amplitude`` and ``phase`` (at, frequency), for an excitation of amplitude 1 in its unit, and ``unit`` (at).
+        ``.ds`` with ``amplitude`` and ``phase`` (at, frequency), for an excitation of amplitude 1 in its unit, and ``unit`` (at);
+        with ``path`` its last name is the first dimension, and there is ``natural_frequency`` (parameter, mode).
 
     Raises
     ------
@@ -163,6 +175,12 @@ def frequency_response(
     >>> found = gp.frequency_response("two-stage-reducer", force="output.torque", at="output.theta", frequencies=[100.0, 600.0])
     >>> found.ds["amplitude"].shape
     (1, 2)
+    >>> pair = lambda zeta: gp.torsional_pair(0.7, damping_ratio=zeta)
+    >>> found = gp.frequency_response(
+    ...     pair, "zeta", [0.02, 0.1], force="wheel.torque", at="wheel.theta", frequencies=range(100, 2000, 10)
+    ... )
+    >>> dict(found.ds["amplitude"].sizes)
+    {'zeta': 2, 'at': 1, 'frequency': 190}
 
     """
     _check_length("frequencies", frequencies)
@@ -178,7 +196,23 @@ def frequency_response(
     names = [at] if isinstance(at, str) else list(at)
     if not names or not all(isinstance(name, str) for name in names):
         raise InputError(Fault("at", str(at), "must name outputs", "Write for example ring.x"))
-    return response_of(linear_system(case_of(case), load=load), force, names, numbers)
+    if path is None and values is None:
+        if callable(case) and not isinstance(case, Case):
+            rule = "must be given with a function that returns cases"
+            raise InputError(Fault("path", None, rule, "Name its parameter, and give its values"))
+        return response_of(linear_system(case_of(case), load=load), force, names, numbers)
+    if path is None or values is None or not len(values):
+        rule = "must be given together"
+        raise InputError(
+            Fault("path, values", path, rule, "Give the field or parameter, and one value or more")
+        )
+    _check_length("values", values)
+    varied = Varied(case, path)
+    given = np.array([varied.number(value, f"values.{k}") for k, value in enumerate(values)])
+    family = varied.family(varied.case(float(given[0])))
+    systems = [linear_system(family(float(value)), load=load) for value in given]
+    units = "1" if varied.is_function else unit_at(systems[0].case, path)
+    return responses_of(systems, force, names, numbers, path=path, values=given, units=units)
 
 
 def _check_length(name: str, given: Any) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+
+from gearplay.linear.condense import Condensed
 
 Floats = NDArray[np.float64]
 
@@ -54,22 +55,25 @@ def free_motions(stiffness: Floats, *, tolerance: float = FREE) -> Floats:
 
 
 def solve_at_rest(
-    mass: Floats, stiffness: Floats, damping: Floats, springs: tuple[Floats, Floats] | None = None
+    mass: Floats, stiffness: Floats, damping: Floats, condensed: Condensed | None = None
 ) -> Eigen:
     """Return the modes of M x'' + C x' + K x = 0, M diagonal, shapes those without damping.
 
     Free motions are the null space of K; of the others the frequencies are the singular values of M^-1/2 P where K = P'P, so that
     low ones beside high ones keep their digits as they do in P.
-    ``springs`` are P and N of K = P'P - N'N, shapes [spring, coordinate].
+    ``condensed`` is the system without massless coordinates, which it must have where there are any: as many modes are returned
+    as coordinates have mass.
 
     Damping ratios are those of the damped eigenvalues, -Re / modulus, each given to the undamped mode that it is nearest to when
     that is damped by its modal damping alone.
     """
-    root = np.sqrt(mass)
-    scaled = stiffness / np.outer(root, root)
+    light = mass == 0.0
+    reduced, springs, recover = condensed or Condensed(stiffness, None, np.eye(len(mass)))
+    root = np.sqrt(mass[~light])
+    scaled = reduced / np.outer(root, root)
     size = float(np.abs(scaled).max(initial=0.0))
-    scale, *motions = free_motions(stiffness).T
-    free = np.array(motions).reshape(-1, len(mass)) * scale * root
+    scale, *motions = free_motions(reduced).T
+    free = np.array(motions).reshape(-1, len(root)) * scale * root
     basis = np.linalg.qr(free.T, mode="complete")[0]
     still, moving = basis[:, : len(free)], basis[:, len(free) :]
     if float(np.abs(scaled - scaled.T).max(initial=0.0)) <= SYMMETRIC * size:
@@ -89,9 +93,9 @@ def solve_at_rest(
     squares, vectors = squares[order], vectors[:, order]
     unstable = int(np.sum(squares < UNSTABLE * float(np.abs(squares).max(initial=0.0))))
     omega = np.sqrt(np.maximum(squares, 0.0))
-    shape = (vectors / root[:, None]).T
-    modal = shape @ damping @ shape.T
-    return Eigen(omega / (2.0 * np.pi), _ratios(omega, modal), shape, unstable)
+    shape = (recover @ (vectors / root[:, None])).T
+    ratio = _ratios(omega, shape @ damping @ shape.T, _relaxing(shape, stiffness, damping, light))
+    return Eigen(omega / (2.0 * np.pi), ratio, shape, unstable)
 
 
 def _squares(pull: Floats, push: Floats) -> tuple[Floats, Floats]:
@@ -106,11 +110,33 @@ def _squares(pull: Floats, push: Floats) -> tuple[Floats, Floats]:
     return squares, ways.T @ vectors
 
 
-def _ratios(omega: Floats, modal: Floats) -> Floats:
+class Relaxing(NamedTuple):
+    """Massless coordinates r beside the modes q: q'' + C_qq q' + C_qr r' + ... = 0 and C_rq q' + C_rr r' + K_rr r = 0."""
+
+    stiffness: Floats
+    damping: Floats
+    on_modes: Floats
+    by_modes: Floats
+
+
+def _relaxing(shape: Floats, stiffness: Floats, damping: Floats, light: NDArray[np.bool_]) -> Relaxing | None:
+    """Return what massless coordinates do beyond following the modes statically; None where no damper acts on them."""
+    if not np.any(damping[light]) and not np.any(damping[:, light]):
+        return None
+    inner = stiffness[np.ix_(light, light)]
+    scale = 1.0 / np.sqrt(np.abs(np.diag(inner)))
+    both = np.outer(scale, scale)
+    on_modes, by_modes = shape @ damping[:, light] * scale, scale[:, None] * damping[light] @ shape.T
+    return Relaxing(inner * both, damping[np.ix_(light, light)] * both, on_modes, by_modes)
+
+
+def _ratios(omega: Floats, modal: Floats, relaxing: Relaxing | None) -> Floats:
     """Return damping ratios of undamped modes of angular frequency ``omega`` [rad/s] by their damping matrix ``modal`` [1/s]."""
     moving = omega > 0.0
-    ratio = np.zeros_like(omega)
-    ratio[moving] = 0.5 * np.diag(modal)[moving] / omega[moving]
+    ratio, modulus, drag = np.zeros_like(omega), omega.copy(), np.diag(modal).copy()
+    if relaxing is not None:
+        drag, modulus = _with_relaxed(omega, drag, relaxing)
+    ratio[moving] = 0.5 * drag[moving] / modulus[moving]
     light = moving & (ratio < 0.99) & (ratio > 0.0)
     if not light.any():
         return ratio
@@ -123,47 +149,96 @@ def _ratios(omega: Floats, modal: Floats) -> Floats:
     matrix[:n, :n] = -modal
     matrix[places, n + np.arange(len(places))] = -omega[places]
     matrix[n + np.arange(len(places)), places] = omega[places]
-    values = scipy.linalg.eigvals(matrix)
+    values = scipy.linalg.eigvals(matrix) if relaxing is None else _with_relaxing(matrix, relaxing, n)
     values = values[values.imag > 1e-9 * np.abs(values)]
-    guessed = omega[light] * (-ratio[light] + 1j * np.sqrt(1.0 - ratio[light] ** 2))
+    guessed = modulus[light] * (-ratio[light] + 1j * np.sqrt(1.0 - ratio[light] ** 2))
     rows, columns = linear_sum_assignment(np.abs(guessed[:, None] - values[None, :]) / omega[light][:, None])
     found = np.flatnonzero(light)[rows]
     ratio[found] = -values[columns].real / np.abs(values[columns])
     return ratio
 
 
-def solve_turning(mass: Floats, matrix: Floats, pairs: Sequence[tuple[int, int, float]]) -> Eigen:
-    """Return the modes of z' = A z as seen from axes that turn.
+def _with_relaxed(omega: Floats, drag: Floats, relaxing: Relaxing) -> tuple[Floats, Floats]:
+    """Return damping [1/s] and modulus [rad/s] of each mode alone with massless coordinates that follow at its frequency.
 
-    ``matrix`` is A in fixed axes at the instant where both agree, positions before velocities, shape [2 coordinate] squared;
-    ``pairs`` are the places of x and y among the coordinates and the speed of the axes [rad/s] they are seen from: seen so they
-    change by A - speed J. Free motions are the null space of A, a double eigenvalue each.
+    These add w^2 C_qr (K_rr + i w C_rr)^-1 C_rq to its dynamic stiffness.
     """
-    n = len(mass)
-    turned = matrix.copy()
-    for x, y, speed in pairs:
-        for at in (0, n):
-            turned[at + x, at + y] += speed
-            turned[at + y, at + x] -= speed
-    # Positions at rest there have the velocities -A_11 q: what pulls them back is K q.
-    stiffness = -mass[:, None] * (turned[n:, :n] - turned[n:, n:] @ turned[:n, :n])
-    free = free_motions(stiffness, tolerance=FREE_TURNING).shape[1] - 1
+    inner, damping, on_modes, by_modes = relaxing
+    found = np.array(
+        [
+            w * on_modes[m] @ np.linalg.solve(inner + 1j * w * damping, by_modes[:, m])
+            for m, w in enumerate(omega)
+        ]
+    )
+    return drag + found.imag, np.sqrt(np.maximum(omega * (omega + found.real), omega**2))
+
+
+def _with_relaxing(matrix: Floats, relaxing: Relaxing, modes: int) -> NDArray[np.complex128]:
+    """Return the finite eigenvalues of the modes, z' = A z, velocities first, and massless coordinates together."""
+    inner, damping, on_modes, by_modes = relaxing
+    size = float(np.abs(matrix).max(initial=0.0))
+    slow = 1.0 / np.sqrt(1.0 + size * np.abs(np.diag(damping)))
+    n, more = len(matrix), len(inner)
+    left, right = np.zeros((n + more, n + more)), np.eye(n + more)
+    left[:n, :n], left[n:, n:] = matrix, -size * inner * np.outer(slow, slow)
+    left[n:, :modes] = -size * slow[:, None] * by_modes
+    right[:modes, n:], right[n:, n:] = on_modes * slow, size * damping * np.outer(slow, slow)
+    return _finite(scipy.linalg.eigvals(left, right, homogeneous_eigvals=True), size)[0]
+
+
+def _finite(ratios: NDArray[np.complex128], size: float) -> tuple[NDArray[np.complex128], NDArray[np.bool_]]:
+    """Return the finite ones of eigenvalues alpha / beta, shape [2, eigenvalue], of a system with the largest frequency ``size``,
+    and which they are.
+    """
+    alpha, beta = ratios
+    finite = np.abs(alpha) < 1e9 * size * np.abs(beta)
+    return alpha[finite] / beta[finite], finite
+
+
+def solve_turning(mass: Floats, stiffness: Floats, damping: Floats, turning: Floats) -> Eigen:
+    """Return the modes of a system as seen from axes that turn.
+
+    ``stiffness`` and ``damping`` are K and C in fixed axes at the instant where both agree, ``turning`` the matrix W of the
+    velocities W q of places at rest in the turning axes, shapes [coordinate, coordinate]. There K + C W + M W W acts on the
+    positions and C + 2 M W on the velocities. Free motions are the null space of the first, a double eigenvalue each. As many
+    modes are returned as coordinates have mass.
+    """
+    n, heavy, light = len(mass), np.flatnonzero(mass > 0.0), np.flatnonzero(mass == 0.0)
+    pull = stiffness + damping @ turning + mass[:, None] * (turning @ turning)
+    drag = damping + 2.0 * mass[:, None] * turning
+    free = free_motions(pull, tolerance=FREE_TURNING).shape[1] - 1
     # Of unit modal mass, positions times a frequency between the lowest and the highest: entries of like size.
-    size = np.sqrt(float(np.abs(turned[n:, :n]).max(initial=1.0)))
-    weights = np.concatenate([size * np.sqrt(mass), np.sqrt(mass)])
-    values, vectors = scipy.linalg.eig(weights[:, None] * turned / weights)
-    vectors = vectors / weights[:, None]
+    root = np.sqrt(mass[heavy])
+    size = np.sqrt(float(np.abs(pull[heavy][:, heavy] / mass[heavy, None]).max(initial=1.0)))
+    own = np.sqrt(np.abs(np.diag(pull)[light]) + size * np.abs(np.diag(drag)[light]))
+    # Positions with and without mass, then velocities: those without mass are not accelerated.
+    places, speeds = np.concatenate([heavy, light]), np.arange(n, n + len(heavy))
+    left, right = np.zeros((n + len(heavy), n + len(heavy))), np.eye(n + len(heavy))
+    left[: len(heavy), speeds] = np.eye(len(heavy))
+    rows, back = np.concatenate([light, heavy]), slice(len(heavy), None)
+    left[back, :n], left[back, n:] = -pull[np.ix_(rows, places)], -drag[np.ix_(rows, heavy)]
+    right[back, len(heavy) : n], right[speeds, speeds] = drag[np.ix_(rows, light)], mass[heavy]
+    weights = np.concatenate([size * root, own, root])
+    scales = np.concatenate([size * root, size / own, 1.0 / root])
+    left, right = scales[:, None] * left / weights, scales[:, None] * right / weights
+    if light.size:
+        ratios, vectors = scipy.linalg.eig(left, right, homogeneous_eigvals=True)
+        values, finite = _finite(ratios, size)
+        vectors = vectors[:, finite]
+    else:
+        values, vectors = scipy.linalg.eig(left)
+    vectors = (vectors / weights[:, None])[np.argsort(places)]
     still, others = np.split(np.argsort(np.abs(values), kind="stable"), [2 * free])
     largest = float(np.abs(values).max(initial=0.0))
     swinging = others[values[others].imag > 1e-12 * largest]
     real = others[
         np.abs(values[others].imag) <= 1e-12 * largest
     ]  # of motions that are damped more than critically
-    order = np.concatenate([still[::2], swinging, real[::2]])
+    order = np.concatenate([still[::2], swinging, real[::2][: len(heavy) - free - len(swinging)]])
     order = np.concatenate(
         [order[:free], order[free:][np.argsort(np.abs(values[order[free:]]), kind="stable")]]
     )
-    shapes = vectors[:n, order].T
+    shapes = vectors[:, order].T
     shapes = shapes / np.sqrt(np.einsum("i,mi->m", mass, np.abs(shapes) ** 2))[:, None]
     shapes *= np.exp(-0.5j * np.angle(np.einsum("i,mi->m", mass, shapes**2)))[:, None]
     modulus = np.abs(values[order])

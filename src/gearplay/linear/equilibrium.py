@@ -21,11 +21,14 @@ from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes
 from gearplay.linear.smooth import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
-from gearplay.vocabulary.errors import SimulationError
+from gearplay.model.massless import UNITS, field_path
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Floats = NDArray[np.float64]
 
 
+ROLLING = 1e-9
+"""Part of a motion on coordinates with mass that is rounding."""
 ROUNDING = 1e-13
 """Stiffness of a direction, per the largest of its element, that is rounding."""
 
@@ -33,8 +36,9 @@ ROUNDING = 1e-13
 class Linear:
     """The equations of motion of a smooth case at one state: what acts there, and the slopes of it.
 
-    ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2]; ``bilateral``
-    the meshes that touch on both flanks without a load, which act on both sides of zero (`bilateral`).
+    ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2], which may be
+    0; ``units`` those that turn accelerations of the kernels into forces, 1 where the mass is 0; ``bilateral`` the meshes that
+    touch on both flanks without a load, which act on both sides of zero (`bilateral`).
     """
 
     def __init__(self, smooth: Smooth) -> None:
@@ -44,10 +48,10 @@ class Linear:
         moves, turns = rotors.inv_mass > 0.0, rotors.inv_inertia > 0.0
         self.free = np.flatnonzero(np.stack([moves, moves, turns], axis=1).ravel())
         with np.errstate(divide="ignore"):
-            masses = np.stack(
-                [1.0 / rotors.inv_mass, 1.0 / rotors.inv_mass, 1.0 / rotors.inv_inertia], axis=1
-            )
-        self.mass = masses.ravel()[self.free]
+            units = np.stack([1.0 / rotors.inv_mass, 1.0 / rotors.inv_mass, 1.0 / rotors.inv_inertia], axis=1)
+        self.units = units.ravel()[self.free]
+        given = np.stack([rotors.mass, rotors.mass, rotors.inertia], axis=1).ravel()[self.free]
+        self.mass = np.where(given == 0.0, 0.0, self.units)
         self.active_set = make_active_set(self.system, self.size)
         self.branch, self.loads = make_branch(self.system), make_loads(self.system)
         self.slopes = make_slopes(self.system)
@@ -81,15 +85,15 @@ class Linear:
         whole = loads.ravel()[self.free] + self.mass * np.abs(riding)
         return float(np.max(self.smooth.packed.natural[self.free] * whole, initial=0.0))
 
-    def accelerations(self, state: Floats) -> Floats | None:
-        """Return those of the free coordinates, shape [coordinate]; None where a pair cannot mesh."""
+    def forces(self, state: Floats) -> Floats | None:
+        """Return those on the free coordinates [N, N m], shape [coordinate]; None where a pair cannot mesh."""
         if rates_at(self.system, self.active_set, state, self.branch, self.loads, self.rates) != 0:
             return None
-        found: Floats = self.rates[3 * self.rotors + self.free]
+        found: Floats = self.units * self.rates[3 * self.rotors + self.free]
         return found
 
     def matrix(self, state: Floats) -> Floats:
-        """Return the derivative of all rates by all states, shape [state, state]; `accelerations` has been there."""
+        """Return the derivative of all rates by all states, shape [state, state]; `forces` has been there."""
         self.columns[:] = 0.0
         matrix_at(
             self.system,
@@ -112,7 +116,7 @@ class Linear:
 
     def stiffness(self, matrix: Floats) -> Floats:
         """Return the stiffness matrix of the free coordinates [N/m, N/rad, N m/rad], shape [coordinate, coordinate]."""
-        found: Floats = -self.mass[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
+        found: Floats = -self.units[:, None] * matrix[np.ix_(3 * self.rotors + self.free, self.free)]
         return found
 
     def springs(self) -> tuple[Floats, Floats] | None:
@@ -173,8 +177,19 @@ class Linear:
     def damping(self, matrix: Floats) -> Floats:
         """Return the damping matrix of the free coordinates, shape [coordinate, coordinate]."""
         at = 3 * self.rotors + self.free
-        found: Floats = -self.mass[:, None] * matrix[np.ix_(at, at)]
+        found: Floats = -self.units[:, None] * matrix[np.ix_(at, at)]
         return found
+
+    def unheld(self, place: int) -> InputError:
+        """Return the error that nothing elastic holds a place of the state that has no mass."""
+        name, field = self.smooth.packed.rotor_names[place // 3], "inertia" if place % 3 == 2 else "mass"
+        what = "rotation" if field == "inertia" else "centre"
+        rule = (
+            f"must be greater than 0 {UNITS[field]} where no coupling, support or closed contact ties the {what} to something "
+            "that has mass or is held"
+        )
+        cure = "Give it one, or a stiffness (a contact is closed by a load, or without a gap)"
+        return InputError(Fault(field_path(self.smooth.case, name, field), 0.0, rule, cure))
 
     def rolling_motions(self) -> Floats:
         """Return the motions in which every mesh and coupling rolls and no spring is strained, shape [coordinate, motion].
@@ -209,13 +224,16 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
 
     Where drives and loads do not balance, the train accelerates as one and d'Alembert's forces hold it (inertia relief).
 
-    Raises `SimulationError` where none is found.
+    Raises `SimulationError` where none is found, `InputError` where nothing elastic holds a massless rotor.
     """
     free, mass = linear.free, linear.mass
     state = linear.start()
     riding = linear.ride(state)
     rolls = linear.rolling_motions()
     weigh = rolls * mass[:, None]
+    _, sizes, ways = np.linalg.svd(rolls[mass > 0.0])
+    if int(np.sum(sizes > ROLLING)) < rolls.shape[1]:  # something without mass turns, and nothing with it
+        raise linear.unheld(int(free[int(np.argmax(np.abs(rolls @ ways[-1])))]))
     project = rolls @ np.linalg.pinv(weigh.T @ rolls) @ weigh.T if rolls.shape[1] else None
     natural = linear.smooth.packed.natural[free]
     across = None
@@ -227,10 +245,10 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     def force(at: Floats) -> Floats | None:
         trial[free] = origin + natural * at
         riding = linear.ride(trial)
-        found = linear.accelerations(trial)
+        found = linear.forces(trial)
         if found is None or not np.all(np.isfinite(found)):
             return None
-        left = mass * (found - riding)
+        left = found - mass * riding
         return natural * (left if across is None else across.T @ left)
 
     def stiffness() -> Floats:
@@ -242,10 +260,9 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     first = force(np.zeros(free.size))
     if first is None:
         raise SimulationError("no static equilibrium: a pair cannot mesh where the case places it")
-    whole = linear.rates[3 * linear.rotors + free] - riding
-    rest = first / (natural * mass)
-    unbalanced = bool(np.max(np.abs(whole - rest), initial=0.0) > 1e-6 * np.max(np.abs(whole), initial=0.0))
-    acting = linear.acting(riding) or float(np.max(np.abs(natural * mass * whole), initial=0.0))
+    whole = natural * (linear.units * linear.rates[3 * linear.rotors + free] - mass * riding)
+    unbalanced = bool(np.max(np.abs(whole - first), initial=0.0) > 1e-6 * np.max(np.abs(whole), initial=0.0))
+    acting = linear.acting(riding) or float(np.max(np.abs(whole), initial=0.0))
     found = balance(force, stiffness, np.zeros(free.size), max(acting, 1e-30))
     assert found is not None, "evaluated before"
     if not found.balances:

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gearplay.model.reading import load_case
-from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
+from gearplay.pictures.canvas import (
+    PALETTE,
+    SMALL,
+    legend_mark,
+    make_figure,
+    set_color_scale,
+    set_legend,
+    set_title,
+)
 from gearplay.pictures.planes import apart
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain, short
@@ -26,6 +34,8 @@ ROTOR = 0.15
 SWING = 0.16
 """Largest displacement of a drawn shape, of the mechanism's size."""
 COLUMNS = 4
+OUTPUTS = 6
+"""Most outputs of a family of responses that are drawn."""
 KINDS = ("rotational", "translational", "planet", "mixed", "torsional", "lateral", "coupled")
 
 
@@ -166,6 +176,27 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
     set_legend(figure, handles)
     seen = ", seen from the turning carrier" if int(ds.attrs["turning"]) else ""
     set_title(figure, f"{words_of(ds, 'Campbell diagram')}: natural frequencies over speed{seen}")
+    return figure
+
+
+def family_drawing(ds: xr.Dataset) -> Any:
+    """Return the figure of frequency responses over a parameter: amplitudes of each output on decades, coloured by its value."""
+    amplitude = ds["amplitude"]
+    parameter, frequency = ds[amplitude.dims[0]], ds["frequency"].values
+    values, count = parameter.values, min(ds.sizes["at"], OUTPUTS)
+    figure, axes = make_figure(count, 1, 2.0 + 2.2 * count)
+    units = str(parameter.attrs["units"])
+    label = str(parameter.attrs["long_name"]) + (f" [{units}]" if units not in ("", "1") else "")
+    colors = set_color_scale(figure, axes[:, 0].tolist(), values.tolist(), label)
+    unit = amplitude.attrs["units"].removeprefix("1/")
+    for k, ax in enumerate(axes[:, 0]):
+        for row, color in zip(amplitude.values[:, k], colors, strict=True):
+            ax.semilogy(frequency, row, color=color, linewidth=1.0)
+        name, own = str(ds["at"].values[k]), str(ds["unit"].values[k])
+        ax.set_ylabel(plain(f"{short(name)} [{own} per {unit.strip('()')}]"), fontsize=SMALL)
+        ax.set_xlim(frequency[0], frequency[-1] if frequency[-1] > frequency[0] else frequency[0] + 1.0)
+    axes[-1, 0].set_xlabel("frequency [Hz]", fontsize=SMALL)
+    set_title(figure, f"{words_of(ds, 'Response')}: response to {ds.attrs['force']}")
     return figure
 
 

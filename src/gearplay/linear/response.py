@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,8 @@ Complex = NDArray[np.complex128]
 
 BLOCK = 256
 """Frequencies solved at once."""
+TAKEN = ("at", "frequency", "mode", "amplitude", "phase", "unit")
+"""Names of a response, which a parameter cannot have alone."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,15 +33,22 @@ class FrequencyResponse(OfDataset):
     """How displacements, torques and forces follow a harmonic excitation of amplitude 1.
 
     ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad] before the excitation's cosine,
-    both (at, frequency).
+    both (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
     """
 
     answer = "frequency response"
 
     @property
+    def parameter(self) -> str | None:
+        """Dimension of the parameter, None of a single case."""
+        first = str(self.dataset["amplitude"].dims[0])
+        return None if first == "at" else first
+
+    @property
     def resonances(self) -> dict[str, float]:
-        """Frequency [Hz] at which each output answers most."""
+        """Frequency [Hz] at which each output answers most, whatever the parameter."""
         found, frequency = self.dataset["amplitude"].values, self.dataset["frequency"].values
+        found = found if self.parameter is None else found.max(axis=0)
         return {
             str(name): float(frequency[int(np.argmax(row))])
             for name, row in zip(self.dataset["at"].values, found, strict=True)
@@ -49,13 +58,19 @@ class FrequencyResponse(OfDataset):
     def message(self) -> str:
         """Where each output answers most, in words."""
         words = ", ".join(f"{name} most at {frequency:.6g} Hz" for name, frequency in self.resonances.items())
-        return f"response to {self.dataset.attrs['force']}: {words}"
+        over = ""
+        if self.parameter is not None:
+            values = self.dataset[self.parameter].values
+            over = f" over {values.size} values of {self.parameter}, {values[0]:.6g} to {values[-1]:.6g}"
+        return f"response to {self.dataset.attrs['force']}{over}: {words}"
 
     def plot(self) -> Figure:
-        """Draw amplitudes and phases over frequency; returns the figure."""
-        from gearplay.linear.figures import response_drawing
+        """Draw amplitudes and phases over frequency, over a parameter the amplitudes; returns the figure."""
+        from gearplay.linear.figures import family_drawing, response_drawing
 
-        drawn: Figure = response_drawing(self.dataset)
+        drawn: Figure = (
+            response_drawing(self.dataset) if self.parameter is None else family_drawing(self.dataset)
+        )
         return drawn
 
 
@@ -121,3 +136,35 @@ def response_of(
     natural = [float(f) for f in system.eigen.frequency]
     attributes = provenance(system.case, force=force, natural_frequencies=natural)
     return FrequencyResponse(xr.Dataset(variables, coords=coordinates, attrs=attributes))
+
+
+def responses_of(
+    systems: Iterable[LinearSystem],
+    force: str,
+    at: Sequence[str],
+    frequencies: Floats,
+    *,
+    path: str,
+    values: Floats,
+    units: str,
+) -> FrequencyResponse:
+    """Return the responses of systems over the ``values`` of a field or parameter, as one dataset."""
+    import xarray as xr
+
+    name = path.rpartition(".")[2]
+    name = path if name in TAKEN else name
+    found, natural = [], []
+    for system in systems:
+        found.append(response_of(system, force, at, frequencies).ds)
+        natural.append(system.eigen.frequency)
+    modes = max(map(len, natural))
+    padded = [np.pad(row, (0, modes - len(row)), constant_values=np.nan) for row in natural]
+    ds = xr.concat(
+        [each[["amplitude", "phase"]] for each in found], dim=name, combine_attrs="override", join="exact"
+    )
+    ds = ds.assign(unit=found[0]["unit"])
+    words = {"units": "Hz", "long_name": "natural frequency, undamped"}
+    ds["natural_frequency"] = ((name, "mode"), np.array(padded), words)
+    ds = ds.assign_coords({name: (name, values, {"units": units, "long_name": path})})
+    attributes = {key: value for key, value in found[0].attrs.items() if key != "natural_frequencies"}
+    return FrequencyResponse(ds.drop_attrs(deep=False).assign_attrs(attributes))

@@ -24,6 +24,7 @@ from gearplay.kernels.mesh_geometry import (
     N_D_Y,
     mesh_geometry,
 )
+from gearplay.linear.condense import Condensed, condense
 from gearplay.linear.eigen import Eigen, solve_at_rest, solve_turning
 from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
 from gearplay.linear.smooth import smooth
@@ -80,12 +81,22 @@ class LinearSystem:
         """Its modes."""
         frames = self.linear.smooth.frames
         if not frames.turning:
-            return solve_at_rest(self.mass, self.stiffness, self.damping, self.linear.springs())
-        places = np.concatenate([self.linear.free, 3 * self.linear.rotors + self.linear.free])
-        matrix = self.equilibrium.matrix[np.ix_(places, places)]
+            return solve_at_rest(self.mass, self.stiffness, self.damping, self.condensed)
         at = {int(place): k for k, place in enumerate(self.linear.free)}
-        pairs = [(at[p], at[p + 1], frames.speeds[p // 3]) for p in at if p % 3 == 0 and p + 1 in at]
-        return solve_turning(self.mass, matrix, pairs)
+        turning = np.zeros((len(at), len(at)))
+        for place, k in at.items():
+            if place % 3 == 0 and place + 1 in at:
+                turning[at[place + 1], k] = frames.speeds[place // 3]
+                turning[k, at[place + 1]] = -frames.speeds[place // 3]
+        return solve_turning(self.mass, self.stiffness, self.damping, turning)
+
+    @cached_property
+    def condensed(self) -> Condensed:
+        """The system without massless coordinates; raises `InputError` where nothing elastic holds one of them."""
+        found = condense(self.stiffness, self.linear.springs(), self.mass == 0.0)
+        if not isinstance(found, int):
+            return found
+        raise self.linear.unheld(int(self.linear.free[found]))
 
     @cached_property
     def elements(self) -> tuple[str, ...]:
@@ -177,13 +188,17 @@ def linear_system(
     """Return a case as a linear system about its equilibrium.
 
     ``load`` is "operating" or "none"; ``speed`` [rad/s] is that of its leading rotor, None for a train at rest under its load.
-    Raises `InputError` for a load that there is not or a speed that cannot be, `SimulationError` where nothing holds it.
+    Raises `InputError` for a load that there is not, a speed that cannot be, or a massless rotor that nothing elastic holds,
+    `SimulationError` where no equilibrium is found.
     """
     if load not in ("operating", "none"):
         raise InputError(Fault("load", load, "must be operating or none", "Choose one"))
     plain = smooth(case, load=load, speed=speed)
     prepare_linear(plain.packed, progress=progress)
-    return LinearSystem(case, find_equilibrium(Linear(plain)))
+    system = LinearSystem(case, find_equilibrium(Linear(plain)))
+    if not np.all(system.mass):
+        _ = system.condensed  # refuses what nothing holds
+    return system
 
 
 def places_of(system: LinearSystem, names: Sequence[str], *, field: str = "at") -> list[int]:

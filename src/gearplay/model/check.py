@@ -16,6 +16,7 @@ from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.expansion import told_lengths
 from gearplay.model.finding import Finding
+from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
@@ -56,10 +57,13 @@ def check_case(case: Source) -> list[Finding]:
 
     """
     case = load_case(case)
-    packed = pack(case)
+    light = [*_without_mass(case)]
+    packed = pack(case, moves=not light)
     found = [*start_findings(case, packed)]  # raises what only the assembled train can show
+    if light:  # nothing starts
+        found = light
     speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
-    found += [*_inertias(case), *_excitation(case), *_fixed_step(case, packed)]
+    found += [*_inertias(case), *_excitation(case), *(() if light else _fixed_step(case, packed))]
     found += element_findings(case)
     found += teeth_findings(case)
     found += run_findings(case)
@@ -77,6 +81,16 @@ def check_case(case: Source) -> list[Finding]:
     return sorted(found, key=lambda finding: finding.severity != "warning")
 
 
+def _without_mass(case: Case) -> Iterator[Finding]:
+    for path, field in {field_path(case, name, field): field for name, field in massless(case)}.items():
+        yield Finding(
+            "warning",
+            path,
+            f"the {field} is 0 {UNITS[field]}: modes, Campbell diagrams, frequency responses and load sharing take it so; a "
+            "simulation over time refuses it. Give it one to simulate.",
+        )
+
+
 def _inertias(case: Case) -> Iterator[Finding]:
     checked: set[str] = set()
     for mesh in case.meshes:
@@ -85,7 +99,10 @@ def _inertias(case: Case) -> Iterator[Finding]:
                 continue
             checked.add(name)
             rotor = case.rotors[geometry.rotor_of(case, name)]
-            if len(rotor.gears) > 1:  # a shaft, whose mass may be anywhere
+            if len(rotor.gears) > 1 or 0.0 in (
+                rotor.mass,
+                rotor.inertia,
+            ):  # a shaft, whose mass may be anywhere
                 continue
             gyration, pitch = math.sqrt(rotor.inertia / rotor.mass), geometry.pitch_radius(case, mesh, name)
             if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:

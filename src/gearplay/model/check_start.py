@@ -16,6 +16,7 @@ from gearplay.model.case import JOINTS
 from gearplay.model.finding import Finding
 from gearplay.model.initial import initial_state
 from gearplay.model.linear_conditions import matrix_of
+from gearplay.model.massless import field_path
 from gearplay.model.matching import matching_speeds
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.rotor import SpeedDrive
@@ -70,8 +71,8 @@ def _overlap(case: Case, packed: Packed, j: int, y: Floats) -> Iterator[Finding]
         cause, cure = f"meshes.{j}", "Move initial.x, initial.y of its rotors, or raise the backlash."
         why = f"the backlash is {1e6 * b_t:.4g} um where its gears start"
     elif given:
-        cause = _path(case, given[0], "initial", "theta")
-        paths = " and ".join(_path(case, name, "initial", "theta") for name in given)
+        cause = field_path(case, given[0], "initial", "theta")
+        paths = " and ".join(field_path(case, name, "initial", "theta") for name in given)
         why = f"{paths} and the prescribed rotations leave no room"
         cure = "Leave one initial.theta out, or change it."
     else:
@@ -129,9 +130,9 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
     train = _train(case, rotors)
     given = [name for name in train if case.rotors[name].initial.omega is not None]
     drives = {n: case.rotors[n].drive for n in train}
-    fields = [_path(case, n, "initial", "omega") for n in given]
+    fields = [field_path(case, n, "initial", "omega") for n in given]
     fields += [
-        _path(case, n, "drive", *(["ripple"] if drive.starting_factor != 1.0 else []))
+        field_path(case, n, "drive", *(["ripple"] if drive.starting_factor != 1.0 else []))
         for n, drive in drives.items()
         if isinstance(drive, SpeedDrive)
     ]
@@ -156,19 +157,11 @@ def _cure(case: Case, given: list[str]) -> str:
     for name in given:
         matching = matching_speeds(case, nominal, without=name)
         if float(np.max(np.abs(rolls @ matching))) <= 1e-6 * float(np.max(np.abs(matching))):
-            path = _path(case, name, "initial", "omega")
+            path = field_path(case, name, "initial", "omega")
             return f"Leave {path} out, or give the matching speed, {matching[places[name]]:.6g} rad/s."
     if not given:  # a ripple that does not begin at 0
         return "Give phases with which the ripple is 0 at t = 0, or a transient."
     return "Give one initial.omega for each way in which the train can turn."
-
-
-def _path(case: Case, name: str, *fields: str) -> str:
-    """Return the path of a field of a rotor, which may be a member of a planetary set."""
-    part, _, member = name.partition(".")
-    return join_path(
-        ["planetary", part, member, *fields] if part in case.planetary else ["rotors", name, *fields]
-    )
 
 
 def _train(case: Case, rotors: set[str]) -> list[str]:

@@ -26,14 +26,16 @@ Floats = NDArray[np.float64]
 def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
     """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2.
 
-    A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count.
+    A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count. 0 beside an inertia
+    of 0.
     """
     mesh = case.meshes[j]
     if mesh.damping.ratio is None:
         return mesh.damping.maximum or 0.0
     rotors = [case.rotors[name] for name in mesh.rotors]
     mobilities = [
-        r * r / rotor.inertia for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)
+        r * r / rotor.inertia if rotor.inertia else math.inf
+        for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)
     ]
     free = [rotor.drive is None or rotor.drive.kind != "speed" for rotor in rotors]
     mobility = sum(m for m, moves in zip(mobilities, free, strict=True) if moves or not any(free))

@@ -15,6 +15,7 @@ from gearplay.model import contact_laws, geometry, rolling
 from gearplay.model.assembly import Assembly, Contact, blank
 from gearplay.model.base import Member, still
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
+from gearplay.model.massless import refuse_massless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
 from gearplay.model.records import edges
@@ -61,8 +62,8 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         if held and (given.initial.vx != 0.0 or given.initial.vy != 0.0):
             _refuse_moving(name, given.initial)
         r.mass, r.inertia = given.mass, given.inertia
-        r.inv_mass = 0.0 if held else 1.0 / given.mass
-        r.inv_inertia = 0.0 if prescribed else 1.0 / given.inertia
+        r.inv_mass = 0.0 if held else 1.0 / (given.mass or 1.0)
+        r.inv_inertia = 0.0 if prescribed else 1.0 / (given.inertia or 1.0)
         r.nominal_speed = speeds[i]
         if given.load.torque > 0.0 and senses[i] == 0.0:
             refuse_senseless(name, "torque", f"{given.load.torque:g} N m")
@@ -209,16 +210,24 @@ def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
 
 
 def pack(
-    case: "Case", *, span: float | None = None, member: int = 0, turning: "Case | None" = None
+    case: "Case",
+    *,
+    span: float | None = None,
+    member: int = 0,
+    turning: "Case | None" = None,
+    moves: bool = True,
 ) -> Packed:
     """Translate a case for the kernels: for one member's run of ``span`` [s], transient included, else of the case's own.
 
     Both matter only where the housing has a random record. ``turning`` is the case whose motion says which flanks drive and how
-    deep teeth are pressed, the case itself if not given.
+    deep teeth are pressed, the case itself if not given. ``moves`` is whether the motion over time is computed; where it is not,
+    free coordinates may be without mass: their inverse mass is 1, so that their rates are the forces on them.
 
-    Raises `InputError` where drives contradict each other or given centres cannot mesh.
+    Raises `InputError` where drives contradict each other, given centres cannot mesh or what moves has no mass.
     """
     case = case.operating
+    if moves:
+        refuse_massless(case)
     centres = geometry.centres(case)
     speeds = rolling.nominal_speeds(case)
     turning = case if turning is None else turning.operating
@@ -231,13 +240,14 @@ def pack(
     terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
     places = {name: i for i, name in enumerate(case.rotors)}
-    inertias = {name: rotor.inertia for name, rotor in case.rotors.items()}
+    inertias = {name: rotor.inertia or math.inf for name, rotor in case.rotors.items()}
     for joint in case.joints:
         joint.pack(assembly, places, inertias)
     for name, support in case.supports.items():
         rotor = case.rotors[name]
         beside = rotor.radial_damping if support.on is not None and name not in case.sleeves else 0.0
-        support.pack(name, assembly, places, centres, rotor.mass, rotor.inertia, beside=beside)
+        weights = rotor.mass or math.inf, rotor.inertia or math.inf
+        support.pack(name, assembly, places, centres, *weights, beside=beside)
     base, record = still(), np.zeros((0, 4))
     if case.base is not None:
         whole = case.run.transient + case.run.duration if span is None else span

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 from gearplay.model.environment import Material, Temperature
 from gearplay.model.fields import Listed, Measure, Part, Problem, refuse
 from gearplay.model.gear import Runout, Teeth
-from gearplay.model.rotor import Drive, Initial, Load, Rotor, SpeedDrive
+from gearplay.model.rotor import Drive, Initial, Load, Rotor, SpeedDrive, Weight
 from gearplay.model.sleeve import Sleeve
 from gearplay.model.support import Support
 from gearplay.model.unbalance import Unbalance
@@ -33,8 +33,13 @@ def problems_of(make: Callable[[], object]) -> list[Problem]:
 class Member(Part):
     """What a sun, a ring or a carrier has in common with any rotor, and what holds it."""
 
-    mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
-    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
+    mass: Annotated[
+        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+    ]
+    inertia: Annotated[
+        float,
+        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
+    ]
     drive: Drive | None = None
     load: Load = Load()
     initial: Initial = Initial()
@@ -91,8 +96,13 @@ class Planets(Part):
 
     count: Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of planets")]
     teeth: Teeth
-    mass: Annotated[float, Measure(q.MASS, "mass of one planet", gt=0.0)]
-    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia of one about its centre", gt=0.0)]
+    mass: Annotated[float, Weight(q.MASS, "mass of one planet; 0 in linear analysis only", ge=0.0)]
+    inertia: Annotated[
+        float,
+        Weight(
+            q.INERTIA, "polar moment of inertia of one about its centre; 0 in linear analysis only", ge=0.0
+        ),
+    ]
     angles: (
         Annotated[
             tuple[Annotated[float, Measure(q.ANGLE, "direction of a planet from the centre")], ...],

@@ -217,6 +217,9 @@ def _accelerations(case: "Case", torques: dict[str, float]) -> NDArray[np.float6
     inertias = np.array([rotor.inertia for rotor in case.rotors.values()])
     push = np.array([torques.get(name, 0.0) for name in case.rotors])
     ways = free_turns(case)
+    inertias[inertias == 0.0] = (
+        1e-6 * float(np.max(inertias)) or 1.0
+    )  # only the signs of what results are used
     found = ways @ np.linalg.solve(ways.T @ (inertias[:, None] * ways), ways.T @ push)
     found[np.abs(found) <= 1e-9 * float(np.max(np.abs(push) / inertias))] = 0.0
     return np.asarray(found)

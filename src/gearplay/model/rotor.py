@@ -34,6 +34,14 @@ StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp be
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
 
 
+class Weight(Measure):
+    """A mass or a moment of inertia: 0, or large enough to divide by."""
+
+    def _within(self, value: float, *, text: bool = False) -> float:
+        value = super()._within(value, text=text)
+        return value and Measure(self.quantity, self.about, gt=0.0)._within(value, text=text)
+
+
 class RippleTerm(Part):
     """One term ``amplitude sin(order speed t + phase)`` of a drive's ripple, relative to its speed."""
 
@@ -173,8 +181,13 @@ class Rotor(Part):
 
     teeth: Teeth | None = None
     internal: Internal = False
-    mass: Annotated[float, Measure(q.MASS, "mass", gt=0.0)]
-    inertia: Annotated[float, Measure(q.INERTIA, "polar moment of inertia about the centre", gt=0.0)]
+    mass: Annotated[
+        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+    ]
+    inertia: Annotated[
+        float,
+        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
+    ]
     drive: Drive | None = None
     load: Load = Load()
     position: (

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model import geometry, rolling
+from gearplay.model.linear_conditions import solved_by_rank
 from gearplay.model.mesh_stiffness import pack_stiffness
 
 if TYPE_CHECKING:
@@ -38,22 +39,25 @@ def tooth_loads(case: "Case") -> Floats:
 
     The train rolls rigidly under its constant torques: with the conditions A alpha = 0 of rolling the accelerations minimise
     Gauss's |sqrt(J) (alpha - T / J)|^2, and the multipliers are the forces. Rotations that a speed, servo or position drive
-    prescribes do not accelerate. Meshes in parallel share alike, as planets do.
+    prescribes do not accelerate. Torques on rotors without inertia balance exactly. Meshes in parallel share alike, as planets
+    do.
     """
-    mobility = np.array(
-        [
-            0.0
-            if rotor.drive is not None and rotor.drive.kind != "torque"
-            else 1.0 / math.sqrt(rotor.inertia)
-            for rotor in case.rotors.values()
-        ]
-    )
+    rotors = list(case.rotors.values())
+    free = np.array([rotor.drive is None or rotor.drive.kind == "torque" for rotor in rotors])
+    light = free & np.array([rotor.inertia == 0.0 for rotor in rotors])
+    mobility = np.zeros(len(rotors))
+    mobility[free] = [
+        1.0 / math.sqrt(r.inertia or 1.0) for r, moves in zip(rotors, free, strict=True) if moves
+    ]
     conditions = rolling.rolling_conditions(case) * mobility
     sizes = np.linalg.norm(conditions, axis=1)
     sizes[sizes == 0.0] = np.inf  # between prescribed rotations: no torque says what acts there
-    multipliers = (
-        np.linalg.lstsq((conditions / sizes[:, None]).T, mobility * _torques(case), rcond=1e-9)[0] / sizes
-    )
+    matrix, target = (conditions / sizes[:, None]).T, mobility * _torques(case)
+    if light.any():
+        levels = [(matrix[light], target[light]), (matrix[~light], target[~light])]
+        multipliers = solved_by_rank(levels, len(sizes)) / sizes
+    else:
+        multipliers = np.linalg.lstsq(matrix, target, rcond=1e-9)[0] / sizes
     forces = np.zeros(len(case.meshes))
     for j, mesh in enumerate(case.meshes):
         _, _, r_a, r_b = geometry.signed_radii(case, j)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.families import Family
 from gearplay.model.field_units import unit_at
 from gearplay.model.initial import usual_member
 from gearplay.nonlinear.crew import share_out
-from gearplay.nonlinear.families import Family
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
 from gearplay.results.account import Account
 from gearplay.results.answer import Answer, case_in, check_kind

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from gearplay.model.families import Family, Varied
 from gearplay.model.reading import Source
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
-from gearplay.nonlinear.families import Family, Varied
 from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.kinds.motion import Motion, identify_motion
 from gearplay.nonlinear.kinds.sections import AUTO

@@ -3,8 +3,10 @@
 import io
 import textwrap
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from gearplay.pictures.style import COUPLED, UNCOUPLED, blank_figure, tidy
 from gearplay.pictures.words import plain, short
@@ -26,6 +28,19 @@ def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH)
     for ax in axes.flat:
         tidy(ax).tick_params(labelsize=SMALL)
     return figure, axes
+
+
+def set_color_scale(figure: Any, axes: list[Any], values: Sequence[float], label: str) -> list[Any]:
+    """Draw a bar of colour for curves of different values beside axes; return the colour of each."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    low, high = min(values), max(values)
+    scale = ScalarMappable(Normalize(low, high if high > low else low + (abs(low) or 1.0)), "viridis")
+    bar = figure.colorbar(scale, ax=axes, pad=0.015, aspect=30)
+    bar.set_label(plain(label), fontsize=SMALL)
+    bar.ax.tick_params(labelsize=SMALL)
+    return list(scale.to_rgba(np.array(values)))
 
 
 def pixels_of(ax: Any) -> tuple[int, int]:

@@ -247,7 +247,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         ("load_plan", "source"): PLAN,
         ("planetary", "case"): TABLE,
         ("read_measurement", "sampling"): Real(0.0, above=True),
-        **{(door, "path"): TEXT for door in ("bifurcation", "branch", "branches")},
+        **{(door, "path"): TEXT for door in ("bifurcation", "branch", "branches", "frequency_response")},
         **{(door, "path"): PATH for door in ("read_measurement", "read_result", "write_record")},
     }
 )

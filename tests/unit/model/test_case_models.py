@@ -136,7 +136,7 @@ def test_the_schema_has_units_and_bounds() -> None:
     parts = json_schema()["$defs"]
     mass = parts["Rotor"]["properties"]["mass"]
     assert mass["x-unit"] == "kg"
-    assert mass["anyOf"][0] == {"type": "number", "exclusiveMinimum": 0.0}
+    assert mass["anyOf"][0] == {"type": "number", "minimum": 0.0}
     assert mass["anyOf"][1]["type"] == "string"
     assert parts["Sleeve"]["properties"]["restitution"]["maximum"] == 1.0
     assert json_schema()["properties"]["rotors"]["maxProperties"] == 200

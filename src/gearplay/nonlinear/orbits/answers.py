@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.families import Family, along
 from gearplay.model.field_units import unit_at
-from gearplay.nonlinear.families import Family, along
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.orbits import Orbit
