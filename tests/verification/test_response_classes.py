@@ -12,7 +12,7 @@ EACH = sized(40, 4)
 
 
 def test_kinds_of_known_responses(measured: Callable[[str, float, str], None]) -> None:
-    """Of 200 cycles, tori, chaotic motions and transients at most one has a false kind or order, and 90 % of each class are decided."""
+    """Of 200 cycles, tori, chaotic motions and transients at most one is named falsely, 90 % of each class rightly."""
     right: Counter[str] = Counter()
     false = []
     for response in responses(11, EACH):

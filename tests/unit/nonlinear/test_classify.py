@@ -1,6 +1,8 @@
 """What kind of motion a response is: what must not change the verdict, the edges between kinds, and what is refused."""
 
+import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from chaotic_orbits import henon, logistic
+from gearplay.nonlinear.kinds import thresholds
 from gearplay.nonlinear.kinds.classify import Response, classify
 from gearplay.nonlinear.kinds.recurrence import closeness_loss, forecast_error
 from gearplay.nonlinear.kinds.repetition import count_bands, find_order, misfit
@@ -293,3 +296,14 @@ def test_refusals(samples: Floats, arguments: dict[str, Any], words: str) -> Non
     """What cannot be judged is refused in words, not by a verdict."""
     with pytest.raises(InputError, match=words):
         classify(samples, **arguments)
+
+
+def test_thresholds_are_those_of_the_documentation() -> None:
+    """At most ten, each in the table of docs/nonlinear.md with its value, and each stating a unit."""
+    page = (Path(__file__).parents[3] / "docs" / "nonlinear.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) \|", page, re.MULTILINE))
+    values = {name: value for name, value in vars(thresholds).items() if name.isupper()}
+    assert {name: float(value) for name, value in rows.items()} == values
+    assert len(values) <= 10
+    source = Path(thresholds.__file__).read_text(encoding="utf-8")
+    assert all(re.search(rf'^{name}: Final = .*\n"""\[\w', source, re.MULTILINE) for name in values)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from depth import some
 from gearplay.nonlinear.slow_oscillation import slow_oscillation
 
 
@@ -27,7 +28,7 @@ def test_a_record_of_few_slow_swings_is_refused() -> None:
 def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
     """The case's own 2 s would not do; motions from different starts give one exponent, each within its uncertainty."""
     exponents = []
-    for speed in (0.0, 1e-4, 2e-4):
+    for speed in some((0.0, 1e-4, 2e-4)):
         case = gp.load_case("han2021", [f"rotors.ring.initial.vx={speed}"])
         found = gp.lyapunov(case, count=1)
         assert found.time / case.run.duration in (4.0, 8.0, 16.0, 32.0)

@@ -19,7 +19,7 @@ arbitrary states that of neighbours. All settled motions seen exceed both; noise
 
 LINE_RATIO: Final = 3.0
 """[1] Linear amplitude change of the spectral lines, relative to what changing lines leave unexplained, from which a regular
-motion has not settled. Seen: 0.75 at most on 197 of 200 tori, 3.7 at least on decays and growths. See `LINE_SHARE`."""
+motion has not settled. Seen: 0.6 at most on 196 of 200 tori. See `LINE_SHARE`."""
 
 LINE_SHARE: Final = 0.006
 """[1] The same change relative to the motion. Both must be reached; half of both gives undecided, since combinations of the
@@ -31,16 +31,16 @@ SLOW: Final = 0.05
 drift: undecided. Seen on tori: 0.014 at most; of oscillations with 0.3 to 1.5 turns: 0.98 at least."""
 
 BLOCK_STEP: Final = 9.0
-"""[1] Student's t of the best step or line between 16 blocks of an irregular motion, from which its statistics have changed. Blocks
-without memory reach it in one of 2e5 features; chaos seen: 6.7 at most; jumps between regimes: 15 at least."""
+"""[1] Student's t of the best step or line between 16 blocks of an irregular motion, from which its statistics have changed.
+Blocks without memory reach it in one of 2e5 features; chaos seen: 6.7 at most; jumps to or from chaos: 12 at least."""
 
 REGULAR: Final = 0.4
-"""[1] Loss of closeness and K of the 0-1 test up to which each is a vote for regular motion. Seen on tori: loss 0.27 and K
-0.3 at most."""
+"""[1] Loss of closeness and K of the 0-1 test up to which each is a vote for regular motion. Seen on tori: loss 0.28 and K
+0.35 at most."""
 
 CHAOTIC: Final = 0.7
-"""[1] Loss of closeness and K from which each is a vote for chaos, and forecast error up to which chaos is told from noise. Seen in
-chaos: loss 0.91, K 0.94 at least in 199 of 200 records, forecast error 0.65 at most; of noise 0.80 at least."""
+"""[1] Loss of closeness and K from which each is a vote for chaos, and forecast error up to which chaos is told from noise.
+Seen in chaos: loss 0.87, K 0.84 in 398 of 400 records, forecast error 0.65 in 396; noise has an error of 0.80 at least."""
 
 ERRORS: Final = 3.0
 """[standard error] Largest exponent that is still zero: exceeded by chance once in 400 records."""
