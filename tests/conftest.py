@@ -26,7 +26,7 @@ ALONE = (
     "unit/calibration",
     "unit/files",
     "unit/model",
-    "unit/nonlinear/test_response",
+    "unit/nonlinear/test_classify",
     "unit/nonlinear/test_zero_one",
     "unit/published/test_article",
     "unit/rig/test_chain",

@@ -11,9 +11,9 @@ import pytest
 import gearplay as gp
 from gearplay.cli.main import run
 from gearplay.model.reading import to_toml
+from gearplay.nonlinear import motion as study
 from gearplay.nonlinear.basins import basins_figure
-from gearplay.nonlinear.kinds import motion as study
-from gearplay.nonlinear.kinds.motion import ARTEFACT, identify_motion
+from gearplay.nonlinear.motion import ARTEFACT, identify_motion
 
 
 def pair(frequency: float, **more: Any) -> gp.Case:

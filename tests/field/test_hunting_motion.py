@@ -11,7 +11,7 @@ from gearplay.cli import progress as cli_progress
 from gearplay.cli.main import run
 from gearplay.model.pack import pack
 from gearplay.model.reading import to_toml
-from gearplay.nonlinear.kinds.sections import chosen_period
+from gearplay.nonlinear.section_choice import chosen_period
 from gearplay.solver import course
 from gearplay.solver.flow import Flow
 

@@ -10,10 +10,10 @@ from gearplay.model.families import Family, Varied
 from gearplay.model.reading import Source
 from gearplay.nonlinear.basins import Basins, Grid, basins_of_attraction
 from gearplay.nonlinear.diagrams import Diagram, bifurcation_diagram
-from gearplay.nonlinear.kinds.lyapunov import Exponents, lyapunov_exponents
-from gearplay.nonlinear.kinds.motion import Motion, identify_motion
-from gearplay.nonlinear.kinds.sections import AUTO
 from gearplay.nonlinear.least_spans import check_span
+from gearplay.nonlinear.lyapunov import Exponents, lyapunov_exponents
+from gearplay.nonlinear.motion import Motion, identify_motion
+from gearplay.nonlinear.section_choice import AUTO
 from gearplay.nonlinear.sharpness import sharp
 from gearplay.results.door import case_of
 from gearplay.solver.deadline import limited

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.kinds.slow_swings import slow_swing
+from depth import some
+from gearplay.nonlinear.slow_oscillation import slow_oscillation
 
 
 def test_exponents_of_an_instant_are_refused() -> None:
@@ -27,7 +28,7 @@ def test_a_record_of_few_slow_swings_is_refused() -> None:
 def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
     """The case's own 2 s would not do; motions from different starts give one exponent, each within its uncertainty."""
     exponents = []
-    for speed in (0.0, 1e-4, 2e-4):
+    for speed in some((0.0, 1e-4, 2e-4)):
         case = gp.load_case("han2021", [f"rotors.ring.initial.vx={speed}"])
         found = gp.lyapunov(case, count=1)
         assert found.time / case.run.duration in (4.0, 8.0, 16.0, 32.0)
@@ -41,9 +42,9 @@ def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
 def test_what_has_not_settled_is_refused() -> None:
     """A disc that is dragged from its start to its speed: its own trend is its slowest swing."""
     at = np.linspace(0.0, 1.0, 300)
-    assert slow_swing(np.exp(-at), 1.0) == 2.0
-    assert slow_swing(np.exp(-at), 1.0, still=1.0) == 0.0
-    assert slow_swing(np.cos(2.0 * np.pi * 20.0 * at), 1.0) == pytest.approx(0.05, rel=0.03)
+    assert slow_oscillation(np.exp(-at), 1.0) == 2.0
+    assert slow_oscillation(np.exp(-at), 1.0, still=1.0) == 0.0
+    assert slow_oscillation(np.cos(2.0 * np.pi * 20.0 * at), 1.0) == pytest.approx(0.05, rel=0.03)
 
 
 def test_a_section_within_one_mesh_period_is_refused() -> None:

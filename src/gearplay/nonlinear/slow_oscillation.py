@@ -13,14 +13,14 @@ SAMPLES = 8.618  # in the shortest period of what excites; no whole number, so t
 TRUSTED = 1e4  # allowed local errors that are no motion
 
 
-def slow_swing(samples: Floats, span: float, still: float = 0.0) -> float:
+def slow_oscillation(samples: Floats, span: float, still: float = 0.0) -> float:
     """Return the time [s] of a swing, half of whose series' power is slower; 0 where the series stands still.
 
     ``samples``, shape [time], lie evenly over ``span`` [s]; what scatters by no more than ``still`` stands still. Swings are told
     apart by the cosine transform: a swing of n half waves in the record takes 2 / n of it.
 
     >>> at = np.arange(600) / 600.0
-    >>> round(slow_swing(np.cos(2.0 * np.pi * 40.0 * at), 12.0), 3)  # 40 swings in 12 s
+    >>> round(slow_oscillation(np.cos(2.0 * np.pi * 40.0 * at), 12.0), 3)  # 40 swings in 12 s
     0.3
     """
     from scipy.fft import dct
@@ -38,7 +38,7 @@ def velocities(flow: Flow) -> dict[int, str]:
     return {at: name for at, name in named if name.rpartition(".")[2] in ("vx", "vy", "omega")}
 
 
-def too_few_swings(flow: Flow, samples: Floats, span: float) -> Fault | None:
+def too_few_oscillations(flow: Flow, samples: Floats, span: float) -> Fault | None:
     """Return what is wrong where a record of ``span`` [s] does not hold `CYCLES` slow swings of a velocity, or of its square.
 
     ``samples`` are the velocities, shape [time, velocity]. Squares tell how hard a mechanism rattles: after the start this
@@ -50,8 +50,8 @@ def too_few_swings(flow: Flow, samples: Floats, span: float) -> Fault | None:
         size = sizes[at]
         still = TRUSTED * flow.case.run.tolerance * float(size)
         rest = column - column.mean()
-        found.append((slow_swing(column, span, still), name))
-        found.append((slow_swing(rest * rest, span, still * float(np.std(rest))), f"{name} squared"))
+        found.append((slow_oscillation(column, span, still), name))
+        found.append((slow_oscillation(rest * rest, span, still * float(np.std(rest))), f"{name} squared"))
     swing, name = max(found, default=(0.0, ""))
     if span >= CYCLES * swing:
         return None

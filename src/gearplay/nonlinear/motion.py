@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
-from gearplay.nonlinear.kinds.lyapunov import lyapunov_exponents
-from gearplay.nonlinear.kinds.response import Response, classify
-from gearplay.nonlinear.kinds.sections import AUTO, chosen_period, with_repetition
+from gearplay.nonlinear.kinds.classify import Response, classify
+from gearplay.nonlinear.lyapunov import lyapunov_exponents
+from gearplay.nonlinear.section_choice import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.answer import Answer, case_in, check_kind

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.nonlinear.kinds.slow_swings import SAMPLES, too_few_swings, velocities
 from gearplay.nonlinear.least_spans import shortest_period
+from gearplay.nonlinear.slow_oscillation import SAMPLES, too_few_oscillations, velocities
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.tabled import Column, Tabled
 from gearplay.solver.compiling import prepare
@@ -108,7 +108,7 @@ def lyapunov_exponents(
     The run takes ``transient`` and ``duration`` [s], the case's transient and duration if not given. Changes of all free states
     (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
     again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
-    With ``checked`` a record that holds too few slow swings of the motion for an interval (`too_few_swings`) is doubled, up to
+    With ``checked`` a record with too few slow swings of the motion for an interval (`too_few_oscillations`) is doubled, up to
     `DOUBLINGS` times, where no ``duration`` is given, and else refused.
 
     Raises `InputError` for a count or times that cannot be, `SimulationError` where the motion cannot be followed.
@@ -183,7 +183,7 @@ class _Following:
             if self.progress is not None:
                 self.progress(self.begin + (at + 1) * self.piece, self.begin + span)
         self.span = span
-        return too_few_swings(self.flow, np.array(self.speeds), span) if self.moving else None
+        return too_few_oscillations(self.flow, np.array(self.speeds), span) if self.moving else None
 
     def exponents(self) -> Exponents:
         """Return the exponents of the record so far."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.pack import Packed
-from gearplay.nonlinear.kinds.response import Response
+from gearplay.nonlinear.kinds.classify import Response
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.vocabulary.errors import InputError
 
