@@ -51,9 +51,9 @@ def alone(duration, cases):
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
     from gearplay.solver.compiling import prepare
-    from gearplay.sweeps.door import sweep
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.evaluate import Sweep
+    from gearplay.sweeps.sweep import sweep
 
     plan = load_sweep(plan_of(cases, duration))
     prepare(Sweep(plan).template.base)

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from gearplay.calibration.model_comparison import Duel
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.store import digest_of
-from gearplay.calibration.verdict import Duel
 
 SOURCE = Path(__file__).parents[1] / "src" / "gearplay"
 CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}

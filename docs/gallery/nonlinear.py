@@ -15,8 +15,8 @@ from gearplay.nonlinear.diagrams import bifurcation_diagram
 from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
 from gearplay.nonlinear.orbits.figures import BRANCH, draw_branch
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 
 RED = "#b02a4c"

@@ -19,7 +19,7 @@ def __getattr__(name: str) -> Any:
         return import_module("gearplay.signals")
     if name not in _HOMES:
         raise AttributeError(f"module 'gearplay' has no attribute {name!r}")
-    from gearplay.python_door import public
+    from gearplay.public_functions import public
 
     return public(name, _HOMES[name])
 

@@ -282,7 +282,7 @@ def test_a_plan_can_be_asked_whether_it_finds_known_parameters(plan: Path, tmp_p
 def test_an_interrupted_overwrite_leaves_the_old_result(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from gearplay.calibration import door
+    from gearplay.calibration import calibrate
     from gearplay.cli.main import run
 
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
@@ -295,7 +295,7 @@ def test_an_interrupted_overwrite_leaves_the_old_result(
         (folder / "trials.sqlite").write_text("new", encoding="utf-8")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(door, "calibrate", interrupted)
+    monkeypatch.setattr(calibrate, "calibrate", interrupted)
     assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
     assert str(out / ".new") in capsys.readouterr().err
     assert (out / "trials.sqlite").read_text(encoding="utf-8") == "old"
@@ -303,7 +303,7 @@ def test_an_interrupted_overwrite_leaves_the_old_result(
 
 def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its trials were damaged: overwriting is the cure that is said, whatever was overwritten before."""
-    from gearplay.calibration import door
+    from gearplay.calibration import calibrate
     from gearplay.calibration.store import StudyStore
     from gearplay.cli.main import run
 
@@ -317,7 +317,7 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch:
         (folder / "trials.sqlite").write_bytes(b"no database" * 100)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(door, "calibrate", interrupted)
+    monkeypatch.setattr(calibrate, "calibrate", interrupted)
     for _ in range(2):
         assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
     assert found == [[], ["trials.sqlite"], []]

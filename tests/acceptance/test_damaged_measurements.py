@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat, wavfile
 
-from gearplay.files import apart
+from gearplay.files import sandbox
 from gearplay.files.measurements import read_measurement, write_record
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError
@@ -225,7 +225,7 @@ def sound_files(folder: Path) -> dict[str, list[bytes]]:
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give up sooner on a file on which a library never returns."""
-    monkeypatch.setattr(apart, "PATIENCE", 10.0)
+    monkeypatch.setattr(sandbox, "PATIENCE", 10.0)
 
 
 @contextmanager

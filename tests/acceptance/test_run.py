@@ -18,7 +18,7 @@ import gearplay as gp
 from gearplay.cli.main import run as command
 from gearplay.files import netcdf
 from gearplay.model.reading import bundled_names
-from gearplay.results import door
+from gearplay.results import simulate
 from gearplay.solver.status import Status
 
 GEARPLAY = [sys.executable, "-m", "gearplay.cli.main"]
@@ -207,7 +207,7 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
     out, beside = tmp_path / "x.nc", tmp_path / "x.partial.nc"
     for file in [out] * whole + [beside] * partial:
         file.write_bytes(b"old")
-    record, write = door.record, netcdf.netcdf_bytes
+    record, write = simulate.record, netcdf.netcdf_bytes
 
     def stopped(*words: Any, **more: Any) -> gp.Result:
         result = record(*words, **more)
@@ -218,7 +218,7 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
         out.write_bytes(b"another's, whole")
         return write(*words, **more)
 
-    monkeypatch.setattr(door, "record", stopped)
+    monkeypatch.setattr(simulate, "record", stopped)
     monkeypatch.setattr(netcdf, "netcdf_bytes", late)
     assert command([*QUICK, str(out), "--overwrite"]) == 130
     assert out.read_bytes() == b"another's, whole"
@@ -229,18 +229,18 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
     import dataclasses
 
-    import gearplay.results.door
+    import gearplay.results.simulate
     from gearplay.cli.main import run as run_words
     from gearplay.solver.status import Status
 
-    simulate = gearplay.results.door.simulate
+    simulate = gearplay.results.simulate.simulate
 
     def one_fails(*words: object, **options: object) -> gp.Result:
         result = simulate(*words, **options)  # type: ignore[arg-type]
         result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
         return result
 
-    monkeypatch.setattr(gearplay.results.door, "simulate", one_fails)
+    monkeypatch.setattr(gearplay.results.simulate, "simulate", one_fails)
     words = [
         "run",
         "han2021",

@@ -17,7 +17,7 @@ import pytest
 from gearplay.cli.study import _words
 from gearplay.published.calibrated import seeds_seen
 from gearplay.published.patterns import GROUPS
-from gearplay.published.story import QUESTIONS
+from gearplay.published.summary import QUESTIONS
 
 FIGURES = 17
 COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "3", "--duration", "3"]

@@ -32,7 +32,7 @@ from gearplay.files.atomic import shown_path
 from gearplay.files.folder_lock import locked
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
-from gearplay.sweeps import door
+from gearplay.sweeps import sweep
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import cluster as on_cluster
 from gearplay.sweeps.running import engines, processes
@@ -122,7 +122,7 @@ def do(*words: object) -> int:
 
 def finish(plan: Path, folder: Path, **policy: Any) -> None:
     """Run a sweep in its folder to its end, without its report."""
-    found = door.sweep(plan, folder=folder, engine=engines.Engine(**policy)).ds
+    found = sweep.sweep(plan, folder=folder, engine=engines.Engine(**policy)).ds
     assert not found.status.any()
 
 
@@ -265,7 +265,7 @@ def test_a_cluster_gives_the_same_bytes(
 
 
 def test_memory_and_folder_hold_the_same(plan: Path, whole: Path) -> None:
-    found = door.sweep(plan).ds
+    found = sweep.sweep(plan).ds
     assert gp.read_result(whole / "sweep.nc").ds.identical(found)
     assert found.rms.dims == ("speed", "clearance", "model", "member")
     assert bool(found.rms.notnull().all())
@@ -572,7 +572,7 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
     stop = threading.Event()
     one = engines.Engine(workers=1)
     with pytest.raises(KeyboardInterrupt):
-        door.sweep(few, folder=tmp_path, engine=one, stop=stop, progress=lambda *_: stop.set())
+        sweep.sweep(few, folder=tmp_path, engine=one, stop=stop, progress=lambda *_: stop.set())
     assert len(rows(tmp_path)) == 1
     ran = 0
     for part in (1, 2):
@@ -589,7 +589,7 @@ def test_a_stop_ends_the_case_in_hand() -> None:
     reduce = [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}]
     threading.Timer(0.5, stop.set).start()
     with pytest.raises(KeyboardInterrupt):
-        door.sweep("han2021", {"meshes.0.backlash": [1e-4]}, set=long, reduce=reduce, stop=stop)
+        sweep.sweep("han2021", {"meshes.0.backlash": [1e-4]}, set=long, reduce=reduce, stop=stop)
 
 
 def test_another_number_of_shards_goes_on_from_the_old_ones(
@@ -893,12 +893,12 @@ def test_corners_of_a_plan_may_be_refused_and_lengths_may_differ(tmp_path: Path)
         {"name": "pinion", "path": "rotors.pinion.teeth", "values": [58, 20]},
         {"name": "ring", "path": "rotors.ring.teeth", "values": [56, 60]},
     ]
-    found = door.sweep({**FEW, "axes": teeth}).ds
+    found = sweep.sweep({**FEW, "axes": teeth}).ds
     assert found.status.values[0].tolist()[0] == found.sel(pinion=58, ring=56).status == REFUSED
     assert found.sel(pinion=20, ring=60).status == 0
     lengths = [{"name": "duration", "path": "run.duration", "values": [0.01, 0.02]}]
     history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
-    found = door.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path).ds
+    found = sweep.sweep({**FEW, "axes": lengths, "reduce": [history]}, folder=tmp_path).ds
     assert found.status.values.tolist() == [REDUCED, 0]
     assert "must keep the 20 numbers of the base case" in str(found.reason.values[0])
 
@@ -1065,7 +1065,7 @@ def test_a_dry_run_tells_of_cases_that_fail(tmp_path: Path, capsys: pytest.Captu
 )
 def test_single_values_where_lists_belong(given: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        door.sweep("han2021", **given)
+        sweep.sweep("han2021", **given)
 
 
 @pytest.mark.parametrize(

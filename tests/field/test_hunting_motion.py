@@ -12,7 +12,7 @@ from gearplay.cli.main import run
 from gearplay.model.pack import pack
 from gearplay.model.reading import to_toml
 from gearplay.nonlinear.section_choice import chosen_period
-from gearplay.solver import course
+from gearplay.solver import integration
 from gearplay.solver.flow import Flow
 
 
@@ -77,7 +77,7 @@ def test_motion__period_of_the_section(teeth: tuple[int, int], which: str, mesh_
 
 
 def test_flow__limit_of_steps_is_that_of_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(course, "MOST_STEPS", 500)
+    monkeypatch.setattr(integration, "MOST_STEPS", 500)
     flow = Flow(pair())
     going = flow.begin(flow.start())
     for at in range(1, 41):

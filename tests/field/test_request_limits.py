@@ -20,8 +20,8 @@ from gearplay.nonlinear.diagrams import OUT_OF_TIME
 from gearplay.nonlinear.kinds import motion as kinds
 from gearplay.nonlinear.orbits.branches import OUT_OF_TIME as BRANCH_OUT_OF_TIME
 from gearplay.solver import deadline
-from gearplay.solver.course import Course, OutOfTimeError
 from gearplay.solver.deadline import Deadline, deadline_of, in_request, limited
+from gearplay.solver.integration import Course, OutOfTimeError
 from gearplay.solver.status import Status
 from gearplay.vocabulary.exit_codes import PARTLY
 

@@ -53,7 +53,7 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 
 
 def test_no_message_below_the_command_line_names_its_options() -> None:
-    """Whoever calls from Python has arguments: `cli.advice` says them as options."""
+    """Whoever calls from Python has arguments: `cli.option_names` says them as options."""
     found = []
     for path in sorted(SOURCE.rglob("*.py")):
         if path.relative_to(SOURCE).parts[0] in ("cli", "web"):

@@ -8,11 +8,11 @@ import pytest
 
 import gearplay as gp
 from gearplay.model.families import along
-from gearplay.nonlinear.orbits.answers import Branches
 from gearplay.nonlinear.orbits.branch_tree import joined
 from gearplay.nonlinear.orbits.branches import DOUBLING, FOLD, Branch
-from gearplay.nonlinear.orbits.orbits import constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.results import Branches
+from gearplay.nonlinear.orbits.shooting import constants, find_orbit
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 FORCE = "meshes.0.transmission_error.0.amplitude"

@@ -22,8 +22,8 @@ from gearplay.nonlinear.orbits.branches import (
     doubled,
     follow_branch,
 )
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import Image, StrobeMap
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.vocabulary.errors import InputError, SimulationError
 

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
-from gearplay.calibration.calibrate import fit_from, fit_model
-from gearplay.calibration.fresh import drifts, hold_out, later_than, mean_error
+from gearplay.calibration.model_comparison import OPEN, Standing, duels, emulator_errors, leave_one_out
 from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.observe import Observed
+from gearplay.calibration.out_of_sample import drifts, hold_out, later_than, mean_error
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
+from gearplay.calibration.procedure import fit_from, fit_model
 from gearplay.calibration.recovery import recover, summary, synthetic
 from gearplay.calibration.trials import Problem, Trial, TrialError
-from gearplay.calibration.verdict import OPEN, Standing, duels, emulator_errors, leave_one_out
 from gearplay.surrogates.polynomials import Emulator
 
 Floats = NDArray[np.float64]

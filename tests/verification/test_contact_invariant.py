@@ -14,7 +14,7 @@ from gearplay.kernels.right_hand_side import make_loads
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import pack
-from gearplay.solver.course import Course
+from gearplay.solver.integration import Course
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import choose_columns
 from random_trains import broken_contacts, train

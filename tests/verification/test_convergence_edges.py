@@ -7,7 +7,7 @@ from building import Document
 from depth import sized
 from gearplay.model.initial import Starts
 from gearplay.model.pack import pack
-from gearplay.solver.course import Course
+from gearplay.solver.integration import Course
 
 Floats = np.ndarray
 SPAN = 2.5e-3

@@ -26,7 +26,7 @@ from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.mesh_geometry import P_B, P_D
 from gearplay.model.pack import pack
-from gearplay.solver import course as course_module
+from gearplay.solver import integration as course_module
 from gearplay.solver.simulate import run_batch, run_members
 from gearplay.solver.status import WORDS, Status
 

@@ -9,8 +9,8 @@ import pytest
 import gearplay as gp
 from gearplay.model.torsional_pair import NATURAL_FREQUENCY
 from gearplay.nonlinear.lyapunov import half_width, lyapunov_exponents
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.vocabulary.errors import InputError
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.torsional_pair import BASE_RADIUS, HALF_BACKLASH
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.vocabulary.errors import SimulationError
 

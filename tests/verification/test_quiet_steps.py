@@ -9,8 +9,8 @@ import gearplay as gp
 from building import Measured
 from gearplay.kernels import implicit
 from gearplay.kernels import run as kernel
-from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import Course
 from gearplay.solver.simulate import run_members
 
 LOADED = {"gravity.1": -9.81, "rotors.ring.load.torque": 1.0}

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.plan import Plan
+from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.spans import Span, Spans, label_of
 from gearplay.pictures.canvas import (
     PALETTE,

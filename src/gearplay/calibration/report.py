@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from gearplay.calibration import figures as figures_of
-from gearplay.calibration.calibrate import Fit
-from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED, mean_error
+from gearplay.calibration.conclusion import Statement, statement_of
+from gearplay.calibration.model_comparison import CLEAR, OPEN, STRONG
+from gearplay.calibration.out_of_sample import CHECK_SEED, CHOOSE_SEED, mean_error
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import KNOWN
+from gearplay.calibration.procedure import Fit
 from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
-from gearplay.calibration.statement import Statement, statement_of
-from gearplay.calibration.verdict import CLEAR, OPEN, STRONG
 from gearplay.files.atomic import write_figures, write_text
 from gearplay.files.json_text import finite
 from gearplay.files.parts import with_digest

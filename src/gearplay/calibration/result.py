@@ -14,7 +14,7 @@ from gearplay.files.atomic import shown_path
 from gearplay.files.parts import DIGEST, without_digest
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.answer import Answer, check_kind
+from gearplay.results.base import Answer, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
 

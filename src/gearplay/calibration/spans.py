@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.observe import AMPLITUDE, FREQUENCY
 from gearplay.calibration.plan import Parameter, Plan, StatisticTarget, to_value
+from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.trials import Problem
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at

@@ -55,10 +55,10 @@ def bifurcation(
     from gearplay.model.overrides import parse_override
     from gearplay.model.plan_values import number_in_si
     from gearplay.model.reading import load_case
-    from gearplay.nonlinear.door import bifurcation as diagram_of
+    from gearplay.nonlinear.analyses import bifurcation as diagram_of
     from gearplay.nonlinear.figures import bifurcation_figure
-    from gearplay.nonlinear.orbits.door import branches as branches_of
-    from gearplay.nonlinear.orbits.door import check_branches
+    from gearplay.nonlinear.orbits.continuation import branches as branches_of
+    from gearplay.nonlinear.orbits.continuation import check_branches
     from gearplay.results.provenance import KIND
     from gearplay.solver.deadline import limited
 

@@ -41,12 +41,12 @@ def calibrate(
     The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
     finds its parameters again.
     """
-    from gearplay.calibration import door as calibration
+    from gearplay.calibration import calibrate as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
     from gearplay.calibration.store import digest_of
     from gearplay.calibration.trials import Problem
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import renewal, renewed, replace_old
+    from gearplay.files.replacement import renewal, renewed, replace_old
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"

@@ -36,9 +36,9 @@ def modes(
     import numpy as np
 
     from gearplay.files.atomic import check_new, write_bytes
-    from gearplay.linear.door import campbell as campbell_of
-    from gearplay.linear.door import modes as modes_of
-    from gearplay.linear.door import speed_of
+    from gearplay.linear.analyses import campbell as campbell_of
+    from gearplay.linear.analyses import modes as modes_of
+    from gearplay.linear.analyses import speed_of
     from gearplay.model.reading import load_case
     from gearplay.pictures.canvas import to_png
 

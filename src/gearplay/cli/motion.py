@@ -38,7 +38,7 @@ def motion(
 ) -> None:
     """Say what kind of motion a case settles to, and why."""
     from gearplay.model.reading import load_case
-    from gearplay.nonlinear.door import motion as kind_of
+    from gearplay.nonlinear.analyses import motion as kind_of
 
     base = load_case(case, changes or ())
     compile_kernels(base, quiet=json, derivative=base.run.fixed_step is None)

@@ -92,7 +92,7 @@ def result_in(run: str) -> Result:
     Raises `InputError` for what is no result, with what reads it.
     """
     from gearplay.model.bundled import bundled
-    from gearplay.python_door import read_result
+    from gearplay.public_functions import read_result
     from gearplay.results.result import Result
     from gearplay.vocabulary.errors import Fault, InputError
 

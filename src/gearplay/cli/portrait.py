@@ -35,8 +35,8 @@ def portrait(
     """
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.model.reading import load_case
-    from gearplay.nonlinear.portraits import portrait_figure
-    from gearplay.nonlinear.section_door import portrait as portrait_of
+    from gearplay.nonlinear.poincare import portrait as portrait_of
+    from gearplay.nonlinear.portrait_figures import portrait_figure
     from gearplay.vocabulary.errors import Fault, InputError
 
     base = load_case(case, changes or ())

@@ -60,7 +60,7 @@ def run(
         from gearplay.files.atomic import check_new
         from gearplay.files.netcdf import check_ending
         from gearplay.model.reading import load_case
-        from gearplay.results.door import record, simulate
+        from gearplay.results.simulate import record, simulate
 
         chosen = load_case(case, given)
         if out is not None:

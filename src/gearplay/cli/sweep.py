@@ -66,7 +66,7 @@ def sweep(
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
-    from gearplay.sweeps.tolerances.answer import limit_of
+    from gearplay.sweeps.tolerances.results import limit_of
 
     made = Sweep(_changed(load_sweep(plan), changes or []).frozen())
     if made.plan.tolerance is not None:
@@ -101,7 +101,7 @@ def resume(
 
     FOLDER is the --out of the sweep.
     """
-    from gearplay.files.renewal import settle_alone
+    from gearplay.files.replacement import settle_alone
     from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.running.folder import plan_in
@@ -124,13 +124,13 @@ def _run(
     zarr: bool = False,
 ) -> None:
     from gearplay.files.folder_lock import locked
-    from gearplay.files.renewal import renewal, renewed, replace_old, settle_alone
-    from gearplay.results.account import Account
+    from gearplay.files.replacement import renewal, renewed, replace_old, settle_alone
+    from gearplay.results.outcomes import Account
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
     from gearplay.sweeps.running.zarr_export import tidy_cube
-    from gearplay.sweeps.tolerances.answer import answer
     from gearplay.sweeps.tolerances.page import PAGE
+    from gearplay.sweeps.tolerances.results import answer
     from gearplay.vocabulary.optional import load_optional
 
     large = zarr and made.is_large

@@ -12,12 +12,12 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import check_new, shown_path, write_bytes
-from gearplay.files.seal import LENGTH, MARK, sealed
+from gearplay.files.checksum import LENGTH, MARK, sealed
+from gearplay.files.sandbox import READER, UnansweredError
 from gearplay.files.tables import dataset_as_csv, dataset_as_mat
+from gearplay.vocabulary.background import beside
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.patience import beside
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,7 +5,7 @@ A R = R D in blocks of one or two, R prepared when packing, the rates z' are R e
 
     q(tau) = q(0) + R_q W,  q' = R_q w,  q'' = R_q D w,  w = exp(D tau) g,  W = integral of w.
 
-A block is a drift of the whole, ((0, 1), (0, -d)), a decay -d, or a modal_rates ((-d, f), (-f, -d)).
+A block is a drift of the whole, ((0, 1), (0, -d)), a decay -d, or an oscillation ((-d, f), (-f, -d)).
 """
 
 import math

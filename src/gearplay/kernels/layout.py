@@ -136,7 +136,7 @@ CHAIN = np.dtype(
         ),  # [count, 2 (count + fixed) + 1], accelerations by positions, velocities, and constant
         ("vibration", "i8"),  # its first
         ("vibrations", "i8"),
-        ("modal_rates", "i8"),  # first of its rates in `ActiveSet.modal_rates`
+        ("modal_rates", "i8"),  # first of its entries in `ActiveSet.modal_rates`
         ("damping", "f8"),  # 1/s, trace of its damping beyond that of each rotor alone
     ],
     align=True,

@@ -182,7 +182,7 @@ def begin(system: System, run: Run) -> int:
     status = check_states(run)
     if status != DONE:
         return status
-    for k in range(system.contacts.size):  # what another run has stored stays
+    for k in range(system.contacts.size):  # impact speeds of a continued run stay
         slot = system.contacts[k].impact_slot
         if slot >= 0:
             run.branch.impact_speeds[slot] = max(run.branch.impact_speeds[slot], system.contacts[k].floor)

@@ -92,7 +92,7 @@ def rates_at_event(
 
 @compiled_once
 def change_impact_speed(system: System, run: Run, tangent: Tangent, s: int, t: float) -> None:
-    """Set what the changes do to the impact speed that the contact of touch switch s has just stored at t [s].
+    """Set the first-order change of the impact speed just stored at t [s] by the contact of touch switch s.
 
     With the touch at zero penetration the instant changes by dt = -dp / p', the rate by its own change plus p'' dt.
     """
@@ -110,7 +110,7 @@ def change_impact_speed(system: System, run: Run, tangent: Tangent, s: int, t: f
     _, curvature, rate = derivative.crossing(system, e, local, row, along)
     for c in range(tangent.changes.shape[0]):
         deeper, faster, _ = derivative.crossing(system, e, local, row, tangent.changes[c])
-        # where the floor was stored nothing changes
+        # a stored floor does not change
         tangent.changes[c, slot] = faster - curvature * deeper / rate if rate > contact.floor else 0.0
 
 

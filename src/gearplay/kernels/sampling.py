@@ -1,4 +1,4 @@
-"""Samples of a run: rows of requested signals from the interpolant of a step; `free_samples` fills them in free motion."""
+"""Samples of a run: rows of requested signals, from the interpolant of a step; `free_samples` fills them in free motion."""
 
 from gearplay.kernels.active_set import propagate_listed
 from gearplay.kernels.compiled import compiled_inline

@@ -45,10 +45,10 @@ def make_branch(system: System) -> Branch:
     """Allocate a branch: all contacts open, no impact speed, no angle."""
     own = sum(table.KINDS[kind].file.MODES for kind in system.elements["kind"].tolist())
     modes = system.contacts.size + own + system.rotors.size
-    stores = sum(slot >= 0 for slot in system.contacts["impact_slot"].tolist())
+    count = sum(slot >= 0 for slot in system.contacts["impact_slot"].tolist())
     return Branch(
         modes=np.zeros(modes, dtype=np.int64),
-        impact_speeds=np.zeros(stores),
+        impact_speeds=np.zeros(count),
         memory=make_memory(system),
         acceleration_bounds=np.zeros(3 * system.rotors.size),
     )

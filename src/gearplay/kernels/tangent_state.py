@@ -36,7 +36,7 @@ class Tangent(Group):
 
 
 def make_tangent(system: System, run: Run, changes: Floats, *, divergence: bool = False) -> Tangent:
-    """Allocate the tangent of a run for ``changes`` of its start, shape [change, state + stored speed]."""
+    """Allocate the tangent of a run for ``changes`` of its start, shape [change, state + impact speed]."""
     n, n_z = run.y.size, run.y.size + run.branch.impact_speeds.size
     rows = np.ascontiguousarray(changes, dtype=np.float64)
     return Tangent(

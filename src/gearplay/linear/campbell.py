@@ -12,7 +12,7 @@ from gearplay.linear.kinds import kinds_of
 from gearplay.linear.system import LinearSystem, linear_system
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:

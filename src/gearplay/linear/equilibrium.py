@@ -18,7 +18,7 @@ from gearplay.kernels.slopes import make_slopes, rate_of_change
 from gearplay.kernels.switches import make_branch
 from gearplay.linear.balance import balance
 from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes
-from gearplay.linear.smooth import Smooth
+from gearplay.linear.time_invariant import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
 from gearplay.model.massless import UNITS, field_path

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearplay.linear.kinds import kinds_of, multiplicities
 from gearplay.linear.system import LinearSystem
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:

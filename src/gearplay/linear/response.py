@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearplay.linear.inputs import Excitation, excitation_of
 from gearplay.linear.outputs import output_of
 from gearplay.linear.system import LinearSystem
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.vocabulary.errors import Fault, InputError
 

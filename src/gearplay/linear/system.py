@@ -27,7 +27,7 @@ from gearplay.kernels.mesh_geometry import (
 from gearplay.linear.condense import Condensed, condense
 from gearplay.linear.eigen import Eigen, solve_at_rest, solve_turning
 from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
-from gearplay.linear.smooth import smooth
+from gearplay.linear.time_invariant import smooth
 from gearplay.model.case import Case
 from gearplay.solver.compiling import prepare_linear
 from gearplay.vocabulary.errors import Fault, InputError

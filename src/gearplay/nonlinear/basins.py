@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.orders import repeating_orders
 from gearplay.nonlinear.pair_coordinates import ENTRIES, NAMES, PairCoordinates, pair_coordinates
+from gearplay.nonlinear.thread_pool import share_out
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.words import axis_label
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
-from gearplay.solver.course import OutOfTimeError
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError

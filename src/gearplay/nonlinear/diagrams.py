@@ -12,16 +12,16 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.field_units import unit_at
 from gearplay.model.initial import usual_member
-from gearplay.nonlinear.crew import share_out
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
-from gearplay.results.account import Account
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.nonlinear.thread_pool import share_out
+from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance, signal_words
-from gearplay.solver.carry import ramp_speeds
 from gearplay.solver.compiling import prepare
-from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.continuation import ramp_speeds
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.solver.trajectory import all_columns

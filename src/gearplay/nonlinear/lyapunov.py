@@ -15,8 +15,8 @@ from gearplay.nonlinear.slow_oscillation import SAMPLES, too_few_oscillations, v
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.tabled import Column, Tabled
 from gearplay.solver.compiling import prepare
-from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import Course
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Tick

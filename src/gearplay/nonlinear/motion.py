@@ -17,7 +17,7 @@ from gearplay.nonlinear.lyapunov import lyapunov_exponents
 from gearplay.nonlinear.section_choice import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow

@@ -11,12 +11,12 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
-from gearplay.solver.course import OutOfTimeError
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -49,7 +49,7 @@ class Portrait(OfDataset):
 
     def plot(self, *, rotors: tuple[str, ...] = (), title: str = "") -> "Figure":
         """Draw orbits in the clearance circles and phase portraits of all rotors, or the chosen ones; returns the figure."""
-        from gearplay.nonlinear.portraits import portrait_drawing
+        from gearplay.nonlinear.portrait_figures import portrait_drawing
 
         drawn: Figure = portrait_drawing(self.dataset, rotors=rotors, title=title)
         return drawn

@@ -12,11 +12,11 @@ from gearplay.model.case import Case
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
-from gearplay.solver.course import OutOfTimeError
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import Fault, InputError

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearplay.model.rolling import mesh_frequency, nominal_speeds
-from gearplay.nonlinear.portraits import portrait_drawing
+from gearplay.nonlinear.portrait_figures import portrait_drawing
 from gearplay.results.choice import cut, free_rotors, moves
 from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words

@@ -16,7 +16,7 @@ from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.planetary import MEMBERS
 from gearplay.model.planetary_parts import PinError
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
 from gearplay.results.tabled import Column

@@ -16,7 +16,7 @@ from gearplay.model.geometry import amplitude_bound
 from gearplay.model.pack import pack
 from gearplay.pictures.pages import render_page
 from gearplay.published import figures as study_figures
-from gearplay.published import story_figures
+from gearplay.published import summary_figures
 from gearplay.published.article import LINE_WORDS, conditions
 from gearplay.published.assumptions import assumptions
 from gearplay.published.calibrated import calibration, fit_of, left_out_radial_error
@@ -34,7 +34,7 @@ from gearplay.published.findings import Finding, findings
 from gearplay.published.han2021 import LINE_SEARCH, ConditionResult
 from gearplay.published.patterns import GROUPS
 from gearplay.published.settings import CALIBRATED, MODELS, Settings, base_case
-from gearplay.published.story import story
+from gearplay.published.summary import story
 
 
 @dataclass(frozen=True)
@@ -100,10 +100,10 @@ class Study:
         """Every figure: name -> PNG."""
         results = self.results
         figures = {
-            "lead": story_figures.lead_figure(results),
-            "mechanism": story_figures.mechanism_figure(self.case, results),
-            "audit": story_figures.audit_figure(),
-            "printed-errors": story_figures.printed_errors_figure(),
+            "lead": summary_figures.lead_figure(results),
+            "mechanism": summary_figures.mechanism_figure(self.case, results),
+            "audit": summary_figures.audit_figure(),
+            "printed-errors": summary_figures.printed_errors_figure(),
         }
         figures |= {
             f"spectrum-{c.speed_rpm:g}rpm-{c.radial_clearance_um:g}-{c.backlash_um:g}": study_figures.spectrum_figure(

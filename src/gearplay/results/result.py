@@ -18,13 +18,13 @@ from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
 from gearplay.pictures.pages import html_table
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.replay import runs_again
-from gearplay.results.soundness import check_run
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.solver.kept_motion import KeptSamples
+from gearplay.results.validation import check_run
+from gearplay.solver.checkpoints import KeptSamples
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, Work, work_of, worst_of
 from gearplay.vocabulary.errors import Fault, InputError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from gearplay.model.case import Case
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.vocabulary.errors import Fault, InputError
 

@@ -11,7 +11,7 @@ from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import load_case
 from gearplay.pictures.words import offset_in, shown_in
-from gearplay.results.answer import case_in
+from gearplay.results.base import case_in
 
 if TYPE_CHECKING:
     import xarray as xr

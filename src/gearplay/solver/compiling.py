@@ -22,7 +22,7 @@ from gearplay.kernels.tangent_state import make_tangent
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
-from gearplay.solver.course import Course, refuse_fixed_steps
+from gearplay.solver.integration import Course, refuse_fixed_steps
 from gearplay.solver.pace import duration_words, note_pace, seconds_for, share_of_cores
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.file_lock import try_lock

@@ -11,8 +11,8 @@ from gearplay.kernels.run import EVENTS
 from gearplay.model.case import Case
 from gearplay.model.initial import member_state
 from gearplay.model.pack import pack
-from gearplay.solver.course import Course
 from gearplay.solver.frames import CarrierFrames
+from gearplay.solver.integration import Course
 from gearplay.solver.observables import state_names
 
 Floats = NDArray[np.float64]

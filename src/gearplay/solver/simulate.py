@@ -13,10 +13,10 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
-from gearplay.solver.carry import End
 from gearplay.solver.compiling import prepare_packed
-from gearplay.solver.course import Course
+from gearplay.solver.continuation import End
 from gearplay.solver.deadline import in_request
+from gearplay.solver.integration import Course
 from gearplay.solver.job import Job, Watch
 from gearplay.solver.limits import check_estimate, estimate
 from gearplay.solver.trajectory import Trajectory, choose_columns

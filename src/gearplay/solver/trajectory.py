@@ -25,7 +25,7 @@ from gearplay.kernels.run import (
 )
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
-from gearplay.solver.carry import End
+from gearplay.solver.continuation import End
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import Fault, InputError

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
-from gearplay.results.account import Account
-from gearplay.results.answer import OfDataset
+from gearplay.results.base import OfDataset
+from gearplay.results.outcomes import Account
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep

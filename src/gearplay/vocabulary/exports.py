@@ -9,7 +9,7 @@ def exports(package: str) -> dict[str, str]:
 
     >>> import gearplay
     >>> exports(gearplay.__file__)["simulate"]
-    'gearplay.results.door'
+    'gearplay.results.simulate'
     """
     stub = Path(package).with_suffix(".pyi").read_text(encoding="utf-8")
     imports = re.findall(r"^from (\S+) import (\([^)]*\)|.+)", stub, re.MULTILINE)

@@ -28,8 +28,8 @@ from gearplay.web.controls import controls
 from gearplay.web.downloads import file_of
 from gearplay.web.measures import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
+from gearplay.web.session import LARGEST_BODY, Wire
 from gearplay.web.store import Store
-from gearplay.web.wire import LARGEST_BODY, Wire
 
 STATIC = Path(__file__).parent / "static"
 MOST_DISCARDED = 64 * LARGEST_BODY

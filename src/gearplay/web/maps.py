@@ -28,7 +28,7 @@ LARGEST = ("peak", "peak_force")
 
 def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a small map over two fields; return a measure at each of its points, its spread, and where it says little."""
-    from gearplay.sweeps.door import sweep
+    from gearplay.sweeps.sweep import sweep
 
     case, members = averaged_case(job)
     columns, rows = (whole(job, name, 2, 60) for name in ("columns", "rows"))

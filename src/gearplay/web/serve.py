@@ -87,9 +87,9 @@ def serve(
         load_optional(module, "web")
     import uvicorn
 
+    from gearplay.web.access import Guard
     from gearplay.web.app import make_app
     from gearplay.web.connection import Connection, raise_limit_on_files
-    from gearplay.web.guard import Guard
     from gearplay.web.pool import Pool
 
     address_of(host, port, token, names)

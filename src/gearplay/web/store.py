@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gearplay.files.atomic import make_folder, write_bytes
-from gearplay.files.seal import LENGTH, MARK, sealed
+from gearplay.files.checksum import LENGTH, MARK, sealed
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")

@@ -90,7 +90,7 @@ def _test_lines(case: Case) -> list[dict[str, Any]]:
 
 def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
-    from gearplay.nonlinear.door import bifurcation as diagram_of
+    from gearplay.nonlinear.analyses import bifurcation as diagram_of
 
     case = replace(limited_case(job, longest=LONGEST_DIAGRAM), {"run.ensemble": 1})
     count, keep, settle = (whole(job, name, least, most) for name, least, most in

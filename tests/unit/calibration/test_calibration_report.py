@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.calibration.calibrate import Fit, Row
 from gearplay.calibration.figures import colors_of, density_of, left_out_figure, pairs_of
-from gearplay.calibration.fresh import Drift, HeldOut
+from gearplay.calibration.model_comparison import LeftOut, Standing
 from gearplay.calibration.objective import data_of, printed_measurements
+from gearplay.calibration.out_of_sample import Drift, HeldOut
 from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval
+from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.report import write_calibration
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
-from gearplay.calibration.verdict import LeftOut, Standing
 from gearplay.files.parts import with_digest
 from gearplay.model.reading import load_case, replace
 from gearplay.pictures.words import short, wrapped

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gearplay.calibration.statement import statement_of
-from gearplay.calibration.verdict import OPEN, Standing
+from gearplay.calibration.conclusion import statement_of
+from gearplay.calibration.model_comparison import OPEN, Standing
 
 
 def standing(model: str, evidence: float, *, predictive: float | None = None) -> Standing:

@@ -87,7 +87,7 @@ def pages(site: Path) -> dict[Path, Page]:
     return {path: Page(path) for path in site.rglob("*.html") if path.name != "404.html"}
 
 
-def public_names() -> list[str]:
+def public_functions() -> list[str]:
     """Return the names of `gearplay` and `gearplay.signals`, as the reference heads them."""
     return [
         f"{room}.{name}"
@@ -140,10 +140,10 @@ def test_links_of_what_lies_beside_the_docs_lead_somewhere(
 def test_every_public_name_is_on_the_site_and_found_by_the_search(site: Path) -> None:
     index = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))
     titles = {entry["title"] for entry in index["docs"]}
-    assert len(public_names()) > 60
-    assert not set(public_names()) - titles
+    assert len(public_functions()) > 60
+    assert not set(public_functions()) - titles
     words = {word for title in titles for word in re.split(index["config"]["separator"], title)}
-    assert not {name.rpartition(".")[2] for name in public_names()} - words
+    assert not {name.rpartition(".")[2] for name in public_functions()} - words
 
 
 def test_every_field_of_a_case_is_on_the_site_and_found_by_the_search(site: Path) -> None:

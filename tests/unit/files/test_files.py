@@ -15,10 +15,10 @@ import pytest
 import xarray as xr
 
 from depth import sized
-from gearplay.files import apart, netcdf
-from gearplay.files.apart import Reader
+from gearplay.files import netcdf, sandbox
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
 from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
+from gearplay.files.sandbox import Reader
 from gearplay.vocabulary.errors import InputError
 
 pytestmark = pytest.mark.hostile
@@ -331,7 +331,7 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     begin = "import sys; sys.stdout.write('ready\\n'); sys.stdout.flush(); sys.stdin.readline(); "
     for child, patience in (("import time; time.sleep(60)", 0.5), ("import os; os.abort()", 30.0)):
-        monkeypatch.setattr(apart, "PATIENCE", patience)
+        monkeypatch.setattr(sandbox, "PATIENCE", patience)
         monkeypatch.setattr(netcdf, "READER", Reader(begin + child))
         with pytest.raises(InputError, match="HDF5 library crashes on it or does not return"):
             read_dataset(tmp_path / "old.nc")
@@ -342,7 +342,7 @@ def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(
     child = (
         f"import os, time; first = not os.path.exists({str(begun)!r}); open({str(begun)!r}, 'w').close(); "
     )
-    child += "time.sleep(10.0 * first); from gearplay.files.apart import serve; serve()"
+    child += "time.sleep(10.0 * first); from gearplay.files.sandbox import serve; serve()"
     reader = Reader(child)
     ours = signal.getsignal(signal.SIGINT)
     assert ours is signal.default_int_handler
@@ -367,8 +367,8 @@ def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytes
     """4 GB of numbers that nobody wrote, for 2 GB of memory."""
     with h5py.File(tmp_path / "bomb.nc", "w") as file:
         file.create_dataset("x", shape=(500_000_000,), dtype="f8", chunks=(1 << 20,), compression="gzip")
-    limited = "from gearplay.files import apart, netcdf; netcdf.MOST_PER_BYTE = 1e9; "
-    limited += "apart.MOST_MEMORY = 2 << 30; apart.serve()"
+    limited = "from gearplay.files import sandbox, netcdf; netcdf.MOST_PER_BYTE = 1e9; "
+    limited += "apart.MOST_MEMORY = 2 << 30; sandbox.serve()"
     monkeypatch.setattr(netcdf, "READER", Reader(limited))
     with pytest.raises(InputError, match=r"bomb\.nc.*needs more than 2\.\d+ GB of memory"):
         read_dataset(tmp_path / "bomb.nc")

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from gearplay.files import renewal as module
-from gearplay.files.renewal import renewal, replace_old, settle, settle_alone
+from gearplay.files import replacement as module
+from gearplay.files.replacement import renewal, replace_old, settle, settle_alone
 from gearplay.vocabulary.errors import ResourceError
 
 OLD = {

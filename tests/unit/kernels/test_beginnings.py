@@ -4,8 +4,8 @@ import pytest
 
 import gearplay as gp
 from gearplay.kernels.run import H_BEGIN, H_RESTART
-from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import Course
 
 
 def rattled(tolerance: float) -> Course:

@@ -9,8 +9,8 @@ from gearplay.kernels.implicit_stages import predict, trace
 from gearplay.kernels.jacobian import differentiate
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.slopes import linearise, make_slopes, rate_of_change
-from gearplay.solver.course import Course
 from gearplay.solver.flow import Flow
+from gearplay.solver.integration import Course
 from planetary_sets import planetary_document
 
 

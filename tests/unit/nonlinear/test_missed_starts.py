@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.orbits import door
+from gearplay.nonlinear.orbits import continuation
 from gearplay.nonlinear.orbits.branch_tree import settled_orbits
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.torsional import torsional_pair
@@ -23,7 +23,7 @@ def test_a_start_without_an_orbit_is_reported(monkeypatch: pytest.MonkeyPatch, t
                 raise SimulationError("the motion cannot be followed. Soften it.")
             return super().settle(state, parameter, periods)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(door, "StrobeMap", Failing)
+    monkeypatch.setattr(continuation, "StrobeMap", Failing)
     pair = torsional_pair(0.7, force=0.05)
     found = gp.branches(pair, AMPLITUDE, "4 um", "6 um", orbits=3, doublings=0, settle=50)
     assert found.missed == ("no start at 6e-06: the motion cannot be followed. Soften it.",)

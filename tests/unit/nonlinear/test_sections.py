@@ -12,8 +12,8 @@ from tests.cross.random_systems import random_case
 import gearplay as gp
 from gearplay.model.families import along
 from gearplay.nonlinear.diagrams import _carried, _Last, bifurcation_diagram
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap, common_period, section_period
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.solver.flow import Flow

@@ -5,11 +5,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from gearplay.calibration.fresh import CHECK_SEED, CHOOSE_SEED
+from gearplay.calibration.model_comparison import Duel
+from gearplay.calibration.out_of_sample import CHECK_SEED, CHOOSE_SEED
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.store import digest_of
 from gearplay.calibration.trials import Problem
-from gearplay.calibration.verdict import Duel
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.model.plan_values import value_at

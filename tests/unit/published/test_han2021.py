@@ -22,7 +22,7 @@ from gearplay.published.han2021 import (
 )
 from gearplay.published.patterns import OPEN, REPRODUCED
 from gearplay.published.settings import Settings, base_case, condition_case
-from gearplay.published.story import story
+from gearplay.published.summary import story
 from gearplay.results.spectra import amplitude_spectrum
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import gearplay as gp
 from gearplay.kernels.layout import AX, PER_ROTOR
-from gearplay.solver import kept_motion
-from gearplay.solver.kept_motion import KeptMotion, KeptSamples
+from gearplay.solver import checkpoints
+from gearplay.solver.checkpoints import KeptMotion, KeptSamples
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.vocabulary.errors import InputError, ResourceError
@@ -34,8 +34,8 @@ def kept_of(result: gp.Result) -> KeptSamples:
 @pytest.fixture
 def many_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let even short records be put together from many pieces."""
-    monkeypatch.setattr(kept_motion, "FEWEST_SAMPLES", 50)
-    monkeypatch.setattr(kept_motion, "SHORTEST", 40)
+    monkeypatch.setattr(checkpoints, "FEWEST_SAMPLES", 50)
+    monkeypatch.setattr(checkpoints, "SHORTEST", 40)
 
 
 @pytest.mark.parametrize("name", sorted(CASES))

@@ -13,13 +13,13 @@ import pytest
 
 import gearplay as gp
 from gearplay.model.pack import pack
-from gearplay.results.door import record
-from gearplay.solver import course as course_module
-from gearplay.solver.course import Course
+from gearplay.results.simulate import record
+from gearplay.solver import integration as course_module
+from gearplay.solver.integration import Course
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
+from gearplay.vocabulary.background import beside
 from gearplay.vocabulary.errors import ResourceError, SimulationError
-from gearplay.vocabulary.patience import beside
 
 PATIENCE = 3.0
 """What a third of a second may cost [s of processor time]: a busy machine does not lengthen it."""

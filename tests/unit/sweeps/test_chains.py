@@ -8,10 +8,10 @@ import pytest
 import gearplay as gp
 from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_one
-from gearplay.sweeps.door import sweep
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.sweep import sweep
 from gearplay.vocabulary.errors import Fault, InputError
 
 RPM = np.pi / 30.0

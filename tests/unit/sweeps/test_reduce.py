@@ -9,7 +9,7 @@ import pytest
 
 import gearplay as gp
 from gearplay.model.pack import pack
-from gearplay.solver.carry import End
+from gearplay.solver.continuation import End
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory, WrittenSamples
 from gearplay.sweeps.plans.kept import ContactReduction

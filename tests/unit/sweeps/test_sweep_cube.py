@@ -16,7 +16,7 @@ from tests.sweep_products import BACKLASH, PLAY, made, plan_of
 from gearplay.cli.main import run
 from gearplay.cli.sweep import _forget
 from gearplay.model.toml_files import write_toml
-from gearplay.results.account import MISSING, Account
+from gearplay.results.outcomes import MISSING, Account
 from gearplay.sweeps.running import evaluate
 from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running import zarr_export as cube

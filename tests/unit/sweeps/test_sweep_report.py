@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearplay.sweeps.door import sweep as run_sweep
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.report import curves as sweep_lines
 from gearplay.sweeps.report.page import failures_of, summary_of, varied_of, write_sweep_report
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.sweep import sweep as run_sweep
 from sweep_products import BOUNCE, DRAG, MODEL, PLAY, RMS, SPECTRUM, SPEED, made, plan_of
 
 SCRIPT = "<script>alert(1)</script> of $ 5 and $x$, " + "long" * 30

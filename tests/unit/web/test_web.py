@@ -21,11 +21,11 @@ from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.signals.lines import find_line
 from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.errors import InputError
+from gearplay.web.access import Guard
 from gearplay.web.app import STATIC, make_app
 from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
-from gearplay.web.guard import Guard
 from gearplay.web.jobs import limited_case
 from gearplay.web.measures import measures
 from gearplay.web.pool import Pool

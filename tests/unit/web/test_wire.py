@@ -11,8 +11,8 @@ import pytest
 
 from gearplay.web import pool as pool_module
 from gearplay.web.pool import Job, Pool, Worker
+from gearplay.web.session import LARGEST_BODY, Wire
 from gearplay.web.store import Store
-from gearplay.web.wire import LARGEST_BODY, Wire
 from serving import together
 
 WORKER = """

@@ -1,4 +1,4 @@
-"""Reading of one measurement file in the process that `gearplay.files.apart` runs."""
+"""Reading of one measurement file in the process that `gearplay.files.sandbox` runs."""
 
 import contextlib
 import warnings

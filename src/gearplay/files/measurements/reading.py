@@ -12,13 +12,13 @@ from typing import IO, Any
 
 import numpy as np
 
-from gearplay.files.apart import READER, UnansweredError
 from gearplay.files.atomic import shown_path
 from gearplay.files.measurements import csv_file
 from gearplay.files.measurements.building import Request
 from gearplay.files.measurements.formats import FORMATS, HEAD, recognise
 from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, check_samples, damaged
 from gearplay.files.record import Channel, Record
+from gearplay.files.sandbox import READER, UnansweredError
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
 
 

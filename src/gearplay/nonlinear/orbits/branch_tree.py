@@ -16,9 +16,9 @@ from gearplay.nonlinear.orbits.branches import (
     doubled,
     follow_branch,
 )
-from gearplay.nonlinear.orbits.orbits import Orbit, constants, find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
-from gearplay.solver.course import OutOfTimeError
+from gearplay.nonlinear.orbits.shooting import Orbit, constants, find_orbit
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.observables import Observables
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Tick

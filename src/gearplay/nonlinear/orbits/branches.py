@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.nonlinear.orbits.orbits import (
+from gearplay.nonlinear.orbits.period_map import PeriodMap
+from gearplay.nonlinear.orbits.shooting import (
     Orbit,
     Return,
     after,
@@ -21,8 +22,7 @@ from gearplay.nonlinear.orbits.orbits import (
     orbit_of,
     order_of,
 )
-from gearplay.nonlinear.orbits.period_map import PeriodMap
-from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 

@@ -8,8 +8,8 @@ from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, value_at
 from gearplay.model.policy import LIMITS
 from gearplay.model.reading import load_case, replace
-from gearplay.sweeps.cases.chains import Chain
 from gearplay.sweeps.cases.points import Points, points_of
+from gearplay.sweeps.cases.sequences import Chain
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION

@@ -12,7 +12,7 @@ from gearplay.files.atomic import write_figures, write_text
 from gearplay.model.toml_files import write_toml
 from gearplay.pictures.pages import data_uri, number, render_page
 from gearplay.pictures.words import shown_in
-from gearplay.results.account import Account
+from gearplay.results.outcomes import Account
 from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.report.conclusion import conclusion_of
 from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, View, along_of

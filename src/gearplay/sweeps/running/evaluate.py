@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
-from gearplay.solver.carry import End
+from gearplay.solver.continuation import End
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import shown_path, write_text
 from gearplay.files.parts import DIGEST, with_digest, without_digest
-from gearplay.results.account import Account
+from gearplay.results.outcomes import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep

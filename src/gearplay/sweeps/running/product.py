@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.files.atomic import write_bytes
 from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.field_units import unit_at
-from gearplay.results.account import MISSING
+from gearplay.results.outcomes import MISSING
 from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.status import Status
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Sweep

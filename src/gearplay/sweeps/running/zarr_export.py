@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearplay.files.atomic import make_folder, shown_path
-from gearplay.results.account import MISSING, Account
+from gearplay.results.outcomes import MISSING, Account
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import (
     Rows,

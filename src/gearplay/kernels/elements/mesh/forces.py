@@ -131,7 +131,7 @@ def stay_open(
 ) -> tuple[int, float]:
     """Return what both gaps of mesh n do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
 
-    The bound M adds roll, modal_rates of the line of centres, error of the teeth and opening of the flanks, each at its largest
+    The bound M adds roll, rotation of the line of centres, error of the teeth and opening of the flanks, each at its largest
     while the centre distance keeps to half its way to the ends of meshing.
     """
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:

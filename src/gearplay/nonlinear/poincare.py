@@ -6,7 +6,7 @@ from gearplay.model.initial import usual_member
 from gearplay.model.reading import Source
 from gearplay.nonlinear.portrait import Portrait, portrait_of
 from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
-from gearplay.results.door import case_of
+from gearplay.results.simulate import case_of
 
 
 def section(

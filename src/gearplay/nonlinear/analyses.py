@@ -14,8 +14,8 @@ from gearplay.nonlinear.least_spans import check_span
 from gearplay.nonlinear.lyapunov import Exponents, lyapunov_exponents
 from gearplay.nonlinear.motion import Motion, identify_motion
 from gearplay.nonlinear.section_choice import AUTO
-from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import case_of
+from gearplay.nonlinear.tolerances import sharp
+from gearplay.results.simulate import case_of
 from gearplay.solver.deadline import limited
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import ResourceError

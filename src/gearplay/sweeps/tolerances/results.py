@@ -5,9 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.sweeps.door import sweep
 from gearplay.sweeps.running.engines import Engine
 from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.sweep import sweep
 from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
 from gearplay.sweeps.tolerances.page import values_of, write_tolerance
 from gearplay.vocabulary.progress import Progress

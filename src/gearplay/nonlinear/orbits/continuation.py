@@ -8,14 +8,14 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied, along
 from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.model.reading import Source
-from gearplay.nonlinear.orbits.answers import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
-from gearplay.nonlinear.orbits.orbits import find_orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
+from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.nonlinear.resonance import resonant_value
-from gearplay.nonlinear.sharpness import sharp
-from gearplay.results.door import case_of
+from gearplay.nonlinear.tolerances import sharp
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.vocabulary.errors import Fault, InputError

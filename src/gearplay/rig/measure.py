@@ -6,7 +6,7 @@ from typing import Any
 
 from gearplay.files.record import Record
 from gearplay.model.reading import Source
-from gearplay.results.door import case_of
+from gearplay.results.simulate import case_of
 from gearplay.rig import measure as record_of
 from gearplay.rig.plan import Rig
 from gearplay.vocabulary.progress import Progress, ticking

@@ -16,10 +16,10 @@ from gearplay.model.families import Family, along
 from gearplay.model.field_units import unit_at
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
-from gearplay.nonlinear.orbits.orbits import Orbit
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.shooting import Orbit
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
-from gearplay.results.answer import Answer, case_in, check_kind
+from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.tabled import Column, Tabled
 

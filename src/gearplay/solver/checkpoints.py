@@ -21,7 +21,7 @@ from gearplay.kernels import implicit
 from gearplay.kernels import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
-from gearplay.solver.course import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
+from gearplay.solver.integration import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
 from gearplay.solver.limits import check_samples
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gearplay.model.reading import Source
 from gearplay.planets.sharing import LoadSharing, moving_sharing, static_sharing
-from gearplay.results.door import case_of
 from gearplay.results.result import Result
+from gearplay.results.simulate import case_of
 
 
 def load_sharing(source: Source | Result, *, name: str | None = None, member: int = 0) -> LoadSharing:

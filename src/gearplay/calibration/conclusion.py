@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gearplay.calibration.verdict import OPEN, Duel, Standing, duels
+from gearplay.calibration.model_comparison import OPEN, Duel, Standing, duels
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Statement:
 def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
     """Return what the standings of the models say, by reading.
 
-    >>> from gearplay.calibration.verdict import Standing
+    >>> from gearplay.calibration.model_comparison import Standing
     >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))
     >>> statement_of({"absolute": [good, bad]}).overall
     'good'

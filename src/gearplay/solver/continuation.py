@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.layout import DRIVE_SPEED, omega_of
 from gearplay.model.pack import Packed
-from gearplay.solver.course import Course
+from gearplay.solver.integration import Course
 
 Floats = NDArray[np.float64]
 

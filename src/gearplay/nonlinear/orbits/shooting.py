@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.nonlinear.orbits.period_map import PeriodMap
-from gearplay.solver.course import OutOfTimeError
+from gearplay.solver.integration import OutOfTimeError
 from gearplay.vocabulary.errors import GearplayError, SimulationError
 
 Floats = NDArray[np.float64]

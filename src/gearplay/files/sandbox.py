@@ -40,7 +40,7 @@ class Reader:
     The question is a line of JSON, the answer a line of JSON and bytes. The program says first that it is ready.
     """
 
-    def __init__(self, program: str = "from gearplay.files.apart import serve; serve()") -> None:
+    def __init__(self, program: str = "from gearplay.files.sandbox import serve; serve()") -> None:
         self.program = program
         atexit.register(self.close)
         self.lock = threading.Lock()

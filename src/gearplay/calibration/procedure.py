@@ -1,0 +1,273 @@
+"""`run_calibration`: search, out-of-sample check, posterior and model comparison, for every model and reading."""
+
+import json
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.calibration.model_comparison import (
+    GROUPS,
+    LeftOut,
+    Standing,
+    emulator_errors,
+    information_criterion,
+    leave_one_out,
+)
+from gearplay.calibration.objective import Comparison, Measurements, data_of
+from gearplay.calibration.out_of_sample import (
+    Drift,
+    HeldOut,
+    best_point,
+    check,
+    drifts,
+    held_out_from,
+    hold_out,
+    later_than,
+)
+from gearplay.calibration.plan import Model, Plan
+from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
+from gearplay.calibration.search import run_search
+from gearplay.calibration.trials import Problem, Trial, TrialStore, distinct
+from gearplay.files.parts import part_key
+from gearplay.vocabulary.errors import SimulationError
+from gearplay.vocabulary.progress import Progress
+
+Floats = NDArray[np.float64]
+
+PICTURE = 400  # posterior points kept for pictures
+
+
+class PartStore(Protocol):
+    """Keeps finished parts, so that a stopped calibration goes on where it was."""
+
+    def get(self, key: str) -> dict[str, Any] | None:
+        """Return the part stored under a key, or None."""
+
+    def put(self, key: str, part: dict[str, Any]) -> None:
+        """Store a part under a key."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One datum of the residual table: measured and simulated in the ordinate's unit, log10 of their ratio [decades]."""
+
+    condition: str
+    target: str
+    key: str
+    measured: float
+    simulated: float
+    residual: float
+    ensemble_error: float  # decades
+
+    @property
+    def error(self) -> float:
+        """Error of the simulated value [%]."""
+        return 100.0 * abs(self.simulated / self.measured - 1.0)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One model in one reading of the ordinate, calibrated.
+
+    ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
+    fresh ones; ``found_errors`` are the mean errors [%] that the search itself saw at its best trial, which are too good.
+    ``left_out`` are predictions of the posterior on the emulator, ``held_out`` simulations.
+    """
+
+    model: str
+    reading: str
+    trials: int
+    failed: int
+    best: dict[str, float]
+    unit: tuple[float, ...]
+    factor: float
+    amplitude_error: float
+    frequency_error: float
+    found_errors: tuple[float, float]
+    rows: tuple[Row, ...]
+    intervals: tuple[Interval, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    sample: tuple[tuple[float, ...], ...]  # [sample, parameter], in the unit cube, equally weighted
+    scatter: tuple[float, float, float]  # decades: 5, 50, 95 % points of the model's own scatter
+    emulator_degree: int
+    emulator_error: tuple[float, ...]  # decades, by datum
+    left_out: tuple[LeftOut, ...]
+    held_out: tuple[HeldOut, ...]
+    standing: Standing
+    history: tuple[float, ...]  # least objective after each trial
+    drift: tuple[Drift, ...]  # what a longer transient changes at the best point
+
+
+def fit_from(part: Mapping[str, Any]) -> Fit:
+    """Return a fit from its JSON-able form."""
+    values = {f.name: part[f.name] for f in fields(Fit)}
+    values["rows"] = tuple(Row(**row) for row in part["rows"])
+    values["intervals"] = tuple(Interval(**each) for each in part["intervals"])
+    values["left_out"] = tuple(
+        LeftOut(**{**each, "residuals": tuple(each["residuals"]), "labels": tuple(each["labels"])})
+        for each in part["left_out"]
+    )
+    values["held_out"] = tuple(held_out_from(each) for each in part["held_out"])
+    values["drift"] = tuple(Drift(**each) for each in part["drift"])
+    values["standing"] = Standing(**part["standing"])
+    for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
+        values[name] = tuple(part[name])
+    for name in ("correlation", "sample"):
+        values[name] = tuple(tuple(row) for row in part[name])
+    return Fit(**values)
+
+
+def run_calibration(
+    plan: Plan,
+    measurements: Measurements,
+    *,
+    trials: Callable[[str], TrialStore],
+    parts: PartStore | None = None,
+    report: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> list[Fit]:
+    """Calibrate every model of a plan in every reading; finished work comes from the stores.
+
+    ``trials`` returns the store of a model's trials by its name.
+
+    Raises `InputError` for a plan that does not fit its case, `SimulationError` where no trial of a model finishes,
+    `KeyboardInterrupt` soon after ``stop`` is set.
+    """
+    stop = stop or threading.Event()
+    data = data_of(plan, measurements)
+    problems = [(model, Problem(plan, model)) for model in plan.models]  # all are checked before any runs
+    total = float(len(plan.models) * plan.effort.evaluations)
+    fits = []
+    for at, (model, problem) in enumerate(problems):
+        comparisons = [Comparison(data, reading) for reading in plan.readings]
+
+        def searched(done: float, _: float, at: int = at, model: Model = model) -> None:
+            if report is not None:
+                report(f"{model.name}: trials", at * plan.effort.evaluations + done, total)
+
+        found = run_search(problem, comparisons, trials(model.name), report=searched, stop=stop)
+        for comparison in comparisons:
+            if report is not None:
+                report(
+                    f"{model.name}, {comparison.reading}: posterior and hold-out",
+                    (at + 1) * total / len(problems),
+                    total,
+                )
+            fits.append(_stored(problem, comparison, found, parts, stop))
+    return fits
+
+
+def _stored(
+    problem: Problem,
+    comparison: Comparison,
+    trials: Sequence[Trial],
+    parts: PartStore | None,
+    stop: threading.Event,
+) -> Fit:
+    identity = [
+        problem.plan.model_dump(mode="json"),
+        problem.model.name,
+        comparison.reading,
+        [asdict(d) for d in comparison.data],
+        GROUPS,
+        later_than(problem.plan.simulation),
+    ]
+    key = part_key(identity)
+    part = parts.get(key) if parts is not None else None
+    if part is None:
+        part = json.loads(json.dumps(asdict(fit_model(problem, comparison, trials, stop=stop))))
+        if parts is not None:
+            parts.put(key, part)
+    return fit_from(part)
+
+
+def fit_model(
+    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event | None = None
+) -> Fit:
+    """Return what finished trials say of one model in one reading: best point, posterior, hold-out.
+
+    Raises `SimulationError` where too few trials finished.
+    """
+    plan, number = problem.plan, len(problem.parameters)
+    own = distinct(trials)
+    good = [trial for trial in own if trial.good]
+    if len(good) < fewest_trials(number):
+        reason = next((t.reason for t in trials if not t.good), "no trial was run")
+        raise SimulationError(
+            f"{problem.model.name}: only {len(good)} of {len(trials)} trials finished: {reason}"
+        )
+    logs, errors = comparison.logs_of(good)
+    values = comparison.objective(logs, errors)
+    surrogate = Surrogate.of(comparison, own)
+    unit = best_point(problem, surrogate, good, stop)
+    checked = check(problem, unit, stop)
+    checked_logs, checked_errors = comparison.logs_of([checked])
+    posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
+    left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    evidence_error, predictive_error = emulator_errors(
+        comparison, own, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
+    )
+    found_amplitude, found_frequency = comparison.mean_errors(logs, errors)
+    amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
+    best = int(np.argmin(values))
+    _, variance = comparison.residuals(checked_logs, checked_errors)
+    return Fit(
+        model=problem.model.name,
+        reading=comparison.reading,
+        trials=len(trials),
+        failed=sum(not trial.good for trial in trials),
+        best=problem.values(unit),
+        unit=unit,
+        factor=float(10.0 ** comparison.log_factor(checked_logs, variance)[0]),
+        amplitude_error=float(amplitude[0]),
+        frequency_error=float(frequency[0]),
+        found_errors=(float(found_amplitude[best]), float(found_frequency[best])),
+        rows=_rows(comparison, checked_logs, checked_errors),
+        intervals=_intervals(problem, posterior),
+        correlation=_tuples(posterior.correlation()),
+        sample=_tuples(posterior.points.units[:PICTURE]),
+        scatter=_three(posterior.quantiles(posterior.points.scatter)),
+        emulator_degree=surrogate.emulator.degree,
+        emulator_error=tuple(float(v) for v in surrogate.error),
+        left_out=tuple(left_out),
+        held_out=tuple(hold_out(problem, comparison, good, stop)),
+        standing=Standing(
+            problem.model.name,
+            information_criterion(surrogate, posterior, free),
+            posterior.log_evidence,
+            math.hypot(posterior.log_evidence_error, evidence_error),
+            {each.condition: each.log_density for each in left_out},
+            predictive_error,
+        ),
+        history=tuple(float(v) for v in np.minimum.accumulate(values)),
+        drift=tuple(drifts(problem, comparison, unit, stop)),
+    )
+
+
+def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ...]:
+    residuals, _ = comparison.residuals(logs, errors)
+    return tuple(
+        Row(d.condition, d.target, d.key, d.value, float(d.value * 10.0**r), float(r), float(e))
+        for d, r, e in zip(comparison.data, residuals[0], errors[0], strict=True)
+    )
+
+
+def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
+    table = [
+        problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
+    ]
+    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.parameters)
+
+
+def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(float(f"{v:.6g}") for v in row) for row in table)
+
+
+def _three(values: Floats) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
