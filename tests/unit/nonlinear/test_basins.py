@@ -74,7 +74,7 @@ def test_a_wish_to_stop_is_heard() -> None:
     [
         (
             {"first": Grid("wheel.x", 0.0, 1.0, 2)},
-            r'name = "wheel\.x": must be an entry .* Choose from: wheel\.theta, wheel\.omega',
+            r'name = "wheel\.x": must be an entry .* Choose from: x, x\', wheel\.theta, wheel\.omega',
         ),
         (
             {"first": Grid("pinion.theta", 0.0, 1.0, 2)},
