@@ -38,7 +38,16 @@ def first_run() -> None:
         run(["plot", result, "--out", str(HERE / "first-run.png"), "--overwrite"])
 
 
+def motion() -> None:
+    """Draw the moving picture of the README."""
+    with tempfile.TemporaryDirectory() as folder:
+        result = f"{folder}/run.nc"
+        run(["run", "han2021", "--set", "run.duration=0.5s", "--out", result])
+        run(["animate", result, "--frames", "40", "--out", str(HERE / "motion.gif"), "--overwrite"])
+
+
 if __name__ == "__main__":
     main()
+    motion()
     axis()
     first_run()

@@ -27,11 +27,11 @@ from gearplay.nonlinear.poincare import section as section
 from gearplay.nonlinear.torsional import torsional_pair as torsional_pair
 from gearplay.planets.load_sharing import load_sharing as load_sharing
 from gearplay.public_functions import read_result as read_result
-from gearplay.results.simulate import simulate as simulate
 from gearplay.results.result import Result as Result
+from gearplay.results.simulate import simulate as simulate
 from gearplay.rig.measure import measure as measure
-from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.sweeps.running.engines import Engine as Engine
+from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError
 from gearplay.vocabulary.errors import InputError as InputError
 from gearplay.vocabulary.errors import MeasurementError as MeasurementError

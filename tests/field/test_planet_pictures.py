@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 import gearplay as gp
 from building import Document, merged
 from depth import some
+from gearplay.pictures.gears import sides_of
 from gearplay.pictures.style import COUPLED
 from gearplay.results.figures import orbit_figure, overview_figure
+from gearplay.results.mechanism import mechanism_of
 from gearplay.results.staging import motion_in, stage_of
 from gearplay.web.views import views_of
 from planetary_sets import planetary_document
@@ -145,3 +147,11 @@ def test_the_page_has_the_same_paths(name: str) -> None:
         assert np.allclose(
             orbit["x"] + 1j * orbit["y"], beside_pin(result, orbit["name"]), rtol=0.0, atol=1e-12
         )
+
+
+@pytest.mark.parametrize("name", ["planetary-reducer", "two-stage-reducer", "pinion-idler-ring"])
+def test_drawing__gears_in_mesh_differ_in_colour(name: str) -> None:
+    mechanism = mechanism_of(gp.load_case(name))
+    sides = sides_of(mechanism)
+    assert set(sides) == {gear["name"] for gear in mechanism["gears"]}
+    assert all(sides[mesh["driver"]] != sides[mesh["driven"]] for mesh in mechanism["meshes"])

@@ -116,3 +116,20 @@ def magnification(mechanism: Mapping[str, Any], times: float = 1.0) -> float:
         each["backlash"] for each in mechanism["meshes"]
     ]
     return float(times * 0.25 * module / max(1e-7, *(play for play in plays if math.isfinite(play)), 0.0))
+
+
+def sides_of(mechanism: Mapping[str, Any]) -> dict[str, int]:
+    """Return 0 or 1 for each gear by name, different for any two that mesh: its fill in a drawing."""
+    sides: dict[str, int] = {}
+    for gear in mechanism["gears"]:
+        sides.setdefault(gear["name"], 0)
+        waiting = [gear["name"]]
+        while waiting:
+            here = waiting.pop()
+            for mesh in mechanism["meshes"]:
+                pair = (mesh["driver"], mesh["driven"])
+                other = pair[1 - pair.index(here)] if here in pair else here
+                if other not in sides:
+                    sides[other] = 1 - sides[here]
+                    waiting.append(other)
+    return sides

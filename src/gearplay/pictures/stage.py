@@ -18,6 +18,7 @@ from gearplay.pictures.gears import (
     phases,
     pitch_point,
     rim_radius,
+    sides_of,
     toward,
 )
 from gearplay.pictures.joints import CIRCLE, SOFT, Joints
@@ -135,10 +136,15 @@ class Stage:
             ax.set_ylabel("y [mm]", fontsize=SMALL)
         toothed = [gear for gear in self.mechanism["gears"] if gear["teeth"] and gear["module"]]
         layers = sorted(toothed, key=rim_radius, reverse=True)
+        sides = sides_of(self.mechanism)
         gears, arms, shafts, sleeves = [], [], [], []
         for k, gear in enumerate(layers):
             patch = PathPatch(
-                self._path(gear), facecolor=FILLS[k % 2], edgecolor=TEST, linewidth=0.6, zorder=2 + 0.01 * k
+                self._path(gear),
+                facecolor=FILLS[sides[gear["name"]]],
+                edgecolor=TEST,
+                linewidth=0.6,
+                zorder=2 + 0.01 * k,
             )
             gears.append((ax.add_patch(patch), gear))
         for each in self.mechanism["carried"]:
