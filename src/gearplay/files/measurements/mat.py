@@ -1,6 +1,7 @@
 """MAT files of version 4, 5 and 7: arrays, structures and cells by SciPy; version 7.3 is HDF5."""
 
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ from gearplay.files.measurements import hdf5
 from gearplay.files.measurements.building import Request
 from gearplay.files.measurements.formats import HDF5_MARK
 from gearplay.files.measurements.named_arrays import Entry, NamedArrays
-from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, damaged, fenced
+from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, damaged, fenced, quoted
 from gearplay.files.record import Record
 
 RECORD: Final = "record"
@@ -36,7 +37,12 @@ def read(request: Request) -> Record:
     from scipy.io.matlab import MatReadWarning
 
     with fenced(path, "MAT"), path.open("rb") as file:
-        for name, shape, kind in whosmat(file):
+        listed = whosmat(file)
+        for name, count in Counter(name for name, _, _ in listed).items():
+            if count > 1:
+                rule = f"holds {count} variables named {quoted(name)}; MATLAB would keep the last"
+                raise damaged(path, rule, "Save each under a name of its own")
+        for name, shape, kind in listed:
             if np.prod(shape, dtype=np.float64) > DENSEST * request.size and kind != "sparse":
                 raise damaged(
                     path,
