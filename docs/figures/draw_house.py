@@ -14,8 +14,8 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "gearplay"
 OUT = Path(__file__).with_name("house.svg")
-LEVELS = {"__main__": "doors", "published": "wings", "results": "foundations", "solver": "core"}
-COLORS = {"doors": "#e8eef6", "wings": "#dfeee4", "foundations": "#f6efdd", "core": "#efe6f3"}
+LEVELS = {"__main__": "interfaces", "published": "analyses", "results": "foundations", "solver": "core"}
+COLORS = {"interfaces": "#e8eef6", "analyses": "#dfeee4", "foundations": "#f6efdd", "core": "#efe6f3"}
 
 
 def layers() -> list[list[str]]:
@@ -94,7 +94,7 @@ def main() -> None:
     ax.set_ylim(-len(rows) + 0.5, 0.5)
     ax.axis("off")
     ax.set_title(
-        f"{sum(modules.values())} modules; {count} imports between rooms, every one downwards", fontsize=9
+        f"{sum(modules.values())} modules; {count} imports between packages, all downwards", fontsize=9
     )
     figure.savefig(OUT, metadata={"Date": None}, bbox_inches="tight")
 
