@@ -293,7 +293,7 @@ def basins(
     >>> import gearplay as gp
     >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), ("x", 1.0, 1.2, 2), ("x'", -0.1, 0.1, 2), settle=300)
     >>> found.labels.shape, len(found.attractors)
-    ((2, 2), 1)
+    ((2, 2), 2)
 
     """
     base = case_of(case)

@@ -368,7 +368,7 @@ def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytes
     with h5py.File(tmp_path / "bomb.nc", "w") as file:
         file.create_dataset("x", shape=(500_000_000,), dtype="f8", chunks=(1 << 20,), compression="gzip")
     limited = "from gearplay.files import sandbox, netcdf; netcdf.MOST_PER_BYTE = 1e9; "
-    limited += "apart.MOST_MEMORY = 2 << 30; sandbox.serve()"
+    limited += "sandbox.MOST_MEMORY = 2 << 30; sandbox.serve()"
     monkeypatch.setattr(netcdf, "READER", Reader(limited))
     with pytest.raises(InputError, match=r"bomb\.nc.*needs more than 2\.\d+ GB of memory"):
         read_dataset(tmp_path / "bomb.nc")
