@@ -33,6 +33,7 @@ def drawn(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"), dtype=float)
 
 
+@pytest.mark.many
 @pytest.mark.parametrize("kind", list(KINDS))
 @pytest.mark.parametrize("name", bundled_names())
 def test_every_kind_of_picture_of_every_bundled_case(
