@@ -36,6 +36,7 @@ def test_lines_come_with_their_uncertainty(record: Path, capsys: pytest.CaptureF
     assert [c["unit"] for c in document["channels"]] == ["m/s^2", "rpm"]
 
 
+@pytest.mark.slow
 def test_people_get_sentences_and_figures(
     record: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

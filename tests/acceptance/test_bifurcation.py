@@ -16,6 +16,7 @@ SPEED = "rotors.pinion.drive.speed"
 SHORT = ["--low", "110rpm", "--high", "130rpm", "--count", "3", "--settle", "3", "--keep", "4"]
 
 
+@pytest.mark.slow
 def test_a_diagram_is_written_with_its_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bifurcation", "han2021", SPEED, *SHORT, "--signal", "ring.x", "--out", str(tmp_path)]
     assert run([*words, "--signal", "backlash", "--json"]) == 0
@@ -35,6 +36,7 @@ def test_a_diagram_is_written_with_its_picture(tmp_path: Path, capsys: pytest.Ca
     assert "3 values up and down, 0 failed" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "pair.toml", tmp_path / "out"
     file.write_text(
@@ -54,6 +56,7 @@ def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.Captu
     assert "there is no orbit of order 2" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_value_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [
         "--low",
@@ -101,6 +104,7 @@ def test_what_cannot_be_is_one_sentence(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_an_orbit_and_a_branch_of_a_case_file(tmp_path: Path) -> None:
     """Over the drag of the wheel, which is the damping: the multipliers' product is exp(-c T / m) all along."""
     pair = gp.torsional_pair(0.8, mean_force=0.1, force=0.2, damping_ratio=0.1)
@@ -117,6 +121,7 @@ def test_an_orbit_and_a_branch_of_a_case_file(tmp_path: Path) -> None:
         assert np.prod(each.multipliers).real == pytest.approx(math.exp(-2.0 * damping * period), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_sections_and_exponents_of_a_bundled_case() -> None:
     once = gp.section("han2021", ["ring.x", "ring.vx"], keep=5, settle=2, period="mesh")
     assert once.values.shape == (5, 2)

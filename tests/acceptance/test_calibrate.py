@@ -105,6 +105,7 @@ def whole(plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_the_report_is_written(whole: Path) -> None:
     assert {"report.html", "calibration.json", "residuals.csv"} <= {p.name for p in whole.iterdir()}
     document = json.loads((whole / "calibration.json").read_text(encoding="utf-8"))
@@ -112,6 +113,7 @@ def test_the_report_is_written(whole: Path) -> None:
     assert len(trials(whole)) == 2 * 40 * 5
 
 
+@pytest.mark.slow
 def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole, tmp_path / "more")
     done = subprocess.run(
@@ -129,6 +131,7 @@ def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tm
     assert (fewer.returncode, "must hold trials of the same plan" in fewer.stderr) == (2, True)
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_kills_reach_the_same_trials_and_the_same_result(plan: Path, whole: Path, tmp_path: Path) -> None:
     chance, kills, rows, every = random.Random(1), 0, 4, 2 * 40
@@ -168,6 +171,7 @@ def test_kills_reach_the_same_trials_and_the_same_result(plan: Path, whole: Path
     assert not list(tmp_path.glob(".*.part"))
 
 
+@pytest.mark.slow
 def test_a_finished_calibration_is_not_run_again(plan: Path, whole: Path) -> None:
     before = trials(whole)
     done = subprocess.run(command(plan, whole, "--json"), capture_output=True, text=True, check=False)
@@ -175,6 +179,7 @@ def test_a_finished_calibration_is_not_run_again(plan: Path, whole: Path) -> Non
     assert trials(whole) == before
 
 
+@pytest.mark.slow
 def test_another_plan_in_the_same_folder_is_refused(whole: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.toml"
     other.write_text(write_toml({**PLAN, "uncertainty": 0.1}), encoding="utf-8")
@@ -184,6 +189,7 @@ def test_another_plan_in_the_same_folder_is_refused(whole: Path, tmp_path: Path)
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_damaged_store_is_named(plan: Path, tmp_path: Path) -> None:
     (tmp_path / "trials.sqlite").write_bytes(b"no database" * 100)
     done = subprocess.run(command(plan, tmp_path), capture_output=True, text=True, check=False)
@@ -207,6 +213,7 @@ def test_two_processes_in_one_folder_are_refused(plan: Path, tmp_path: Path) -> 
     assert "must not be in use by another process" in second.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
@@ -247,6 +254,7 @@ def test_two_runs_of_a_plan_with_a_record_write_the_same_bytes(tmp_path: Path) -
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "code", "words"),
     [
@@ -301,6 +309,7 @@ def test_an_interrupted_overwrite_leaves_the_old_result(
     assert (out / "trials.sqlite").read_text(encoding="utf-8") == "old"
 
 
+@pytest.mark.slow
 def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its trials were damaged: overwriting is the cure that is said, whatever was overwritten before."""
     from gearplay.calibration import calibrate

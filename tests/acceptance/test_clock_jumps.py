@@ -44,6 +44,7 @@ def test_a_sweep_and_its_estimate_count_on_no_wall_clock(tmp_path: Path) -> None
     assert found.account.finished == 3
 
 
+@pytest.mark.slow
 def test_no_line_asks_for_the_time_of_day() -> None:
     """Durations are differences of `time.monotonic` or `time.perf_counter`; results say nothing of the day."""
     asked = [

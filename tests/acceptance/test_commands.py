@@ -27,6 +27,7 @@ def test_version_is_one_line_and_loads_nothing_heavy() -> None:
     assert done.stdout.startswith("gearplay ")
 
 
+@pytest.mark.slow
 def test_check_prints_findings() -> None:
     done = command("check", "han2021")
     assert (done.returncode, done.stderr) == (0, "")
@@ -34,6 +35,7 @@ def test_check_prints_findings() -> None:
     assert done.stdout.rstrip().endswith("2 warnings.")
 
 
+@pytest.mark.slow
 def test_check_prints_one_json_document() -> None:
     done = command("check", "han2021", "--json", "--set", "meshes.0.backlash=50 um")
     assert (done.returncode, done.stderr) == (0, "")
@@ -43,12 +45,14 @@ def test_check_prints_one_json_document() -> None:
     assert {finding["severity"] for finding in document["findings"]} == {"warning", "note"}
 
 
+@pytest.mark.slow
 def test_schema_is_json_with_and_without_json() -> None:
     plain, asked = command("schema"), command("schema", "--json")
     assert plain.stdout == asked.stdout
     assert json.loads(plain.stdout)["title"] == "gearplay case"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "named"),
     [
@@ -67,6 +71,7 @@ def test_bad_input_ends_with_2_and_one_sentence(words: tuple[str, ...], named: s
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_debug_shows_the_traceback_wherever_it_stands() -> None:
     for words in (("--debug", "check", "han2012"), ("check", "han2012", "--debug")):
         done = command(*words)
@@ -104,6 +109,7 @@ def test_each_error_has_its_exit_code(
         assert json.loads(capsys.readouterr().out)["exit_code"] == code
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_is_nothing_to_talk_about() -> None:
     read, write = os.pipe()
     os.close(read)
@@ -113,6 +119,7 @@ def test_a_closed_pipe_is_nothing_to_talk_about() -> None:
     assert done.stderr == b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [(), ("--json",)])
 def test_a_narrow_encoding_does_not_break_a_result(words: tuple[str, ...]) -> None:
     line = [sys.executable, "-m", "gearplay.cli.main", "check", "han2021", "--set", "title=Zähne", *words]

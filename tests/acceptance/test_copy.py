@@ -77,6 +77,7 @@ def test_no_description_of_a_command_is_cut() -> None:
     assert "gearplay copy" in said
 
 
+@pytest.mark.slow
 def test_every_command_writes_set_in_one_way() -> None:
     commands = [
         line.split()[0] for line in answer("--help").split("Commands:\n")[1].split("\n\n")[0].splitlines()

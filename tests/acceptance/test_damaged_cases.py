@@ -110,6 +110,7 @@ def test_a_damaged_case_is_refused(case: Damaged, tmp_path: Path) -> None:
     check_message(str(caught.value), case)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", THROUGH_THE_COMMAND)
 def test_the_command_refuses_it_with_exit_code_2(name: str, tmp_path: Path) -> None:
     case = next(case for case in CASES if case.name == name)
@@ -121,6 +122,7 @@ def test_the_command_refuses_it_with_exit_code_2(name: str, tmp_path: Path) -> N
     check_message(done.stderr, case)
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_faults_as_json(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(SOUND.replace('"4 mm"', '"4 kg"').replace("seed = 0", "sede = 0"))

@@ -265,6 +265,7 @@ def outcome(path: Path) -> Record | str:
         return str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("number", range(TOTAL))
 @pytest.mark.parametrize("kind", FORMATS)

@@ -24,6 +24,7 @@ def test_the_sound_file_is_accepted(table: Table, tmp_path: Path) -> None:
     load_case(path)
 
 
+@pytest.mark.slow
 @each_table
 def test_a_hundred_slips_get_a_sentence_each(table: Table, tmp_path: Path) -> None:
     """Every one is refused by a sentence that names its field; the command says so with exit code 2."""

@@ -230,6 +230,7 @@ def trials_of(name: str) -> int:
     return sized(full, 0 if full <= 3 else 1, torture=torture)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORK)
 def test_a_failing_disk_loses_nothing(
     name: str, shim: Path, tmp_path: Path, tried: Callable[[int], None]

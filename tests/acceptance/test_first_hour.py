@@ -136,6 +136,7 @@ def shown_by_plot(folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return " ".join([title, *shown])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("question", "screen", "answer"), QUESTIONS, ids=[each[0] for each in QUESTIONS])
 def test_a_question_is_answered(
     question: str,

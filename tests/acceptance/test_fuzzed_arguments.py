@@ -164,6 +164,7 @@ def calls(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]
 DOORS = [name for name in gp.__all__ if inspect.isfunction(getattr(gp, name))]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_function_answers_or_refuses(
@@ -216,6 +217,7 @@ ASKING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ask", ASKING, ids=range(len(ASKING)))
 def test_what_would_take_for_ever_is_refused_with_an_estimate(
     ask: Callable[[], Any], monkeypatch: pytest.MonkeyPatch

@@ -84,6 +84,7 @@ def begun(words: list[str], folder: Path) -> "subprocess.Popen[str]":
     return process
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", range(TIMES))
 @pytest.mark.parametrize("verb", VERBS)
 def test_ctrl_c_ends_a_verb_with_one_sentence(verb: str, turn: int, tmp_path: Path, result: Path) -> None:
@@ -133,6 +134,7 @@ print(end, qmc.Sobol(3, scramble=False).random(4).tolist())
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_sobol_points_begin_spoils_none(tmp_path: Path) -> None:
     """SciPy reads their table in Cython, where an exception is lost with a traceback and the table stays half empty.
 
@@ -177,6 +179,7 @@ print("hangs" if other.is_alive() else "goes on")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["lock", *(f"LLVMPY_{each}" for each in ("DisposeString", "LinkModules", "CreatePassBuilder"))]
 )
@@ -209,6 +212,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_between_two_calls_of_llvm_comes_at_once(tmp_path: Path) -> None:
     """Ctrl-C while a kernel is compiled, which takes seconds: only the present call of LLVM is waited for."""
     done = subprocess.run([sys.executable, "-c", TYPING], cwd=tmp_path, capture_output=True, text=True)
@@ -235,6 +239,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["DisposeString", "LinkModules"])
 def test_python_survives_a_ctrl_c_while_kernels_are_compiled(name: str, tmp_path: Path) -> None:
     """Ctrl-C in a notebook while kernels are compiled: Python raises it anywhere, and an abort takes the session along."""
@@ -273,6 +278,7 @@ def test_a_ctrl_c_while_another_is_being_heard_hangs_nothing() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\n", "")
 
 
+@pytest.mark.slow
 def test_a_second_ctrl_c_destroys_nothing_and_a_part_replaces_nothing(tmp_path: Path) -> None:
     """A whole result is there; the run that is to replace it is stopped, twice at once: it stays, the part lies beside it."""
     gp.simulate("han2021", duration=0.1).save(tmp_path / "out.nc")

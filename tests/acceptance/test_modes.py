@@ -9,6 +9,7 @@ import gearplay as gp
 from gearplay.cli.main import run
 
 
+@pytest.mark.slow
 def test_modes_are_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["modes", "lin-parker-1999", "--out", str(tmp_path), "--campbell", "3000rpm"]) == 0
     text = capsys.readouterr().out
@@ -23,6 +24,7 @@ def test_modes_are_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "must not exist yet" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_modes_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["modes", "two-stage-reducer", "--out", str(tmp_path), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

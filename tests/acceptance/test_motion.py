@@ -20,6 +20,7 @@ def pair(frequency: float, **more: Any) -> gp.Case:
     return gp.torsional_pair(frequency, **{"mean_force": 0.1, "damping_ratio": 0.1, **more})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "kind", "order"),
     [
@@ -39,6 +40,7 @@ def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None
     assert (found.kind, found.order) == (kind, order), found.reason
 
 
+@pytest.mark.slow
 def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
     """Most of five paths are: one in ten records of 400 periods is not long enough to tell; no exponent is below 0."""
     kinds = []
@@ -61,6 +63,7 @@ def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
     assert kinds.count("chaotic") >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
     ("formulation", "step", "kind"),
@@ -84,6 +87,7 @@ def test_the_published_force_jumps_and_plain_steps_feed_on_it(
         assert "plain steps of" in found.reason if step is None else "located contacts" in found.reason
 
 
+@pytest.mark.slow
 def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose tolerance is so coarse that the statistics hang on it."""
     case = pair(0.6, force=0.2, tolerance=1e-10)
@@ -103,6 +107,7 @@ def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPat
     assert max(abs(each.t) for each in found.comparisons) > found.limit
 
 
+@pytest.mark.slow
 def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "pair.toml"
     file.write_text(to_toml(pair(0.8, force=0.2)), encoding="utf-8")

@@ -33,6 +33,7 @@ def drawn(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"), dtype=float)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("kind", list(KINDS))
 @pytest.mark.parametrize("name", bundled_names())
@@ -50,6 +51,7 @@ def test_every_kind_of_picture_of_every_bundled_case(
     assert np.ptp(drawn(tmp_path / "picture.png")) > 200.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLACES)
 def test_what_is_asked_for_is_drawn(name: str, results: dict[str, Path], tmp_path: Path) -> None:
     case = str(results[name])
@@ -69,6 +71,7 @@ def test_what_is_asked_for_is_drawn(name: str, results: dict[str, Path], tmp_pat
     assert len(set(pictures)) == len(pictures)
 
 
+@pytest.mark.slow
 def test_titles_say_case_change_and_window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     titles: list[str] = []
     from gearplay.pictures import canvas
@@ -85,6 +88,7 @@ def test_titles_say_case_change_and_window(tmp_path: Path, monkeypatch: pytest.M
     assert "0.02 to 0.08 s" in titles[0].replace("\n", " ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "rule"),
     [
@@ -110,6 +114,7 @@ def test_faults(
     assert "Traceback" not in said
 
 
+@pytest.mark.slow
 def test_what_is_no_result_is_told_what_to_do(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], results: dict[str, Path]
 ) -> None:
@@ -126,6 +131,7 @@ def test_what_is_no_result_is_told_what_to_do(
     assert run([*words, "--overwrite"]) == 0
 
 
+@pytest.mark.slow
 def test_json_says_where_it_is(
     results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -137,6 +143,7 @@ def test_json_says_where_it_is(
     assert "<svg" in out.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["planetary-reducer", "two-stage-reducer"])
 def test_a_gif_moves(name: str, results: dict[str, Path], tmp_path: Path) -> None:
     out, frames = tmp_path / "motion.gif", sized(24, 6)
@@ -151,6 +158,7 @@ def test_a_gif_moves(name: str, results: dict[str, Path], tmp_path: Path) -> Non
     assert min(changed) > 100
 
 
+@pytest.mark.slow
 def test_a_page_holds_the_motion_and_needs_nothing_else(
     results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,6 +13,7 @@ from gearplay.cli.main import run
 BRIEF = ["--settle", "20", "--keep", "30", "--show", "4"]
 
 
+@pytest.mark.slow
 def test_a_portrait_is_written_with_its_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["portrait", "han2021", *BRIEF, "--out", str(tmp_path)]
     assert run([*words, "--json"]) == 0

@@ -28,6 +28,7 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*GEARPLAY, "run", *words], capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_run_saves_what_it_says(tmp_path: Path) -> None:
     out = tmp_path / "run.nc"
     done = run(
@@ -52,6 +53,7 @@ def test_run_saves_what_it_says(tmp_path: Path) -> None:
     assert "must not exist yet" in again.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", bundled_names())
 def test_every_bundled_case_runs(name: str) -> None:
     done = run(name, "--set", "run.duration=0.02", "--set", "run.transient=0.0")
@@ -59,6 +61,7 @@ def test_every_bundled_case_runs(name: str) -> None:
     assert "Done." in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "code", "says"),
     [
@@ -81,6 +84,7 @@ def test_refusals_have_their_exit_code_and_one_sentence(words: list[str], code: 
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     out = tmp_path / "part.nc"
@@ -120,6 +124,7 @@ def interrupted_bar(*, quiet: bool) -> Iterator[None]:
     signal.raise_signal(signal.SIGINT)
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize(
     "at", ["cli.run.progress_bar", "files.atomic._sync_folder", "files.atomic.os.link", "cli.run._summary"]
@@ -199,6 +204,7 @@ def test_after_ctrl_c_anothers_result_is_not_taken_for_ours(
     assert out.read_bytes() == b"another's"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("whole", "partial"), [(False, False), (True, False), (False, True)])
 def test_a_part_never_replaces_what_came_up_while_it_was_saved(
     whole: bool, partial: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
@@ -278,6 +284,7 @@ def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[
     assert "Contacts: 3 members together" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_record_too_large_to_be_saved_is_refused_before_the_run(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"  # the run itself would take a quarter of an hour
     done = run("han2021", "--set", "run.duration=9e5", "--set", "run.sampling=1e7", "--out", str(path))
@@ -286,6 +293,7 @@ def test_a_record_too_large_to_be_saved_is_refused_before_the_run(tmp_path: Path
     assert not path.exists()
 
 
+@pytest.mark.slow
 def test_a_saved_run_says_how_large_it_is(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     done = run("han2021", "--set", "run.duration=0.01", "--out", str(path))

@@ -232,6 +232,7 @@ def cluster() -> Iterator[Cluster]:
 # The same bytes in every way
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["threads", "processes"])
 def test_threads_and_processes_give_the_same_bytes(
     engine: str, plan: Path, whole: Path, tmp_path: Path
@@ -241,6 +242,7 @@ def test_threads_and_processes_give_the_same_bytes(
     assert rows(tmp_path) == rows(whole)
 
 
+@pytest.mark.slow
 def test_shards_give_the_same_bytes(
     plan: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -255,6 +257,7 @@ def test_shards_give_the_same_bytes(
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_bytes(
     begin: Begin, cluster: Cluster, plan: Path, whole: Path, tmp_path: Path
 ) -> None:
@@ -335,6 +338,7 @@ def start_once(made: Sweep, folder: Path, told: BinaryIO) -> int:
         os._exit(1)
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_kills_change_nothing(tmp_path: Path) -> None:
     slow = write_plan({**PLAN, "set": {**RUN, "run.duration": "2 s"}}, tmp_path / "slow.toml")
@@ -363,6 +367,7 @@ def test_kills_change_nothing(tmp_path: Path) -> None:
     assert content(out) == content(tmp_path / "whole")
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(("engine", "kills"), [("threads", 4), ("processes", 2)])
 @pytest.mark.hostile
@@ -444,6 +449,7 @@ def test_work_that_a_dying_pool_did_not_take_is_not_lost(monkeypatch: pytest.Mon
     assert {outcome.number for outcome in found} == {0, 1, 2}
 
 
+@pytest.mark.slow
 def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """They start with the first, and end with the block; short cases come in batches, each once."""
     monkeypatch.setattr(processes, "LASTING", 100.0)
@@ -463,6 +469,7 @@ def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.Mo
     wait_for(lambda: not any(each.is_running() and each.status() != psutil.STATUS_ZOMBIE for each in kept[0]))
 
 
+@pytest.mark.slow
 def test_a_batch_whose_cases_turn_out_long_is_handed_over_as_far_as_it_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -476,6 +483,7 @@ def test_a_batch_whose_cases_turn_out_long_is_handed_over_as_far_as_it_is(
     assert sorted(number for batch in batches for number in batch) == sorted([0, 1, 2] * 5)
 
 
+@pytest.mark.slow
 def test_a_sweep_left_half_way_leaves_no_work_to_the_next() -> None:
     """Its workers end, one killed before; what they had waits in nobody's way."""
     long, short, me = Sweep(load_sweep(NEVER)), Sweep(load_sweep(FEW)), psutil.Process()
@@ -489,6 +497,7 @@ def test_a_sweep_left_half_way_leaves_no_work_to_the_next() -> None:
     assert sorted(found) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_path: Path) -> None:
     process = begin("sweep", plan, *ENDLESS, "--out", tmp_path, "--engine", "processes")
     wait_for(lambda: len(workers_of(process)) > 1, process)
@@ -501,6 +510,7 @@ def test_worker_processes_end_with_their_parent(begin: Begin, plan: Path, tmp_pa
 # Ctrl-C
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("engine", ["threads", "processes"])
 @pytest.mark.hostile
@@ -518,6 +528,7 @@ def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: 
     assert content(tmp_path) == content(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["threads", "processes"])
 @pytest.mark.hostile
 def test_ctrl_c_does_not_wait_for_long_cases(begin: Begin, engine: str, plan: Path, tmp_path: Path) -> None:
@@ -534,6 +545,7 @@ def test_ctrl_c_does_not_wait_for_long_cases(begin: Begin, engine: str, plan: Pa
 # Beside others
 
 
+@pytest.mark.slow
 def test_two_processes_in_one_folder_are_refused(
     begin: Begin, plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -615,6 +627,7 @@ def test_a_shard_does_not_forget_for_others(
 # A disk that is full, a folder that cannot be written, files that are damaged
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [500, 3_000, 60_000])
 @pytest.mark.hostile
 def test_a_full_disk_is_one_sentence(
@@ -639,6 +652,7 @@ def test_a_full_disk_is_one_sentence(
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_a_disk_that_is_full_for_the_product_only(begin: Begin, tmp_path: Path) -> None:
     """80 kB of samples in the product, 40 kB for each file: the store is read, which takes 32 kB, and nothing written."""
@@ -702,6 +716,7 @@ def rename(path: Path) -> None:
         connection.execute("alter table rows rename column row to line")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [cut, fill, rename])
 def test_a_damaged_store_is_named_and_left_alone(
     damage: Callable[[Path], None], few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -748,6 +763,7 @@ def test_an_interrupted_overwrite_leaves_the_old_result_and_goes_on(
     assert not (tmp_path / ".new").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_an_interrupted_overwrite_where_nothing_was_whole_goes_on(
     few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -767,6 +783,7 @@ def test_an_interrupted_overwrite_where_nothing_was_whole_goes_on(
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("damage", [fill, lambda path: path.with_name("plan.json").write_bytes(b"{")])
 def test_an_overwrite_that_cannot_go_on_begins_anew(
@@ -784,6 +801,7 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(
         assert len(rows(tmp_path)) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("at", [".of", "plan.json", "sweep.nc"])
 def test_resume_goes_on_where_a_new_result_was_being_put_into_its_place(
@@ -850,6 +868,7 @@ def test_a_damaged_plan_is_named(
 # Cases that fail
 
 
+@pytest.mark.slow
 def test_failed_cases_are_rows_and_run_again_when_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -920,6 +939,7 @@ def test_a_folder_keeps_to_one_plan(few: Path, tmp_path: Path, capsys: pytest.Ca
     assert not set(rows(out)) & set(before)
 
 
+@pytest.mark.slow
 def test_a_case_file_goes_into_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep is resumed wherever it is called from; a case file that was changed meanwhile is another plan."""
     case = tmp_path / "mine.toml"
@@ -966,6 +986,7 @@ AXIS = {"name": "gap", "path": "meshes.0.backlash", "values": ["50 um"]}
 DRAWN = {"name": "gap", "path": "meshes.0.backlash", "mean": "50 um"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -1102,6 +1123,7 @@ def test_missing_files_are_named(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("address", "more", "words"),
     [

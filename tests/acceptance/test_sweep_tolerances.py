@@ -41,6 +41,7 @@ def written(folder: Path, plan: dict[str, Any]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_answers_are_written_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plan, out = written(tmp_path, PLAN), tmp_path / "out"
     assert run(["sweep", str(plan), "--out", str(out)]) == 0

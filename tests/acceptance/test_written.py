@@ -66,6 +66,7 @@ VERBS = (
 LONG_VERBS = ("calibrate fit.toml --out out",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [*VERBS, *(pytest.param(each, marks=pytest.mark.deep) for each in LONG_VERBS)],
@@ -94,6 +95,7 @@ def test_reports_of_other_parameters_lie_beside() -> None:
     assert _way("assumed", "geometric-inertia", "calibrated") == "../geometric-inertia/report.html"
 
 
+@pytest.mark.slow
 def test_a_run_names_what_draws_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert run(["run", "han2021", *SMALL, "--out", "a b.nc"]) == 0
@@ -106,6 +108,7 @@ def test_a_run_names_what_draws_it(folder: Path, capsys: pytest.CaptureFixture[s
     assert "core seconds" in said
 
 
+@pytest.mark.slow
 def test_advice_from_below_is_said_in_options(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(gp.InputError, match=r"must not exist yet\. Choose another name, or overwrite it\."):
         gp.read_result("run.nc").save("run.nc")

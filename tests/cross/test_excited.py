@@ -12,6 +12,7 @@ from gearplay.model.geometry import centres
 from gearplay.model.rolling import nominal_speeds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_excited_trains_equal_the_independent_reference(seed: int, measured: Measured) -> None:
     """Supports, couplings, torque terms, unbalance, base motion and position servos, over 10 ms."""

@@ -8,6 +8,7 @@ from cross.reference import Reference
 from cross.riding import ridden
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("seed", SEEDS)
 def test_excited_systems_converge(seed: int) -> None:

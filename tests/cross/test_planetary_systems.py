@@ -16,6 +16,7 @@ from gearplay.model.rolling import nominal_speeds
 DURATION = 6e-3  # s
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("seed", SEEDS)
 def test_planetary_sets_equal_the_independent_reference(seed: int, measured: Measured) -> None:

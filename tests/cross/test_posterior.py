@@ -14,6 +14,7 @@ def log_likelihood(at: np.ndarray) -> np.ndarray:
     return valley + np.logaddexp(-0.5 * ((z - 0.2) / 0.04) ** 2, np.log(0.3) - 0.5 * ((z - 0.8) / 0.04) ** 2)
 
 
+@pytest.mark.slow
 def test_posterior_and_evidence_agree_with_nested_sampling() -> None:
     points, evidence, error = temper(log_likelihood, 3, 4000, np.random.default_rng(1))
     sampler = dynesty.NestedSampler(

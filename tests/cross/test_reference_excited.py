@@ -190,6 +190,7 @@ def test_a_continuous_servo_is_linear_within_its_limit() -> None:
         assert found["state"][row, 6] == pytest.approx(-exact[2], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_limited_servo_winds_back() -> None:
     """At its limit the torque is constant, and z' = e + (T - raw) / kp = (T - ki z + kd omega) / kp."""
     drive = {"kind": "position", "angle": 0.5, **GAINS}

@@ -155,6 +155,7 @@ def test_pairs_of_teeth_hand_over_half_a_pitch_behind_the_pitch_point() -> None:
 # ---------------------------------------------------------------------- free pairs
 
 
+@pytest.mark.slow
 @PAIRS
 @pytest.mark.parametrize("model", ["coupled", "uncoupled"])
 def test_a_free_pair_keeps_its_momentum_and_loses_energy(inner: bool, ring_drives: bool, model: str) -> None:
@@ -238,6 +239,7 @@ def mean_force(case: dict[str, Any], first: int, samples: int) -> float:
     return float(np.mean([each["F_d"] for each in forces]))
 
 
+@pytest.mark.slow
 @PAIRS
 def test_a_slowly_vibrating_mesh_carries_the_load_over_the_mean_lever_arm(
     inner: bool, ring_drives: bool
@@ -249,6 +251,7 @@ def test_a_slowly_vibrating_mesh_carries_the_load_over_the_mean_lever_arm(
     assert mean_force(case, 40, 100) == pytest.approx(expected, rel=1.5e-4)
 
 
+@pytest.mark.slow
 @PAIRS
 def test_a_stiff_mesh_carries_the_mean_of_the_load_over_the_lever_arm(inner: bool, ring_drives: bool) -> None:
     case, radius, sense = loaded(inner, ring_drives, 5.0, 60.0)

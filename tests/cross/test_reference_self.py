@@ -136,6 +136,7 @@ def contact_times_after(reference: Reference) -> float:
     return contact_times(reference)[1]
 
 
+@pytest.mark.slow
 def test_sleeve_never_pulls() -> None:
     # a strongly damped contact that is torn apart by a large weight: the force ends before the penetration
     case = impact_case(0.0, law="gonthier", restitution=0.05)
@@ -233,6 +234,7 @@ def test_backlash_against_involute_geometry(inner: bool, shift: float, backlash:
     assert mesh["A"] * math.cos(mesh["alpha_w"]) == pytest.approx((0.08 if inner else 0.16) * math.cos(ALPHA))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inner", [True, False])
 @pytest.mark.parametrize("model", ["coupled", "uncoupled"])
 def test_free_pair_conserves_energy_and_momentum(inner: bool, model: str) -> None:
@@ -248,6 +250,7 @@ def test_free_pair_conserves_energy_and_momentum(inner: bool, model: str) -> Non
         np.testing.assert_allclose(total[:, 2], total[0, 2], atol=1e-13, rtol=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inner", [True, False])
 @pytest.mark.parametrize("gradient", [True, False])
 def test_transmission_error_and_conservation(inner: bool, gradient: bool) -> None:
@@ -332,6 +335,7 @@ def test_generalised_forces_are_gradients(seed: int, gradient: bool) -> None:
     np.testing.assert_allclose(actual, expected, rtol=0.0, atol=2e-8 * np.abs(actual).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inner", [True, False])
 @pytest.mark.parametrize("ring_drives", [True, False])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -408,6 +412,7 @@ def test_published_force_pulls() -> None:
     assert reference.forces(0.0, reference.start())["mesh"]["pinion-wheel"]["F_d"] == 0.0
 
 
+@pytest.mark.slow
 def test_square_stiffness_jumps_where_it_should() -> None:
     case = pair_case(True)
     case["meshes"][0]["stiffness"] = {
@@ -444,6 +449,7 @@ def test_square_stiffness_jumps_where_it_should() -> None:
 # ---------------------------------------------------------------------- drives, loads, free motion
 
 
+@pytest.mark.slow
 def test_free_fall_with_radial_damping() -> None:
     rotor = {"mass": 0.5, "inertia": 1e-3, "floating": True, "initial": {"vx": 0.1, "vy": 0.2, "omega": 4.0}}
     case = {"rotors": {"disc": rotor}, "meshes": [], "sleeves": {}, "gravity": [0.3, -9.81]}
@@ -472,6 +478,7 @@ def test_prescribed_ramp() -> None:
     assert motion["alpha"][:, 0] == pytest.approx([-5000.0, -5000.0, 0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_torque_drag_and_dry_friction() -> None:
     times = np.linspace(0.0, 0.05, 6)
     rotor: dict[str, Any] = {"mass": 1.0, "inertia": 2e-3, "load": {"drag": 0.05}}
@@ -504,6 +511,7 @@ def test_load_torque_opposes_the_nominal_sense() -> None:
         Reference({"rotors": {"disc": rotor}, "meshes": [], "sleeves": {}})
 
 
+@pytest.mark.slow
 def test_servo_linear_and_limited() -> None:
     inertia, kp, ki, target = 2e-3, 0.5, 60.0, 30.0
     rotor: dict[str, Any] = {"mass": 1.0, "inertia": inertia, "initial": {"omega": 28.0}}
@@ -581,6 +589,7 @@ def mirrored(case: dict[str, Any]) -> dict[str, Any]:
 TIMES = np.linspace(0.0, 0.01, 11)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("seed", range(20))
 def test_turning_commutes(seed: int) -> None:
@@ -593,6 +602,7 @@ def test_turning_commutes(seed: int) -> None:
     np.testing.assert_allclose(second["theta"], first["theta"], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("seed", [s for s in range(20) if s not in (7, 12)])
 def test_mirroring_commutes(seed: int) -> None:
@@ -604,6 +614,7 @@ def test_mirroring_commutes(seed: int) -> None:
     np.testing.assert_allclose(second["theta"], -first["theta"], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("seed", range(20))
 def test_random_systems_converge(seed: int) -> None:

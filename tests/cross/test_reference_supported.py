@@ -66,6 +66,7 @@ def on_a_carrier(damping: float, *, unbalance: float = 0.0) -> dict[str, Any]:
     return ridden(pair_of(arm, planet, supports={"two": support}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unbalance", [0.0, 5e-3])
 @pytest.mark.parametrize("damping", [0.0, 30.0])
 def test_a_support_on_a_carrier_keeps_momentum(damping: float, unbalance: float) -> None:
@@ -151,6 +152,7 @@ def test_play_and_its_damping() -> None:
     assert motion["theta"][1, 0] - motion["theta"][1, 1] == pytest.approx(2e-3 + depth[0], rel=1e-11)
 
 
+@pytest.mark.slow
 def test_the_lateral_part_joins_two_centres() -> None:
     lateral = {"lateral_stiffness": 1e6, "lateral_damping": 50.0, "torsional_stiffness": 1.0}
     free = {"floating": True, "initial": {"x": 1e-5, "y": 2e-5}}

@@ -10,12 +10,14 @@ from cross.staged_systems import staged_case
 
 
 # 43 and 58: a damped flank lets go and takes hold again within one step, just before it opens.
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(20), 43, 58])
 def test_trajectory_equals_the_independent_reference(seed: int, measured: Measured) -> None:
     worst = worst_difference(random_case(seed))
     measured("largest difference over 10 ms from an independent SciPy simulator [m]", worst, "1e-9")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_trains_of_stages_equal_the_independent_reference(seed: int, measured: Measured) -> None:
     """Shafts with several gears, runouts of each, meshes at angles."""
@@ -30,6 +32,7 @@ RIPPLE = [
 ]  # in 10 ms the highest order has one to three periods
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 6, 9, 11, 13, 16, 17, 18])
 def test_a_rippling_drive_equals_the_independent_reference(seed: int, measured: Measured) -> None:
     document = random_case(seed)
@@ -40,6 +43,7 @@ def test_a_rippling_drive_equals_the_independent_reference(seed: int, measured: 
     measured("largest difference over 10 ms of a rippling drive from SciPy's [m]", worst, "1e-9")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2, 5, 11])
 def test_forces_equal_the_independent_reference(seed: int) -> None:
     document = random_case(seed)

@@ -146,6 +146,7 @@ def test_records_have_the_density_in_each_octave(measured: Measured) -> None:
     assert worst < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_an_oscillator_under_random_vibration_has_the_rms_of_the_integral(measured: Measured) -> None:
     """Mean square of the relative displacement over records against the integral of |H|^2 S, within 1 % at full depth (V10)."""

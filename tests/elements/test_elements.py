@@ -121,6 +121,7 @@ def scenes(kind: str, count: int, **policy: float) -> list[Scene]:
     return found
 
 
+@pytest.mark.slow
 @every_kind
 def test_slopes_are_those_of_differences(kind: str, measured: Measured) -> None:
     """Central differences of the forces along random changes of the state and of stored impact speeds."""
@@ -142,6 +143,7 @@ def test_slopes_are_those_of_differences(kind: str, measured: Measured) -> None:
     assert worst < 1e-6
 
 
+@pytest.mark.slow
 @every_kind
 def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
     """Dense looks into 10 000 flights for the time that an element says it stays open."""
@@ -188,6 +190,7 @@ def _gap_at_start(scene: Scene, e: int, k: int, y: Floats) -> float:
     return float(loads.contacts[k, PENETRATION])
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @every_kind
 def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> None:

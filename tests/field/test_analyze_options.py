@@ -44,6 +44,7 @@ def test_a_band_prints_the_lines_of_its_envelope(record: Path, capsys: pytest.Ca
     assert found["lines"][0] == {"frequency": pytest.approx(FAULT), "amplitude": pytest.approx(0.5, rel=1e-3)}  # type: ignore[index]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "speed", [["1500 rpm"], ["X097RPM"], ["bearing.rate Hz"], ["tacho", "--pulses", "2"]]
 )

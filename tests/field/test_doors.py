@@ -221,6 +221,7 @@ def test_calibrate__models_free_different_parameters() -> None:
             gp.load_plan(_plan(models=wrong))
 
 
+@pytest.mark.slow
 def test_calibrate__a_case_without_mesh_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
     """The answer begins with the interval against the case's own value."""
     pytest.importorskip("optuna")

@@ -56,6 +56,7 @@ CHANGES: dict[str, tuple[Change, str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_run_that_contradicts_itself_is_one_sentence(name: str, sound: xr.Dataset, tmp_path: Path) -> None:
     change, words = CHANGES[name]
@@ -66,6 +67,7 @@ def test_a_run_that_contradicts_itself_is_one_sentence(name: str, sound: xr.Data
     assert [each.name for each in tmp_path.iterdir()] == ["foreign.nc"]
 
 
+@pytest.mark.slow
 def test_the_run_itself_is_read_without_its_seal(sound: xr.Dataset, tmp_path: Path) -> None:
     sound.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     found = gp.read_result(tmp_path / "run.nc")
@@ -73,6 +75,7 @@ def test_the_run_itself_is_read_without_its_seal(sound: xr.Dataset, tmp_path: Pa
     np.testing.assert_array_equal(found.ds["x"].values, sound["x"].values)
 
 
+@pytest.mark.slow
 def test_a_member_that_was_cut_short_may_end_in_nan(sound: xr.Dataset, tmp_path: Path) -> None:
     short = sound.copy(deep=True).assign_attrs(status="INTERRUPTED")
     for name, variable in short.data_vars.items():

@@ -44,6 +44,7 @@ def pair(z_1: int = 24, z_2: int = 38, load: float = 40.0) -> gp.Case:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_motion__hunting_teeth_by_mesh_periods() -> None:
     """Linear under load and forced: it repeats with the excitation, after lcm(24, 38) = 456 mesh periods of 1/700 s."""
     found = gp.motion(pair(), periods=600, settle=100, compare=False)

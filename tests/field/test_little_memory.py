@@ -35,6 +35,7 @@ def limited(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_run__with_too_little_memory_is_one_sentence(tmp_path: Path) -> None:
     done = limited(["-m", "gearplay", "run", "han2021", *LARGE, "--out", "run.nc"], tmp_path)
     assert done.returncode == RESOURCE, done.stderr
@@ -45,6 +46,7 @@ def test_run__with_too_little_memory_is_one_sentence(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_python__raises_a_resource_error(tmp_path: Path) -> None:
     program = """
 import gearplay as gp
@@ -63,6 +65,7 @@ print(result.success, len(result.signal("ring.ax", window=(1.0, 1.001))))
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_sweep__keeps_cases_that_fit(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(PLAN)
     done = limited(["-m", "gearplay", "sweep", "plan.toml", "--out", "out", "--json"], tmp_path)

@@ -28,6 +28,7 @@ def bright_pixels(figure: Any, bar: bool = True) -> int:
     return int(np.count_nonzero(np.abs(picture - BRIGHT).max(axis=-1) < 0.02))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [23.0, 23.37, 141.02])
 def test_a_single_order_is_seen_at_its_height(order: float) -> None:
     """An order of 1.99 over noise, in a map of thousands of orders, as the highest of all pixels."""
@@ -41,6 +42,7 @@ def test_a_single_order_is_seen_at_its_height(order: float) -> None:
     assert bright_pixels(ax.figure) > 30
 
 
+@pytest.mark.slow
 def test_a_shock_is_seen_in_a_spectrogram() -> None:
     values = 1e-3 * np.random.default_rng(4).standard_normal(int(30.0 * RATE))
     values[1_234_567] = 50.0
@@ -49,6 +51,7 @@ def test_a_shock_is_seen_in_a_spectrogram() -> None:
     assert bright_pixels(plot_spectrogram(new_axes(), found).figure) > 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("log", [False, True])
 @pytest.mark.parametrize("place", [(1234, 17), (2979, 2979)])
 def test_a_cell_of_a_sweep_is_seen(place: tuple[int, int], log: bool) -> None:

@@ -48,6 +48,7 @@ def test_coordinates__are_those_of_the_motion() -> None:
     assert abs(now[1]) > 1e-3
 
 
+@pytest.mark.slow
 def test_basins__are_those_of_the_equation(tmp_path: Path) -> None:
     """Each start of the grid ends at the attractor that an independent integration of the equation finds."""
     found = gp.basins(PAIR, ("x", -1.5, 2.5, 6), ("x'", -1.0, 1.0, 5), settle=150)

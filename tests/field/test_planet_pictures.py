@@ -83,6 +83,7 @@ def drawn_path(ax: Any) -> NDArray[np.complex128]:
     return 1e-6 * (np.asarray(x) + 1j * np.asarray(y))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), some(FIGURES, 21))
 def test_a_planet_is_drawn_in_the_frame_of_the_actual_carrier(name: str, kind: str) -> None:
     result = result_of(name)
@@ -135,6 +136,7 @@ def check_mechanism(result: gp.Result, window: tuple[float, float]) -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(SETS))
 def test_the_page_has_the_same_paths(name: str) -> None:
     """The page's orbits are those of the pictures, and it marks what is on a carrier."""

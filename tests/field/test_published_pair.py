@@ -46,6 +46,7 @@ def own_section(
     return x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "numbers",
     [
@@ -87,6 +88,7 @@ def test_x__is_one_where_the_drive_flank_touches() -> None:
     assert np.all(np.abs(other.values) < 1.5)
 
 
+@pytest.mark.slow
 def test_hysteresis__downward_sweep_holds_to_the_fold() -> None:
     """The upper branch ends at the fold that the branch of orbits has, 0.4505."""
     found = gp.bifurcation(CASE, FREQUENCY, np.linspace(0.44, 0.84, 81).tolist(), ["x"], settle=150, keep=1)

@@ -181,6 +181,7 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
     return np.array(forces)[:, [-6, -1]]
 
 
+@pytest.mark.slow
 def test_random_planetary_sets_are_where_a_simulation_settles(measured: Measured) -> None:
     """All are found; force of every mesh of the sun, to a millionth of the load of a planet, of those whose run settles."""
     worst, judged, wanted = 0.0, 0, sized(60, 3, torture=300)

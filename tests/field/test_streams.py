@@ -15,6 +15,7 @@ def gearplay(words: str, streams: str, folder: Path) -> subprocess.CompletedProc
     return subprocess.run(["/bin/sh", "-c", command], cwd=folder, capture_output=True, text=True, timeout=300)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("streams", [">&-", "2>&-", ">&- 2>&-", "<&-", "<&- >&- 2>&-", "2>/dev/full"])
 def test_a_closed_stream_loses_nothing_but_what_it_would_show(streams: str, tmp_path: Path) -> None:
     ended = gearplay("copy han2021 --out mine.toml", streams, tmp_path)
@@ -25,6 +26,7 @@ def test_a_closed_stream_loses_nothing_but_what_it_would_show(streams: str, tmp_
     assert (tmp_path / "mine.toml").read_bytes() == (tmp_path / "other.toml").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", ["check han2021", "check han2021 --json", "--version", "check --help"])
 def test_a_full_output_is_one_sentence(words: str, tmp_path: Path) -> None:
     ended = gearplay(words, ">/dev/full", tmp_path)
@@ -34,6 +36,7 @@ def test_a_full_output_is_one_sentence(words: str, tmp_path: Path) -> None:
     assert "Exception ignored" not in ended.stderr
 
 
+@pytest.mark.slow
 def test_a_plotting_back_end_that_does_not_exist_draws_all_the_same(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("t,acc\n" + "".join(f"{k / 1000:.3f},{k % 7}\n" for k in range(2000)))
     ended = gearplay("analyze run.csv --out figures", "", tmp_path)

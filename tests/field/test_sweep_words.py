@@ -74,6 +74,7 @@ SHARES = re.compile(
 )
 
 
+@pytest.mark.slow
 def test_both_pages_of_a_sweep_have_the_same_shares(tmp_path: Path) -> None:
     """The shares are those of a known function: y = 4 a + 2 b + 2 a b of uniform a, b, apart from the polynomial's error."""
     parameters = [
@@ -133,6 +134,7 @@ def _centred(value: float, axis: Any) -> float:
     return float(2.0 * (value - low) / (high - low) - 1.0)
 
 
+@pytest.mark.slow
 def test_temperatures_are_degrees_celsius_in_pictures_and_pages(tmp_path: Path) -> None:
     """Axes in °C from -60 to 60, in the map too, whose jam line still lies where backlash equals the play."""
     plan = cold_plan()

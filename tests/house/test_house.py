@@ -52,6 +52,7 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert not loaded & {"numpy", "scipy", "numba", "xarray", "pydantic", "pint", "matplotlib"}
 
 
+@pytest.mark.slow
 def test_no_message_below_the_command_line_names_its_options() -> None:
     """Whoever calls from Python has arguments: `cli.option_names` says them as options."""
     found = []

@@ -78,6 +78,7 @@ def sections(settle: int, steps: int = 100) -> Floats:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", range(4))
 def test_the_sweep_downwards_holds_its_branch_to_the_fold(phase: int) -> None:
     """Every phase of the torque, so however deep a flank is pressed at the section; against a plain RK4 of one equation."""

@@ -113,6 +113,7 @@ def loaded_set(model: str) -> Flow:
     return Flow(case_of(merged(planetary(model), {"rotors": drives})))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["coupled", "uncoupled"])
 def test_lin_and_parker_three_planets_ring(model: str, measured: Measured) -> None:
     """Every vibration rung by itself beside the loaded set at rest: its frequency over 12 periods within 0.1 %.

@@ -8,6 +8,7 @@ from gearplay.published.han2021 import run_study
 from gearplay.published.settings import Settings
 
 
+@pytest.mark.slow
 @pytest.mark.study
 def test_radial_frequency_is_within_ten_per_cent() -> None:
     settings = Settings(parameters="assumed", history=0.01, duration=16.0, transient=2.0, seed=0)

@@ -58,6 +58,7 @@ def head(server: Server, route: str, *more: str, method: str = "POST") -> bytes:
     return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1")
 
 
+@pytest.mark.slow
 def test_half_open_connections_are_dropped(own: Server, files: None) -> None:
     """Those that say nothing, half a head, or half a body for long; all others are answered meanwhile."""
     starts = [b"", b"GET / HTTP/1.1\r\nHost: ", head(own, "/", method="GET")[:-2]]
@@ -88,6 +89,7 @@ def test_a_connection_that_is_used_is_kept(own: Server) -> None:
             time.sleep(0.5)
 
 
+@pytest.mark.slow
 def test_requests_cut_short_or_at_fault_leave_no_traceback(tmp_path: Path) -> None:
     server = Server(tmp_path)
     try:
@@ -125,6 +127,7 @@ def test_an_export_too_large_is_said_to_be_so(own: Server) -> None:
     )
 
 
+@pytest.mark.slow
 def test_one_run_after_the_other_is_never_refused(own: Server, tried: Any) -> None:
     """A client that sends as soon as it has its answer; and the server does not grow."""
     case = brief_case(own, duration=0.002)
@@ -158,6 +161,7 @@ def test_as_many_jobs_as_a_page_may_have_at_once(own: Server) -> None:
     together(runs)
 
 
+@pytest.mark.slow
 def test_a_server_on_all_addresses_asks_for_its_token(tmp_path: Path) -> None:
     """It really listens on 0.0.0.0: another address of this machine reaches it, by the name that it was given."""
     token, other = "a-token-of-enough-letters", "127.0.0.2"

@@ -59,6 +59,7 @@ MOVE = """async ([first, count]) => {
 }"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", some(CASES, 2))
 def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
     """Each is moved once: a run of the new value follows, or one sentence that says why there is none."""
@@ -93,6 +94,7 @@ def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
     assert count > FEWEST.get(case, 40)
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_page_is_shown_and_stops_nothing(visit: Open) -> None:
     """What a control does throws once: a message is shown, the next move runs."""
     made = visit().ready()
@@ -131,6 +133,7 @@ def write_wav(place: Path, time: np.ndarray, values: np.ndarray) -> None:
     wavfile.write(place, 2048, (0.25 * values).astype(np.float32))
 
 
+@pytest.mark.slow
 def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
     """2 g at 100 Hz are 19.6133 m/s^2; so it is in m/s^2, of MAT and WAV files, and of a table of amplitudes."""
     time = np.arange(8192) / 2048.0
@@ -175,6 +178,7 @@ def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
     made.complaints.clear()  # the browser notes the answers 400
 
 
+@pytest.mark.slow
 def test_a_case_in_latin_1_is_refused_in_one_sentence(visit: Open, tmp_path: Path) -> None:
     file = tmp_path / "case.toml"
     file.write_bytes('title = "Getriebe für Prüfstand"\n'.encode("latin-1"))
@@ -184,6 +188,7 @@ def test_a_case_in_latin_1_is_refused_in_one_sentence(visit: Open, tmp_path: Pat
     assert made.page.text_content("#message") == "case.toml: must be UTF-8 text. Save the file as UTF-8."
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", some(["planetary-reducer", "lin-parker-1999", "two-stage-reducer"], 1))
 def test_names_of_orders_do_not_lie_over_each_other(visit: Open, case: str) -> None:
     made = visit().ready()

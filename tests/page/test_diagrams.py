@@ -7,6 +7,7 @@ import pytest
 from visiting import BACKLASH, CLEARANCE, SPEED, Open, brief, cells, field, fill, open_run, shown, small_map
 
 
+@pytest.mark.slow
 def test_a_bifurcation_diagram(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-bifurcation")
@@ -17,6 +18,7 @@ def test_a_bifurcation_diagram(visit: Open) -> None:
     assert made.page.evaluate("document.getElementById('bifurcation').data[0].x.length") == 24
 
 
+@pytest.mark.slow
 def test_a_map(visit: Open) -> None:
     made = visit().ready()
     brief(made)

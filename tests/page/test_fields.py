@@ -5,6 +5,7 @@ import pytest
 from visiting import BACKLASH, CLEARANCE, SPEED, Open, field, fill, open_run, shown, slider
 
 
+@pytest.mark.slow
 def test_a_field_changes_the_run(visit: Open) -> None:
     made = visit().ready()
     before = shown(made, "result.sha256")
@@ -13,6 +14,7 @@ def test_a_field_changes_the_run(visit: Open) -> None:
     assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(150e-6)
 
 
+@pytest.mark.slow
 def test_a_slider_moves_by_keys(visit: Open) -> None:
     made = visit().ready()
     slider(made, CLEARANCE).focus()
@@ -30,6 +32,7 @@ def test_another_bundled_case(visit: Open) -> None:
     assert made.page.locator('input[data-path="sleeves.idler.radial_clearance"]').count() == 1
 
 
+@pytest.mark.slow
 def test_reset_brings_the_case_back(visit: Open) -> None:
     made = visit().ready()
     before = shown(made, "result.sha256")
@@ -60,6 +63,7 @@ def test_bounds_are_told_beside_the_field(visit: Open) -> None:
     assert "sleeves.ring.restitution" in label.get_attribute("title")
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
     ("path", "value", "said"),
@@ -106,6 +110,7 @@ def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
     assert shown(made, "result.case.sleeves.ring.law") == "hunt-crossley"
 
 
+@pytest.mark.slow
 def test_a_refused_case_greys_what_is_shown_of_the_one_before(visit: Open) -> None:
     made = visit().ready()
     assert made.page.locator("#stale").is_hidden()

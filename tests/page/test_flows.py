@@ -43,6 +43,7 @@ def test_an_ensemble_has_its_spread(visit: Open) -> None:
     assert "averages over 4 members" in made.page.text_content("#few")
 
 
+@pytest.mark.slow
 def test_averages_come_behind_one_run(visit: Open) -> None:
     """Of a rattling pair the contacts and the spectrum are means with their interval; a moved slider asks for new ones."""
     made = visit().ready()
@@ -93,6 +94,7 @@ def test_the_main_flow_by_keyboard_alone(visit: Open) -> None:
     assert focused() == "tab-run"
 
 
+@pytest.mark.slow
 def test_fits_a_phone(visit: Open) -> None:
     made = visit("/", viewport={"width": 390, "height": 844}).ready()
     assert made.page.evaluate("document.documentElement.scrollWidth") <= 391
@@ -115,6 +117,7 @@ def test_the_last_of_many_moves_is_shown(visit: Open) -> None:
     assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(value * 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
@@ -132,6 +135,7 @@ def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
         assert serious == []
 
 
+@pytest.mark.slow
 def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None:
     made = visit("/", viewport={"width": 390, "height": 844}).ready()
     slider(made, CLEARANCE).focus()

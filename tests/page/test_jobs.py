@@ -93,6 +93,7 @@ def children(process: int) -> list[int]:
     ]
 
 
+@pytest.mark.slow
 def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
     """No error, a full queue is said to be one, every answer is the client's own, and the memory comes back."""
     server = Server(tmp_path)
@@ -131,6 +132,7 @@ def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
         server.stop()
 
 
+@pytest.mark.slow
 def test_a_result_that_cannot_be_stored_is_shown_and_said_to_be_unkept(tmp_path: Path) -> None:
     """At the limit of a file's size writes fail as on a full disk; with room again results are kept."""
     server = Server(tmp_path)
@@ -294,6 +296,7 @@ def test_a_link_that_breaks_before_its_result(visit: Callable[..., Visit]) -> No
     assert backlash == pytest.approx(131e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
     case = long_case(server)

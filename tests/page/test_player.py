@@ -31,6 +31,7 @@ def opened(name: str, chromium: Any, folder: Path) -> tuple[Any, list[str]]:
     return page, complaints
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_it_plays_and_is_looked_at_closely(name: str, chromium: Any, tmp_path: Path) -> None:
     page, complaints = opened(name, chromium, tmp_path)
@@ -55,6 +56,7 @@ def test_it_plays_and_is_looked_at_closely(name: str, chromium: Any, tmp_path: P
     assert complaints == []
 
 
+@pytest.mark.slow
 def test_close_ups_go_with_a_carrier_that_turns(chromium: Any, tmp_path: Path) -> None:
     page, complaints = opened("planetary-reducer", chromium, tmp_path)
     page.locator("#play").click()

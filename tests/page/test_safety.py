@@ -87,6 +87,7 @@ def origins(port: int) -> dict[str | None, bool]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", ROUTES + POSTS)
 def test_every_host_and_origin_on_every_route(server: Server, route: str) -> None:
     method = "POST" if route in POSTS else "GET"
@@ -219,6 +220,7 @@ def attack(chromium: Any, url: str) -> list[str]:
         made.close()
 
 
+@pytest.mark.slow
 def test_another_site_in_the_browser_gets_nothing(chromium: Any, server: Server) -> None:
     with other_site(ATTACK % json.dumps(server.url)) as port:
         assert attack(chromium, f"http://localhost:{port}/") == []
@@ -282,6 +284,7 @@ def payloads() -> list[str]:
     return [each.format(tag.replace("{", "{{").replace("}", "}}")) for tag in tags for each in breaks]
 
 
+@pytest.mark.slow
 def test_nothing_that_is_typed_or_loaded_runs(visit: Open) -> None:
     """60 payloads as title, names of rotors, find text, link and messages: shown, or refused, never run."""
     made = visit().ready()
@@ -330,6 +333,7 @@ def test_uploads_and_messages_are_bounded(server: Server) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_server_beyond_loopback_asks_for_its_token(tmp_path: Any) -> None:
     token = "a-token-of-enough-letters"
     made = Server(tmp_path, "--token", token)

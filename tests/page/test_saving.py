@@ -10,6 +10,7 @@ from serving import Server, Visit
 from visiting import BACKLASH, SPEED, Open, brief, field, fill, shown, small_map
 
 
+@pytest.mark.slow
 def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
     from gearplay.model.reading import load_case, to_toml
 
@@ -21,6 +22,7 @@ def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
     assert field(made, BACKLASH).input_value() == "70"
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
     ("text", "said"), [("not = [a case", "upload"), ("[rotors.a]\nmass = -1\n", "rotors.a"), ("", "rotors")]
@@ -49,6 +51,7 @@ def test_a_link_carries_the_case(visit: Open) -> None:
     assert other.page.evaluate("window.gearplay.state.base.meshes[0].backlash") == pytest.approx(140e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
     ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"member,time [s],"), ("toml", b"# The rig of Han")]
@@ -130,6 +133,7 @@ def test_earlier_results_are_recalled(visit: Open) -> None:
     assert made.page.text_content("#changes") == "changed: pinion-ring backlash 111 µm"
 
 
+@pytest.mark.slow
 def test_a_case_file_is_saved_as_it_was_written(visit: Open) -> None:
     made = visit().ready()
     fill(made, BACKLASH, "150")
@@ -140,6 +144,7 @@ def test_a_case_file_is_saved_as_it_was_written(visit: Open) -> None:
     assert 'backlash = "150 um"                     # article: 100 or 200 um' in text
 
 
+@pytest.mark.slow
 def test_a_result_that_cannot_be_kept_is_said_until_the_next_run(server: Server, visit: Open) -> None:
     """At the limit of a file's size writes fail as on a full disk."""
     made = visit().ready()

@@ -11,6 +11,7 @@ from serving import Visit
 from visiting import BACKLASH, CLEARANCE, SPEED, WITHOUT_AVERAGES, Open, fill
 
 
+@pytest.mark.slow
 def test_opens_with_the_article_s_case(visit: Open) -> None:
     page = visit().ready().page
     assert page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
@@ -54,6 +55,7 @@ def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
     return made, release
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -130,6 +132,7 @@ def test_models_side_by_side_or_alone(visit: Open) -> None:
     assert made.page.locator("#stage figure").count() == 2
 
 
+@pytest.mark.slow
 def test_play_pause_and_scrub(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#play")

@@ -28,6 +28,7 @@ def tree() -> Branches:
     return gp.branches(pair(), FORCE, "16 um", "36 um", doublings=2, settle=300)
 
 
+@pytest.mark.slow
 def test_branches_of_both_ends_and_their_doublings(tree: Branches) -> None:
     """One branch from the low end doubles, doubles again; another begins at a fold and is met at the high end only."""
     assert [branch.order for branch in tree] == [1, 1, 2, 4]
@@ -96,6 +97,7 @@ def loaded(torque: float) -> gp.Case:
     return gp.replace(gp.load_case("han2021"), {"run.tolerance": 1e-9, **changes})
 
 
+@pytest.mark.slow
 def test_a_pressed_shaft_is_a_pendulum_that_the_mesh_shakes() -> None:
     """Pressed by F = T / r_b, mass m swings in its clearance c like a pendulum, w^2 = F / (m c).
 

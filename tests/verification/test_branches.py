@@ -252,6 +252,7 @@ def resonance(family: StrobeMap) -> Branch:
     return follow_branch(family, start, Settings(low=0.4, high=1.35, size=0.1), upwards=False)
 
 
+@pytest.mark.slow
 def test_the_branch_passes_both_folds_and_both_grazings(resonance: Branch, measured: Any) -> None:
     """Contact is lost and kept again where the linear response is the static deflection: |1 - W^2 + 2 i zeta W| = F_a / F_m."""
     folds = [s.orbit for s in resonance.special if s.kind == FOLD]

@@ -162,6 +162,7 @@ def test_what_other_trials_would_say_is_part_of_a_duels_error() -> None:
     assert duels([dataclasses.replace(sure[0], log_evidence_error=4.0), sure[1]])[0].winner == OPEN
 
 
+@pytest.mark.slow
 def test_the_emulators_share_of_the_error_is_how_other_trials_scatter(measured: Measured) -> None:
     """Evidence from eight sets of trials of one model: their scatter is what the jackknife says of each."""
     plan = small_plan()
@@ -189,6 +190,7 @@ def design_trials(problem: Problem, count: int) -> list[Trial]:
     return [problem.run(n, 0.96 * u) for n, u in enumerate(qmc.Sobol(2, seed=3).random(count))]
 
 
+@pytest.mark.slow
 def test_known_parameters_are_recovered_with_honest_intervals(measured: Measured) -> None:
     plan = small_plan(uncertainty=0.03, frequency_uncertainty=0.03)
     problem = KnownProblem(plan, plan.models[0])

@@ -46,6 +46,7 @@ def test_the_common_period_is_the_mesh_period() -> None:
     assert runout == pytest.approx(20.0 / mesh_frequency(case), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_settled_set_repeats_beside_its_carrier(measured: Measured) -> None:
     case = small()
     flow = Flow(case)
@@ -61,6 +62,7 @@ def test_a_settled_set_repeats_beside_its_carrier(measured: Measured) -> None:
     assert np.max(moved) > 100.0  # in fixed axes the planets have gone round
 
 
+@pytest.mark.slow
 def test_the_derivative_of_the_map_is_that_of_differences() -> None:
     case = small()
     family = StrobeMap(lambda _: case, 0.0)
@@ -76,6 +78,7 @@ def test_the_derivative_of_the_map_is_that_of_differences() -> None:
         assert np.max(error) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_branch_starts_on_a_resonance_and_keeps_the_load() -> None:
     held = {
         "floating": False,

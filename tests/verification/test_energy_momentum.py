@@ -207,6 +207,7 @@ def planetary_document() -> Document:
     return document
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "system",
     ["internal", "external", "runout", "uncoupled", "uncoupled runout", "planetary", "turning planetary"],

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from building import ALPHA, Document, Floats, Instant, Measured, case_of, run_of
 from depth import sized
@@ -81,6 +82,7 @@ def total_energy(packed: Packed, instant: Instant, t: float, y: Floats) -> float
     return instant.energy(t, y) + lifted - float(np.sum(rotors.torque * theta))
 
 
+@pytest.mark.slow
 def test_a_thousand_random_systems_keep_their_energy(measured: Measured) -> None:
     """At tolerance 1e-10, over 20 ms of impacts, the residual is at most 1e-7 of the largest kinetic energy.
 

@@ -104,6 +104,7 @@ def test_nodes_are_what_the_steps_assume() -> None:
     assert sum(WEIGHTS[6]) == pytest.approx(1.0, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_order_through_an_impact_with_and_without_location(measured: Measured) -> None:
     """Located: the error falls with the fifth power of the step; without: with the second at best."""
     with_location, errors = order(True)

@@ -76,6 +76,7 @@ def test_a_faint_vibration_is_neither_damped_nor_driven(tolerance: float, measur
     assert events == 0
 
 
+@pytest.mark.slow
 def test_the_tolerance_does_not_make_a_mesh_rattle(measured: Measured) -> None:
     """Of a pair like the calibrated one, its flanks pressed by 13 mN of drag: time in touch and impacts are those at 1e-9."""
     case = gp.replace(gp.load_case("han2021"), HARDLY_LOADED)

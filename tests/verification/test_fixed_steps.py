@@ -184,6 +184,7 @@ def test_a_step_judged_at_every_stage_is_that_of_a_script(
     assert not frozen.success or np.max(np.abs(frozen.values[:101] - expected) / scale) > 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contacts", SCHEMES)
 def test_a_tenth_of_the_step_leaves_about_a_tenth_of_the_error(contacts: str) -> None:
     """Contacts are noticed late by up to a step: the error falls with the step, and the limit is the located motion."""
@@ -271,6 +272,7 @@ def test_only_a_case_judged_at_stages_says_so() -> None:
     assert judged.policy.fixed_step_contacts == "stage"
 
 
+@pytest.mark.slow
 def test_a_force_that_jumps_feeds_steps_that_freeze_contacts_more() -> None:
     """The published formulation at 200/100 um: the step decides how hard teeth hit, and so does where contacts are judged."""
     changes = {"formulation": "as_published", "sleeves.ring.radial_clearance": 2e-4, "run.sampling": 1e3}

@@ -63,6 +63,7 @@ SHAKEN: dict[str, Document] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 1e-6, 0.3, 400.0])
 @pytest.mark.parametrize("motion", SHAKEN)
 def test_flight_on_a_housing_that_shakes(motion: str, damping: float) -> None:
@@ -272,6 +273,7 @@ def look_for_misses(documents: Iterator[Document], flights: int, where: str, mea
     assert grazing > flights // 10, "the dense looks come near to the touches"
 
 
+@pytest.mark.slow
 def test_no_contact_is_missed_in_ten_thousand_random_flights(measured: Measured) -> None:
     """Constant forces, damping, errors of the teeth, runouts."""
     generator = np.random.default_rng(20)

@@ -122,6 +122,7 @@ def test_the_closed_form_is_the_exponential_of_the_equations(seed: int) -> None:
             assert np.all(bends[q] <= first[q])
 
 
+@pytest.mark.slow
 def test_no_contact_is_missed_by_joined_rotors(measured: Measured) -> None:
     """Ten thousand flights of pairs with elastic shafts, couplings with play, supports: no touch before the one found."""
     rng = np.random.default_rng(22)
@@ -235,6 +236,7 @@ def test_the_drive_gives_what_a_coupling_takes() -> None:
     assert np.allclose(ds.drive_torque.sel(rotor="motor"), torque, rtol=0.0, atol=1e-9 * np.abs(torque).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_the_tangent_goes_along(seed: int, measured: Measured) -> None:
     """The derivative over flights and contacts, from a state off every edge: differences, and the volume by the divergence.

@@ -57,6 +57,7 @@ def test_exponents_of_joined_rotors_add_up_to_their_damping() -> None:
     assert found.divergence == pytest.approx(trace, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_pulsating_pair_is_periodic() -> None:
     """The bundled pair under 300 + 100 sin(omega t) N m answers with the common period of its load and of its mesh."""
     found = gp.motion("pulsating-pair", ensemble=4, periods=200, settle=100)

@@ -190,6 +190,7 @@ print(json.dumps([int(run.status), run.final_state.tolist(), run.log.tolist()]))
 """
 
 
+@pytest.mark.slow
 def test_interpreted_kernels_give_the_same_numbers() -> None:
     """NUMBA_DISABLE_JIT=1: the same state and contact log to 1e-12 after 2 ms of rattle."""
     document = free_pair_case("internal", "coupled", 1)

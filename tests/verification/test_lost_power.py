@@ -1,6 +1,7 @@
 """The power that meshes, sleeves and couplings lose is at no instant below zero."""
 
 import numpy as np
+import pytest
 
 import gearplay as gp
 from building import Document
@@ -17,6 +18,7 @@ def rubbing(seed: int) -> Document:
     return document
 
 
+@pytest.mark.slow
 def test_friction_of_the_teeth_never_drives() -> None:
     """Without damping all that a mesh loses is friction's: at least 0 in every sample of random trains, and some in many."""
     some = 0
@@ -29,6 +31,7 @@ def test_friction_of_the_teeth_never_drives() -> None:
     assert some > 0.5 * sized(300, 40)
 
 
+@pytest.mark.slow
 def test_no_contact_of_the_geometric_formulation_creates_energy() -> None:
     """Every sample of every lost power of random trains is at least 0, but for rounding beside what passes."""
     for seed in range(sized(200, 20)):

@@ -19,6 +19,7 @@ def period_of(frequency: float) -> float:
     return 2.0 * math.pi / (frequency * NATURAL_FREQUENCY)
 
 
+@pytest.mark.slow
 def test_exponents_of_the_linear_pair_are_its_damping(measured: Any) -> None:
     case = torsional_pair(0.7, damping_ratio=0.03, mean_force=1.0, force=0.2, backlash=False)
     found = lyapunov_exponents(case, duration=1000.0 * period_of(0.7), transient=0.0)
@@ -28,6 +29,7 @@ def test_exponents_of_the_linear_pair_are_its_damping(measured: Any) -> None:
     assert np.all(np.abs(found.values + 0.03 * NATURAL_FREQUENCY) <= found.errors)
 
 
+@pytest.mark.slow
 def test_exponents_on_an_orbit_are_its_multipliers(measured: Any) -> None:
     """On a settled period-1 orbit that rattles, the sum is log |det| per period and each is log |multiplier|."""
     frequency = 0.7
@@ -62,6 +64,7 @@ def test_the_sum_of_all_exponents_is_the_mean_divergence(case: gp.Case, measured
     assert error < 1e-2
 
 
+@pytest.mark.slow
 def test_chaos_has_a_positive_exponent_and_periodic_motion_has_not() -> None:
     chaotic = lyapunov_exponents(
         torsional_pair(0.6, mean_force=0.1, force=0.2, damping_ratio=0.1),

@@ -40,6 +40,7 @@ def test_multipliers_of_the_damped_linear_pair(frequency: float, zeta: float, me
     assert orbit.stable
 
 
+@pytest.mark.slow
 def test_stability_chart_of_meissner(measured: Any) -> None:
     """X'' + (1 +- a) x = 0 in equal halves of the period: unstable where the trace is beyond +-2; all of 400 points."""
     right = counted = 0
@@ -109,6 +110,7 @@ def linear_response(frequency: float, zeta: float, force: float) -> float:
     return force / abs(1.0 - frequency**2 + 2j * zeta * frequency)
 
 
+@pytest.mark.slow
 def test_contact_is_first_lost_where_the_linear_response_reaches_the_static_deflection(measured: Any) -> None:
     """Grazing of the driven one-sided contact: F_m = |X|. Just below it contact is kept, just above it is not."""
     frequency, zeta, mean = 0.9, 0.05, 0.1

@@ -112,6 +112,7 @@ def test_a_drive_that_ripples_takes_few_steps(measured: Measured) -> None:
     measured("their error after 0.1 s [m]", error, "1e-12")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["external-pair", "two-stage-reducer", "pinion-idler-ring", "rippling"])
 def test_it_equals_the_explicit_method(name: str, measured: Measured) -> None:
     """The same state over 2 ms at the default tolerance and, explicit throughout, at 1e-13; of the chaotic chain from five."""

@@ -3,6 +3,8 @@
 from collections import Counter
 from collections.abc import Callable
 
+import pytest
+
 from depth import sized
 from gearplay.nonlinear.kinds.classify import classify
 from other_responses import others
@@ -11,6 +13,7 @@ from responses import CLASSES, responses
 EACH = sized(40, 4)
 
 
+@pytest.mark.slow
 def test_kinds_of_known_responses(measured: Callable[[str, float, str], None]) -> None:
     """Of 200 cycles, tori, chaotic motions and transients at most one is named falsely, 90 % of each class rightly."""
     right: Counter[str] = Counter()
@@ -31,6 +34,7 @@ def test_kinds_of_known_responses(measured: Callable[[str, float, str], None]) -
     assert all(right[group] >= 0.9 * EACH for group in CLASSES), right
 
 
+@pytest.mark.slow
 def test_kinds_of_other_responses(measured: Callable[[str, float, str], None]) -> None:
     """Of 160 oscillators, maps, noisy tones, noise, drifts and slow oscillations at most one is named falsely."""
     false, total = [], 0

@@ -41,6 +41,7 @@ def recorded_over_true(rig: Rig, frequencies: list[float], settling: float, dura
     return np.asarray(lines(record.channel("a.recorded").values, frequencies, rate) * phase / 10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
     ("sensor", "collector", "edges"),

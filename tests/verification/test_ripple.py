@@ -144,6 +144,7 @@ def test_the_drives_work_closes_the_balance(measured: Measured) -> None:
     assert change == pytest.approx(work, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_no_sample_overlaps_an_open_contact(seed: int) -> None:
     """A sample every microsecond, while rotors fly and while others are integrated: what is open has a gap."""

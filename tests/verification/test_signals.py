@@ -27,6 +27,7 @@ def test_tones_between_lines_are_exact_without_noise(window: str) -> None:
         assert row.phase == pytest.approx(p, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", ["hann", "boxcar"])
 def test_tones_between_lines_in_noise_keep_a_thousandth_and_a_hundredth_of_a_line(window: str) -> None:
     for seed in range(20):
@@ -37,6 +38,7 @@ def test_tones_between_lines_in_noise_keep_a_thousandth_and_a_hundredth_of_a_lin
             assert row.amplitude == pytest.approx(a, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", ["hann", "boxcar"])
 def test_stated_intervals_cover_what_they_state(window: str) -> None:
     """95 % intervals of 300 draws; the coverage of 300 scatters by 1.3 %, of 30 by 4 %."""
@@ -70,6 +72,7 @@ def test_uncertainty_follows_the_local_noise_not_the_global() -> None:
     assert rows[1].amplitude_uncertainty == pytest.approx(expected, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_boxcar_attains_the_bounds_of_cramer_and_rao() -> None:
     density, length = 2.0 * 0.1**2 / FS, N / FS
     rows = [
@@ -86,6 +89,7 @@ def test_a_boxcar_attains_the_bounds_of_cramer_and_rao() -> None:
     assert amplitude == pytest.approx(np.sqrt(density / length), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_long_record_shows_thirty_lines() -> None:
     n, fs = 2_000_000, 1e5
     t = np.arange(n) / fs

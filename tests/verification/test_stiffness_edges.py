@@ -138,6 +138,7 @@ def error(start: Motion, tolerance: float) -> float:
     return float(np.max(np.abs(found - state(exact(start, SPAN))) / flow.natural))
 
 
+@pytest.mark.slow
 def test_no_visit_beyond_an_edge_is_missed(measured: Measured) -> None:
     """100 tips of 0.03 to 3 us, 2 to 20 us ahead: the error falls at least 5 times per decade of tolerance.
 

@@ -66,6 +66,7 @@ def tangent_error(flow: Flow) -> float:
     return float(min(errors))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20), ids=lambda seed: f"{seed}-{FEATURES[seed]['pair']}")
 def test_the_tangent_is_the_derivative_of_the_flow(seed: int, measured: Any) -> None:
     """Twenty systems with all laws, drives and formulations."""
@@ -74,6 +75,7 @@ def test_the_tangent_is_the_derivative_of_the_flow(seed: int, measured: Any) -> 
     assert error < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 3, 8])
 def test_the_tangent_on_a_housing_that_shakes(seed: int, measured: Any) -> None:
     """Its acceleration changes the speeds at which sleeves are hit, and which they remember."""
@@ -83,6 +85,7 @@ def test_the_tangent_on_a_housing_that_shakes(seed: int, measured: Any) -> None:
     assert error < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3, 5, 9, 17])
 def test_the_tangent_over_jumps_of_constant_damping(seed: int, measured: Any) -> None:
     """The force jumps to C dp/dt at every touch, as published at every release too: the saltation of T24."""

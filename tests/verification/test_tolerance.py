@@ -125,6 +125,7 @@ def test_even_designs_scatter_less_than_their_interval_says(kind: str) -> None:
     assert inside >= FEWEST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("samples", "members", "common"), [(60, 1, 1.0), (300, 1, 1.0), (40, 8, 0.3), (100, 4, 0.8)]
 )

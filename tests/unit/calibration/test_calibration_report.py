@@ -123,6 +123,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, list[Fit], 
     return plan, fits, folder, write_calibration(plan, fits, folder)
 
 
+@pytest.mark.slow
 def test_the_document_is_the_file_and_holds_every_fit(written: Any) -> None:
     plan, fits, folder, document = written
     assert json.loads((folder / "calibration.json").read_text()) == with_digest(document)
@@ -178,6 +179,7 @@ def test_the_page_begins_with_the_answer_and_one_picture(written: Any) -> None:
     assert places == sorted(places)
 
 
+@pytest.mark.slow
 def test_numbers_are_si_in_the_document_and_as_engineers_read_them_on_the_page(tmp_path: Path) -> None:
     play = {"name": "play", "path": "sleeves.ring.radial_clearance", "low": "40 um", "high": "250 um"}
     turn = {
@@ -245,6 +247,7 @@ def test_the_page_is_self_contained_and_shows_every_figure(written: Any) -> None
     assert not list(folder.rglob("*.part"))
 
 
+@pytest.mark.slow
 def test_absent_numbers_are_dashes_on_the_page_and_null_in_the_document(tmp_path: Path) -> None:
     plan = small_plan(frequencies=False, readings=["absolute"])
     document = write_calibration(plan, fits_of(plan), tmp_path)
@@ -258,6 +261,7 @@ def test_absent_numbers_are_dashes_on_the_page_and_null_in_the_document(tmp_path
     assert "nan" not in page.split('id="figures"')[0].lower()
 
 
+@pytest.mark.slow
 def test_one_of_everything_can_be_told_nothing_about(tmp_path: Path) -> None:
     plan = small_plan(frequencies=False, readings=["absolute"])
     keep = {name: getattr(plan, name)[:1] for name in ("models", "conditions", "parameters")}
@@ -269,6 +273,7 @@ def test_one_of_everything_can_be_told_nothing_about(tmp_path: Path) -> None:
     assert "nothing to compare" in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_datum_that_vanishes_or_cannot_be_predicted_is_still_drawn(tmp_path: Path) -> None:
     plan = small_plan(readings=["unnormalised"])
     first, second = fits_of(plan)
@@ -391,6 +396,7 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
         assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_fit_that_rests_on_its_start_is_told_of_in_the_answer(tmp_path: Path) -> None:
     plan = small_plan()
     fits = fits_of(plan)

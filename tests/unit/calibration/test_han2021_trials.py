@@ -54,6 +54,7 @@ def test_trial__is_what_its_point_gives() -> None:
     assert np.median(np.abs(others - logs[1])) > 0.15  # other points; found 0.24
 
 
+@pytest.mark.slow
 def test_search__points_follow_from_the_seed_and_the_trials_before() -> None:
     """Sobol points of the start, then those of TPE and of the emulator."""
     problem, startup = Problem(PLAN, PLAN.models[0]), PLAN.effort.startup

@@ -38,6 +38,7 @@ def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) 
     assert store.trials == whole.trials
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [1, 3])
 def test_a_search_that_goes_on_asks_for_the_very_point_of_one_that_never_stopped(
     turn: int, monkeypatch: pytest.MonkeyPatch

@@ -88,6 +88,7 @@ def test_there_are_commands() -> None:
     assert {command.verb for command in COMMANDS} >= NEVER
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=named)
 def test_the_commands_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make_files(page, tmp_path)

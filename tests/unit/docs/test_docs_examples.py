@@ -21,6 +21,7 @@ def pages() -> list[str]:
     return [page.relative_to(ROOT).as_posix() for page in found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
     [

@@ -104,6 +104,7 @@ def fields() -> list[tuple[str, str]]:
     return top + [(table, name) for table, node in schema["$defs"].items() for name in node["properties"]]
 
 
+@pytest.mark.slow
 def test_every_link_of_the_site_leads_somewhere(site: Path, pages: dict[Path, Page]) -> None:
     count = 0
     for path, page in pages.items():

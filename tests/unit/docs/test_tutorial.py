@@ -10,6 +10,7 @@ from gearplay.cli.main import run
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "tutorial" / "index.md"
 
 
+@pytest.mark.slow
 def test_the_record_looks_as_the_tutorial_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

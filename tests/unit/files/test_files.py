@@ -267,6 +267,7 @@ def test_a_result_is_read_as_it_was_written(tmp_path: Path) -> None:
         assert elsewhere.x.equals(a_result().x)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_no_damage_goes_unseen(tmp_path: Path, tried: Callable[[int], None]) -> None:
     """Flips, cuts, swaps and growth of a result file: refused in one sentence, or the very same numbers."""
@@ -325,6 +326,7 @@ def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
         make_folder(tmp_path / "file" / "below")
 
 
+@pytest.mark.slow
 def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -337,6 +339,7 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
             read_dataset(tmp_path / "old.nc")
 
 
+@pytest.mark.slow
 def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(tmp_path: Path) -> None:
     begun = tmp_path / "begun"
     child = (

@@ -156,6 +156,7 @@ def test_a_kill_while_one_takes_the_place_of_the_other(
     assert [each.name for each in again.iterdir()] == [".of"]  # it has ended: this is a new one
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("first", range(14))
 @pytest.mark.parametrize("second", range(14))

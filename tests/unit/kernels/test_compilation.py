@@ -52,6 +52,7 @@ def test_one_signature_each_within_all_that_contain_it() -> None:
     assert {name: n for name, n in counts.items() if n > 1} == dict.fromkeys(REAL_AND_COMPLEX, 2)
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_numbers() -> None:
     compiled, plain = output_of(SHORT), output_of(SHORT, NUMBA_DISABLE_JIT="1")
     assert compiled["events"] == plain["events"] > 0
@@ -86,6 +87,7 @@ json.dump(reason, sys.stdout)
 """
 
 
+@pytest.mark.slow
 def test_no_kernel_can_allocate(tmp_path: Path) -> None:
     # so that kernels suit a device, and threads share no reference counts
     done = run_program(ALLOCATES, file=tmp_path / "program.py")

@@ -167,6 +167,7 @@ def value_of(file: Path, *words: str, **environment: str) -> list[str]:
     return done.stdout.split(maxsplit=2)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
 def test_damage_full_disk_and_no_folder_give_the_right_number(tmp_path: Path) -> None:
     file = tmp_path / "small.py"
@@ -184,6 +185,7 @@ def test_damage_full_disk_and_no_folder_give_the_right_number(tmp_path: Path) ->
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
 def test_two_versions_at_once_each_have_their_own_numbers(tmp_path: Path, tried: Callable[..., Any]) -> None:
     """Two versions compile a kernel of one name at one place, at the same time in one cache: each has its own numbers."""

@@ -96,6 +96,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
     return made
 
 
+@pytest.mark.slow
 def test_a_call_by_address_gives_what_the_kernel_returns(found: dict[str, object]) -> None:
     # first (2, 2 * 0.5 + 2), then (3, 3 * 2 + 2)
     assert found["value"] == 100.0 * 3 + 10.0 * 3.0 + 8.0
@@ -178,6 +179,7 @@ def called(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
 def test_python_hands_over_and_gets_back_numbers_arrays_and_groups(called: dict[str, Any]) -> None:
     assert called["everything"] == [[-(2**40), 0.5, False], [-7, 2.0, True]]
@@ -224,6 +226,7 @@ print(square(-3.0))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     INTERPRETED or sys.platform == "win32", reason="nothing is compiled here, or no signals there"
 )
@@ -266,6 +269,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals there")
 def test_ctrl_c_while_a_kernel_is_compiled_comes_when_it_is_done(tmp_path: Path) -> None:
     done = run_program(INTERRUPTED, file=tmp_path / "program.py", check=False, **cache_in(tmp_path))
@@ -294,6 +298,7 @@ print(more(Numbers(np.array([1.0, 0.25], dtype="{dtype}"))))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
 def test_code_of_another_form_is_compiled_anew(tmp_path: Path) -> None:
     """Kept code was made for fields of one dtype and for a function as it then was, wherever that is written."""
@@ -312,6 +317,7 @@ print(run.ds["ax"].sizes["time"], "numba" in sys.modules)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(INTERPRETED, reason="nothing is compiled here")
 def test_what_was_compiled_before_runs_without_the_compiler() -> None:
     """Loading numba would take longer than all the rest of a short run."""

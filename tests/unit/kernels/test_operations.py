@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.mark.slow
 def test_a_right_hand_side_divides_seldom_and_asks_for_no_sine() -> None:
     """Sleeve and flank in contact; the teeth have errors, so that the mesh phase counts."""
     done = subprocess.run(

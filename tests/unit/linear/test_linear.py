@@ -218,6 +218,7 @@ def test_what_cannot_be_is_refused(call: Any, words: str) -> None:
         call()
 
 
+@pytest.mark.slow
 def test_answers_come_back_from_their_files_and_have_pictures(tmp_path: Path) -> None:
     case = planetary_document()
     answers = [

@@ -44,6 +44,7 @@ def outcome(make: Any) -> Any:
         return str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", bundled_names())
 def test_every_value_of_every_bundled_case(name: str) -> None:
     case = gp.load_case(name)

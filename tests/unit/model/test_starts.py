@@ -49,6 +49,7 @@ def shocks(document: dict[str, Any]) -> list[str]:
     return [str(each) for each in gp.check_case(gp.load_case(document)) if "at the start" in each.message]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
 def test_starts__tree__independent_of_order_and_in_touch(part: int) -> None:
     for seed in range(part, sized(300, 40), 10):

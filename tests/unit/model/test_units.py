@@ -146,6 +146,7 @@ def test_units_scale_and_never_change_order(number: float, row: tuple[str, str, 
     assert parse_quantity(f"{-number!r} {unit}", quantity) == -small
 
 
+@pytest.mark.slow
 @given(st.text(max_size=70), st.sampled_from(QUANTITIES))
 def test_any_text_is_a_finite_number_or_refused(text: str, quantity: q.Quantity) -> None:
     with contextlib.suppress(UnitError):
@@ -158,6 +159,7 @@ def test_text_close_to_the_grammar_is_a_finite_number_or_refused(text: str, quan
         assert math.isfinite(parse_quantity("1" + text, quantity))
 
 
+@pytest.mark.slow
 def test_common_units_need_no_pint() -> None:
     listed = [
         f"1 {unit}"

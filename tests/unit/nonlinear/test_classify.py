@@ -63,6 +63,7 @@ CHANGES: dict[str, Callable[[Floats], tuple[Floats, Any]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("kind", MOTIONS)
 def test_what_must_not_change_the_verdict(kind: str, change: str) -> None:
@@ -141,6 +142,7 @@ def test_chaos_in_bands_and_intermittent(rate: float, periods: int, bands: int) 
     assert (found.kind, found.evidence["bands"]) == ("chaotic", bands)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [0.2, 1.0, 5.0])
 @pytest.mark.parametrize("turns", [0.0, 0.5, 0.61803])
 def test_slow_decays_onto_a_cycle(time: float, turns: float) -> None:

@@ -25,6 +25,7 @@ def test_a_record_of_few_slow_swings_is_refused() -> None:
         gp.lyapunov("han2021", count=1, duration=2.0)
 
 
+@pytest.mark.slow
 def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
     """The case's own 2 s would not do; motions from different starts give one exponent, each within its uncertainty."""
     exponents = []

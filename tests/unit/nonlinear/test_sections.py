@@ -122,6 +122,7 @@ def test_periods_of_the_excitation() -> None:
     assert common_period(still) == pytest.approx(mesh)
 
 
+@pytest.mark.slow
 def test_a_diagram_carried_up_and_down_shows_the_jumps_of_the_resonance() -> None:
     values = np.linspace(0.42, 0.8, 20)
     found = bifurcation_diagram(pair, values, ["wheel.theta"], settle=200, keep=3)

@@ -67,6 +67,7 @@ def test_a_held_sun_shares_as_statics_say() -> None:
     assert found["sun_force"].values == pytest.approx(found["ring_force"].values, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_along_a_motion(tmp_path: Path) -> None:
     moving = gp.replace(gp.load_case("planetary-reducer"), {"run.duration": 0.05, "run.sampling": 20_000.0})
     found = gp.load_sharing(gp.simulate(moving))

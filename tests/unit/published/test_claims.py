@@ -171,6 +171,7 @@ def test_the_floor_falls_with_the_runs_to_pick_from() -> None:
     assert runs_needed({**floor, "limit": 1e9}, "best_of") == 1
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_document_and_kept_points_are_not_run_again(tmp_path: Path) -> None:
     settings = ClaimSettings(points=1, members=2, duration=1.0, transient=0.2)
     store = FolderStore(tmp_path)

@@ -94,6 +94,7 @@ def pressed(members: int, **changes: object) -> ConditionResult:
     return run_condition(base, Condition(60.0, 100.0, 100.0), settings.variants[0], settings)
 
 
+@pytest.mark.slow
 def test_a_swing_that_nothing_keeps_up_dies_by_its_damping() -> None:
     """Amplitude falls as exp(-c t / 2 m), its frequency that of the pressed pendulum, tilt included."""
     found = pressed(6)
@@ -102,6 +103,7 @@ def test_a_swing_that_nothing_keeps_up_dies_by_its_damping() -> None:
     assert found.floor == 0.0
 
 
+@pytest.mark.slow
 def test_a_floor_that_shakes_keeps_the_swing_up() -> None:
     """The swing, across the line of action, is an oscillator in noise: its acceleration has the mean square S w^2 m / 4 c."""
     floor = {
@@ -132,6 +134,7 @@ def test_a_sideband_is_not_taken_for_a_line() -> None:
     assert found["mesh_2x"].amplitude == pytest.approx(1.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_amplitudes_count_as_met_only_where_the_swing_lasts() -> None:
     settings = Settings(members=2, duration=2.0, transient=1.0, history=0.01)
     results = run_study(settings)

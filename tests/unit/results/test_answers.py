@@ -68,6 +68,7 @@ def made() -> dict[str, Any]:
     return {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MAKERS)
 def test_an_answer_comes_back_from_its_file(kind: str, made: dict[str, Any], tmp_path: Path) -> None:
     answer = MAKERS[kind]()
@@ -91,6 +92,7 @@ def test_an_answer_comes_back_from_its_file(kind: str, made: dict[str, Any], tmp
     assert repr(again) == repr(answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MAKERS)
 def test_an_answer_draws_itself(kind: str, made: dict[str, Any]) -> None:
     """What it draws is not blank: some pixels inside are neither white nor grey."""

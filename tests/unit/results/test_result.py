@@ -98,6 +98,7 @@ def test_signals_are_consistent_with_each_other(result: gp.Result) -> None:
     assert float(ds.back_force.min()) >= 0.0
 
 
+@pytest.mark.slow
 def test_saving_and_reading_back_gives_the_same(result: gp.Result, tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     result.save(path)

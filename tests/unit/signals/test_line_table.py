@@ -39,6 +39,7 @@ def test_the_stated_limit_parts_what_is_found() -> None:
         assert line_table(c, (100.0,)).rows[0].found is found
 
 
+@pytest.mark.slow
 def test_a_hump_is_no_line() -> None:
     frequency = np.fft.rfftfreq(N, 1.0 / FS)
     shape = np.exp(-0.5 * ((frequency - 100.0) / (12.0 * DF)) ** 2) + 1e-3

@@ -26,6 +26,7 @@ C = Channel(
 )
 
 
+@pytest.mark.slow
 def test_a_record_makes_a_page(tmp_path: Path) -> None:
     paths = draw_record(C, tmp_path / "new", speed=2 * np.pi * 10.0, expected=(60.0, 333.0), highest=30.0)
     assert [p.stem for p in paths] == [
@@ -51,6 +52,7 @@ def test_a_shock_survives_thinning() -> None:
     assert len(line.get_xdata()) <= MOST_POINTS
 
 
+@pytest.mark.slow
 def test_signals_at_rest_are_drawn(tmp_path: Path) -> None:
     assert (
         len(draw_record(Channel("still", np.zeros(4000), 1000.0), tmp_path, speed=60.0, expected=(50.0,)))

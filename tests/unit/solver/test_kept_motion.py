@@ -174,6 +174,7 @@ def test_a_result_from_a_file_that_its_case_does_not_give_is_not_repeated(tmp_pa
     assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-6, 5e-3), (1e-9, 2e-4)])
 def test_peaks_of_contacts_are_those_of_the_motion(tolerance: float, limit: float) -> None:
     """Forces and depths of some impacts, against the same motion looked at every 20 ns."""

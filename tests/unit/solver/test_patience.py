@@ -78,6 +78,7 @@ def test_the_limit_on_wall_time_counts_the_samples_too(tmp_path: Path) -> None:
     assert len(result.signal("ring.ax", window=(1.0, 1.1))) == 10_000
 
 
+@pytest.mark.slow
 def test_what_is_in_a_hurry_is_written_as_it_is(tmp_path: Path) -> None:
     result = gp.simulate("han2021", duration=1.0, transient=0.0)
     result.save(tmp_path / "slow.nc")

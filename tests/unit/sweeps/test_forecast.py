@@ -14,6 +14,7 @@ from gearplay.sweeps.running.evaluate import Outcome, Sweep
 from gearplay.sweeps.running.folder import jobs_left, run_in
 
 
+@pytest.mark.slow
 def test_what_is_loaded_at_first_is_not_counted_for_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
     """A first case of a second and all others of 20 ms, which workers share: 184 cases take half as long on two workers."""
     made = Sweep(load_sweep("space-temperature"))

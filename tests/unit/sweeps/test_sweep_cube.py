@@ -55,6 +55,7 @@ def some(kept: Any, values: dict[str, Any], member: int) -> Any:
     return np.arange(kept.size) + 1e5 * values["b"] + len(values["formulation"]) + member
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [1, 2, 7, 9, 1000])
 def test_a_cube_is_the_product_however_it_is_cut(
     points: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -190,6 +191,7 @@ def test_ctrl_c_between_the_two_names_keeps_the_old_cube(
     assert [each.name for each in tmp_path.iterdir()] == ["sweep.zarr"]
 
 
+@pytest.mark.slow
 def test_a_cube_beyond_memory_goes_without_the_product(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

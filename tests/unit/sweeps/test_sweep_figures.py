@@ -77,6 +77,7 @@ SHAPES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(("plan", "names"), SHAPES.values(), ids=SHAPES.keys())
 def test_a_plan_of_any_shape_gets_the_pictures_that_make_sense(
@@ -138,6 +139,7 @@ def test_failed_cases_leave_holes_and_no_trouble(spread: str, figures: list[Any]
     assert grey == {"one panel": 2 * 9, "one model": 2 * 9, "no number": 4 * 3}[spread]
 
 
+@pytest.mark.slow
 def test_maps_share_one_scale_of_colour_that_is_logarithmic_for_decades(figures: list[Any]) -> None:
     def value(kept: Any, values: Mapping[str, Any], member: int) -> float:
         top = 1.0 if values["model"] == "coupled" else 3.0
@@ -154,6 +156,7 @@ def test_maps_share_one_scale_of_colour_that_is_logarithmic_for_decades(figures:
         assert (type(norm).__name__ == "LogNorm") == (figure is figures[0])
 
 
+@pytest.mark.slow
 def test_axes_are_in_units_that_engineers_read_and_cells_lie_around_their_values(figures: list[Any]) -> None:
     angle = {
         "name": "angle",
@@ -175,6 +178,7 @@ def test_axes_are_in_units_that_engineers_read_and_cells_lie_around_their_values
     assert corners[0, :, 0].tolist() == pytest.approx([30.0, 90.0, 150.0, 210.0, 270.0, 330.0])
 
 
+@pytest.mark.slow
 def test_an_order_map_puts_the_mesh_line_at_its_order(figures: list[Any]) -> None:
     def value(kept: Any, values: Mapping[str, Any], member: int) -> Any:
         mesh = 20.0 * values["speed"] / (2.0 * math.pi)
@@ -221,6 +225,7 @@ def test_up_and_down_differ_where_it_is_more_than_the_spread(figures: list[Any])
     assert not any(len(c.get_segments()) for c in without.collections if type(c).__name__ == "LineCollection")
 
 
+@pytest.mark.slow
 def test_a_dataset_put_together_by_hand_has_its_directions_drawn() -> None:
     sweep, up = made(plan_of(MODEL, SPEED, reduce=[RMS]))
     both = xr.concat([up, up.assign(rms=2.0 * up.rms)], dim="direction")
@@ -228,6 +233,7 @@ def test_a_dataset_put_together_by_hand_has_its_directions_drawn() -> None:
     assert [each.name for each in pictures_of(sweep, dataset)] == ["hysteresis-1-1", "hysteresis-1-2"]
 
 
+@pytest.mark.slow
 def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figures: list[Any]) -> None:
     plan = plan_of(design={**DESIGN, "count": 2500}, reduce=[RMS])
     sweep, dataset = made(plan, lambda k, values, member: values["speed"])
@@ -246,6 +252,7 @@ def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figure
     assert "2000 of 2500 cases" in figures[1].get_suptitle()
 
 
+@pytest.mark.slow
 def test_few_cases_are_coloured_by_their_values(figures: list[Any]) -> None:
     pictures_of(*made(plan_of(design=DESIGN, reduce=[RMS])))
     (lines,) = panels(figures[1])[0].collections
@@ -282,6 +289,7 @@ def test_many_variables_give_a_bounded_number_of_pictures(monkeypatch: pytest.Mo
     )
 
 
+@pytest.mark.slow
 def test_a_product_read_back_from_its_file_gives_the_same_pictures(tmp_path: Path) -> None:
     sweep, dataset = made(plan_of(MODEL, SPEED, members=2, reduce=[RMS]))
     write_product(dataset, tmp_path / "sweep.nc")

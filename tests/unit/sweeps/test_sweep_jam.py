@@ -112,6 +112,7 @@ def test_over_temperature_the_line_is_crossed() -> None:
     assert 293.15 < upright.across[0] < 393.15
 
 
+@pytest.mark.slow
 def test_the_map_shows_the_line_in_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
     figures: list[Any] = []
     plain = sweep_maps.to_png

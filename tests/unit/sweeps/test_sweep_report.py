@@ -62,6 +62,7 @@ def test_the_summary_says_how_large_and_where() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_page_of_a_real_sweep_says_how_it_was_computed(tmp_path: Path) -> None:
     plan = load_sweep(
         plan_of(MODEL, {**SPEED, "count": 2}, {**DRAG, "count": 2, "scale": "log"}, members=2, title="")
@@ -79,6 +80,7 @@ def test_a_page_of_a_real_sweep_says_how_it_was_computed(tmp_path: Path) -> None
     assert load_sweep(tomllib.loads(unescape(text[1]))) == plan
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_what_the_sweep_says(tmp_path: Path) -> None:
     plan = plan_of(SPEED, PLAY, members=2, reduce=[RMS])
     sweep, dataset = made(plan, lambda k, v, member: v["speed"] + 1e-3 * member)

@@ -87,6 +87,7 @@ def drawn_from() -> Any:
     return design.parameters
 
 
+@pytest.mark.slow
 def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> None:
     plan = plan_of("saltelli", 64, members=2)
     tolerance = Tolerance(measure="mesh_amplitude", limit="13 um", probability=0.6, scale=("play",))
@@ -124,6 +125,7 @@ def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> 
     assert "µm (a fifth of them)" in " ".join(found["words"])
 
 
+@pytest.mark.slow
 def test_every_combination_of_the_axes_has_its_answer(tmp_path: Path) -> None:
     plan = plan_of("latin-hypercube", 100, axes=True)
     document = write_tolerance(
@@ -175,6 +177,7 @@ def test_a_parameter_matters_only_beyond_the_scatter_among_members() -> None:
     assert indices_words(dataclasses.replace(found, reason="why"))[0] == "No Sobol indices: why."
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "values",
     [
@@ -190,6 +193,7 @@ def test_any_sample_can_be_drawn(values: Any) -> None:
     assert png.startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limit", "power", "said"),
     [

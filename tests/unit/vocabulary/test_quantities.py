@@ -20,6 +20,7 @@ def test_the_result_variables_are_those_of_the_contract() -> None:
     assert list(RESULT_VARIABLES) == CONTRACT.split()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", EVERY, ids=lambda quantity: quantity.name)
 def test_display_factors_agree_with_the_units(quantity: q.Quantity) -> None:
     units = pint.UnitRegistry()

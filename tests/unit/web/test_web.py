@@ -68,6 +68,7 @@ def test_frames_keep_every_number_and_shape() -> None:
         unpack_frame(b"abc")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", bundled_names())
 def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
     """A control's value lies on its slider and within its bounds, and setting it to itself changes nothing."""
@@ -351,6 +352,7 @@ def test_a_map_has_what_single_runs_give(measure: str) -> None:
     assert found["values"][0, 1] > 0.0
 
 
+@pytest.mark.slow
 def test_every_measure_that_is_offered_is_kept() -> None:
     for each in measures(load_case("pinion-idler-ring")):
         case = load_case("pinion-idler-ring", ["run.duration=100ms", "run.transient=0s"])

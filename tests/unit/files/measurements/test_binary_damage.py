@@ -198,6 +198,7 @@ def test_mdf4(change: Change, words: str, tmp_path: Path) -> None:
     refused(tmp_path / "run.mf4", change, words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mark", [b"##DG", b"##CG", b"##CN", b"##FH"])
 def test_mdf4_rings_of_links(mark: bytes, tmp_path: Path) -> None:
     write_mdf4(tmp_path / "run.mf4", RECORD)
@@ -206,6 +207,7 @@ def test_mdf4_rings_of_links(mark: bytes, tmp_path: Path) -> None:
     refused(path, put(place + 24, "<Q", place))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -241,6 +243,7 @@ def test_mdf4_invalid_samples_are_counted(tmp_path: Path) -> None:
         read_measurement(path)
 
 
+@pytest.mark.slow
 def test_mdf4_conversions_and_uneven_time(tmp_path: Path) -> None:
     from asammdf import MDF, Signal
 
@@ -269,6 +272,7 @@ def repacked(change: Change) -> Change:
     return whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -290,6 +294,7 @@ def test_mat(change: Change, tmp_path: Path) -> None:
     refused(tmp_path / "run.mat", change)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -445,6 +450,7 @@ def test_hdf5_rates_axes_packing_and_links(tmp_path: Path) -> None:
         read_measurement(path)
 
 
+@pytest.mark.slow
 def test_netcdf_of_xarray(tmp_path: Path) -> None:
     import xarray as xr
 

@@ -85,6 +85,7 @@ def test_long_records_are_packed_with_checksums(suffix: str, tmp_path: Path) -> 
     np.testing.assert_array_equal(found.channels[0].values, long.channels[0].values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "write", "units"),
     [
