@@ -48,6 +48,7 @@ def test_people_get_sentences_and_figures(
     assert len(list(tmp_path.glob("*.png"))) == 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "code", "words"),
     [

@@ -28,6 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN["case"])
 def test_a_copied_case_is_the_bundled_one(name: str) -> None:
     answer("copy", name, "--kind", "case")

@@ -99,6 +99,7 @@ def test_the_sound_case_is_accepted_and_every_damage_changes_it(tmp_path: Path) 
     assert all(case.content != SOUND.encode() for case in CASES)
 
 
+@pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_damaged_case_is_refused(case: Damaged, tmp_path: Path) -> None:

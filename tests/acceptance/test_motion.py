@@ -143,6 +143,7 @@ def test_what_cannot_be_is_one_sentence(
     assert complaint.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_basins_and_their_picture() -> None:
     found = gp.basins(
         gp.torsional_pair(0.6, mean_force=0.1, force=0.05),

@@ -173,6 +173,7 @@ def test_a_page_holds_the_motion_and_needs_nothing_else(
         assert outside not in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "rule"),
     [

@@ -151,6 +151,7 @@ def test_ctrl_c_after_the_run_leaves_its_whole_result(
         assert [each.name for each in tmp_path.iterdir()] == ["x.nc"]
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("old", [False, True])
 def test_ctrl_c_before_the_file_has_its_name_says_so(

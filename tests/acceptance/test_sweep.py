@@ -267,6 +267,7 @@ def test_a_cluster_gives_the_same_bytes(
     assert content(tmp_path) == content(whole)
 
 
+@pytest.mark.slow
 def test_memory_and_folder_hold_the_same(plan: Path, whole: Path) -> None:
     found = sweep.sweep(plan).ds
     assert gp.read_result(whole / "sweep.nc").ds.identical(found)
@@ -738,6 +739,7 @@ def test_a_damaged_store_is_named_and_left_alone(
     assert content(tmp_path) == product
 
 
+@pytest.mark.slow
 def test_an_interrupted_overwrite_leaves_the_old_result_and_goes_on(
     few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -925,6 +927,7 @@ def test_corners_of_a_plan_may_be_refused_and_lengths_may_differ(tmp_path: Path)
 # Plans and folders
 
 
+@pytest.mark.slow
 def test_a_folder_keeps_to_one_plan(few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, other = tmp_path / "out", ["--set", "run.duration=0.03 s"]
     finish(few, out)
@@ -970,6 +973,7 @@ def test_a_dry_run_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_json_is_one_document(few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert do("sweep", few, "--out", tmp_path, "--json") == 0
     printed = capsys.readouterr()

@@ -17,6 +17,7 @@ from cross.reference import Reference
 # ---------------------------------------------------------------------- base motion
 
 
+@pytest.mark.slow
 def test_a_shaken_oscillator() -> None:
     """Closed form of x'' + w^2 x = -a sin(W t + p) along a direction; gravity beside it."""
     shake = {"kind": "harmonic", "amplitude": 30.0, "frequency": 120.0, "phase": 0.4, "direction": 2.0}
@@ -57,6 +58,7 @@ def test_a_half_sine_pulse(as_object: bool) -> None:
 # ---------------------------------------------------------------------- unbalance
 
 
+@pytest.mark.slow
 def test_an_unbalance_shakes_its_support() -> None:
     """Closed form of m x'' + k x = U W^2 cos(W t + p), and in y with the sine, both from rest."""
     W, w, phase = 150.0, math.sqrt(1e6 / MASS), 0.6
@@ -74,6 +76,7 @@ def test_an_unbalance_shakes_its_support() -> None:
     np.testing.assert_allclose(found["y"][:, 0], size * y, atol=1e-16)
 
 
+@pytest.mark.slow
 def test_a_free_unbalanced_rotor_turns_about_its_centre_of_mass() -> None:
     amount, phase = 0.02, 0.3
     case = disc(floating=True, unbalance={"amount": amount, "phase": phase}, gravity=[1.0, -9.81])
@@ -92,6 +95,7 @@ def test_a_free_unbalanced_rotor_turns_about_its_centre_of_mass() -> None:
     np.testing.assert_allclose(middle_y, fall, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_a_torque_on_a_free_unbalanced_rotor_meets_the_inertia_about_its_centre_of_mass() -> None:
     case = disc(floating=True, unbalance={"amount": 0.02}, drive={"kind": "torque", "torque": 0.5})
     found = Reference(case).trajectory(TIMES)
@@ -127,6 +131,7 @@ def test_gravity_swings_an_unbalance_about_a_held_axis() -> None:
 # ---------------------------------------------------------------------- torque terms
 
 
+@pytest.mark.slow
 def test_terms_in_time_and_in_rotation() -> None:
     terms = [{"frequency": 80.0, "amplitude": 0.4, "phase": 0.7}]
     case = disc(drive={"kind": "torque", "torque": 0.3, "terms": terms})

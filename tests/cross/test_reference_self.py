@@ -97,6 +97,7 @@ def test_impact_depth_and_duration(exponent: float, speed: float) -> None:
     assert motion["vx"][1, 0] == pytest.approx(-speed, rel=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "restitution", "delivered"),
     [
@@ -120,6 +121,7 @@ def test_delivered_restitution(law: str, restitution: float, delivered: float | 
         assert out == pytest.approx(delivered, abs=6e-6)
 
 
+@pytest.mark.slow
 def test_peak_ratio_of_lankarani_nikravesh() -> None:
     speed = 0.05
     reference = Reference(impact_case(speed, restitution=0.9))
@@ -192,6 +194,7 @@ def test_friction_of_a_sleeve() -> None:
     assert motion["ax"][0, 0] == pytest.approx(-0.2 * normal * 0.6875 / 0.8, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_sleeve_on_a_floating_carrier_conserves() -> None:
     rotors = {
         "arm": {"mass": 1.5, "inertia": 4e-3, "floating": True, "initial": {"omega": 2.0, "vx": 0.01}},

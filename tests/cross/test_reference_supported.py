@@ -118,6 +118,7 @@ def test_forces_of_supports_and_couplings_are_gradients() -> None:
 # ---------------------------------------------------------------------- couplings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
 def test_coupled_inertias_swing_with_the_twist(ratio: float) -> None:
     coupling = {"between": ["one", "two"], "torsional_stiffness": 500.0, "ratio": ratio}
@@ -128,6 +129,7 @@ def test_coupled_inertias_swing_with_the_twist(ratio: float) -> None:
     np.testing.assert_allclose(twist, 1e-3 * np.cos(rate * TIMES), atol=1e-14)
 
 
+@pytest.mark.slow
 def test_play_and_its_damping() -> None:
     """Free flight through the play; a damped end hits with c dp/dt at once and never pulls."""
     coupling = {

@@ -258,6 +258,7 @@ def test_a_short_run_sees_a_part_of_a_longer_record() -> None:
     assert np.std(gp.simulate(case_of(document)).signal("base_ax")) > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_saved_result_gives_its_signals_back(tmp_path: Path) -> None:
     result = gp.simulate(

@@ -319,6 +319,7 @@ def _turn(x: float, y: float, angle: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 @every_kind
 def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> None:

@@ -42,6 +42,7 @@ def sweep() -> Sweep:
     return Sweep(make_plan(case, axes, [kept]))
 
 
+@pytest.mark.slow
 def test_lines__are_where_the_excess_vanishes(sweep: Sweep) -> None:
     across, up = ("temperature", KELVIN - 60.0, KELVIN + 60.0), ("backlash", 1e-6, 2e-4)
     lines = jam_lines(sweep, across, up, {})
@@ -56,6 +57,7 @@ def test_lines__are_where_the_excess_vanishes(sweep: Sweep) -> None:
         assert line.sides[1] == -1  # less backlash jams
 
 
+@pytest.mark.slow
 def test_lines__of_all_meshes_ask_for_each_case_once(sweep: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Mapping[str, Any]] = []
     replace: Callable[..., Case] = thermal_jam.replace

@@ -173,6 +173,7 @@ def test_fault__negative_temperature(given: Any, cure: str) -> None:
     assert cold.environment.temperature == pytest.approx(213.15)
 
 
+@pytest.mark.slow
 def test_read_result__computes_what_the_result_could(tmp_path: Path) -> None:
     result = gp.simulate(DISC)
     result.save(tmp_path / "run.nc")

@@ -54,6 +54,7 @@ def test_motion__hunting_teeth_by_mesh_periods() -> None:
     assert found.exponent[0] < 0.0
 
 
+@pytest.mark.slow
 def test_motion__record_shorter_than_the_common_period() -> None:
     found = gp.motion(pair(), periods=200, settle=100, compare=False)
     assert found.kind != "periodic"
@@ -88,6 +89,7 @@ def test_flow__limit_of_steps_is_that_of_one_piece(monkeypatch: pytest.MonkeyPat
         flow.begin(flow.start()).advance(10.0)
 
 
+@pytest.mark.slow
 def test_progress__lines_where_there_is_no_terminal(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -129,6 +129,7 @@ def test_table__stands_for_the_parts_and_is_written_as_itself(tmp_path: Path) ->
     assert (other.torsional_pair, other.meshes[0].backlash) == (None, 90e-6)
 
 
+@pytest.mark.slow
 def test_function_of_a_parameter__is_the_field_by_another_way(tmp_path: Path) -> None:
     values = [0.9, 1.2]
 

@@ -78,6 +78,7 @@ def test_half_open_connections_are_dropped(own: Server, files: None) -> None:
             made.close()
 
 
+@pytest.mark.slow
 def test_a_connection_that_is_used_is_kept(own: Server) -> None:
     with socket.create_connection(("127.0.0.1", own.port), timeout=20) as made:
         for _ in range(3):

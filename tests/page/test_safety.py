@@ -227,6 +227,7 @@ def test_another_site_in_the_browser_gets_nothing(chromium: Any, server: Server)
         assert attack(chromium, f"http://127.0.0.1:{port}/") == []  # the same address, another port
 
 
+@pytest.mark.slow
 def test_a_rebound_name_gets_nothing(chromium: Any, server: Server) -> None:
     """A name of the attacker's that suddenly means this machine: the browser takes it for one site, the server does not."""
     path = chromium.browser_type

@@ -66,6 +66,7 @@ def test_joining_turns_the_first_round(tree: Branches) -> None:
     assert whole.ended == "low end; high end"
 
 
+@pytest.mark.slow
 def test_stable_orbits_are_where_the_motion_settles(tree: Branches) -> None:
     """The section of a sweep at a value of the second branch's stable part is its pair of states."""
     two = tree[2]
@@ -76,6 +77,7 @@ def test_stable_orbits_are_where_the_motion_settles(tree: Branches) -> None:
     assert np.sort(found.ds["wheel.theta"].values.ravel()) == pytest.approx(np.sort(levels), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_table_holds_every_orbit_and_point(tree: Branches) -> None:
     table = tree.table(["wheel.theta"])
     assert table.sizes["orbit"] == sum(len(branch.orbits) for branch in tree)

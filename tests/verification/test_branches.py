@@ -328,6 +328,7 @@ def harmonic_balance(frequency: float, guess: Floats, harmonics: int = 40) -> Fl
     raise AssertionError("harmonic balance does not converge")
 
 
+@pytest.mark.slow
 def test_the_branch_is_that_of_harmonic_balance(family: StrobeMap, resonance: Branch, measured: Any) -> None:
     """Peak of x on stable and unstable parts against 40 harmonics of the dimensionless equation; 1 %."""
     worst = 0.0

@@ -96,6 +96,7 @@ def test_scatter_of_the_model_is_found() -> None:
     assert low < SIGMA < high
 
 
+@pytest.mark.slow
 def test_a_condition_left_out_is_predicted_by_the_others() -> None:
     surrogate, matrix, y = linear("absolute")
     inside = np.arange(12) >= 4
@@ -226,6 +227,7 @@ def test_a_parameter_that_nothing_depends_on_is_not_identified() -> None:
     assert high - low > 0.75  # of the prior's 0.9
 
 
+@pytest.mark.slow
 def test_a_fit_survives_its_json_form() -> None:
     import json
     from dataclasses import asdict

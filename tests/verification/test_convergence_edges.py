@@ -1,6 +1,7 @@
 """Errors of non-smooth motions fall in proportion to the tolerance, and are as large as the motion itself makes them."""
 
 import numpy as np
+import pytest
 
 import gearplay as gp
 from building import Document
@@ -66,6 +67,7 @@ def end_of(document: Document, tolerance: float, *, moved: float = 0.0) -> Float
     return course.state / packed.natural
 
 
+@pytest.mark.slow
 def test_errors_are_the_tolerance_times_what_the_motion_makes_of_it() -> None:
     """200 pairs that rock on an edge of a square stiffness, some 30 events each: in proportion over four decades."""
     for seed in range(sized(200, 12)):

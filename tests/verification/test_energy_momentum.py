@@ -33,6 +33,7 @@ def energy_along(document: Document, times: Floats, member: int = 0) -> tuple[Fl
     ), motion.tallies[:, ONSETS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["internal", "external"])
 @pytest.mark.parametrize("model", ["coupled", "uncoupled"])
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -302,6 +302,7 @@ def shaking(document: Document, generator: np.random.Generator) -> Document:
     )
 
 
+@pytest.mark.slow
 def test_no_contact_is_missed_on_a_housing_that_shakes(measured: Measured) -> None:
     """The same where the housing's acceleration bends the gaps."""
     generator = np.random.default_rng(22)

@@ -87,6 +87,7 @@ def exact(packed: Packed, y: Floats, c: int, tau: float) -> tuple[Any, Floats]:
     return q[:n], np.concatenate([end[:n], end[m : m + n], pull @ end])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_the_closed_form_is_the_exponential_of_the_equations(seed: int) -> None:
     """Positions, velocities and accelerations of every chain after 1 us to 0.3 s, to 1e-10 of the largest; the bound holds."""

@@ -49,6 +49,7 @@ def test_an_orbit_is_the_harmonic_response(measured: Measured) -> None:
         assert np.min(np.abs(multipliers - each)) < 1e-6
 
 
+@pytest.mark.slow
 def test_exponents_of_joined_rotors_add_up_to_their_damping() -> None:
     """The sum of all exponents is the trace of the damping, and so is the divergence on the way."""
     found = gp.lyapunov(case_of(shaken()), count=4, duration=3.0)

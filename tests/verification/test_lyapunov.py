@@ -46,6 +46,7 @@ def test_exponents_on_an_orbit_are_its_multipliers(measured: Any) -> None:
     assert error < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [

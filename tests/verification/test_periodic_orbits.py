@@ -70,6 +70,7 @@ def test_stability_chart_of_meissner(measured: Any) -> None:
     assert worst < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("frequency", "force", "zeta", "order"), [(0.7, 0.1, 0.05, 1), (0.5, 0.15, 0.1, 1), (0.8, 0.2, 0.1, 2)]
 )

@@ -113,6 +113,7 @@ def test_coverage_of_the_exceedance_probability_with_members(
     assert inside >= FEWEST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["latin-hypercube", "sobol"])
 def test_even_designs_scatter_less_than_their_interval_says(kind: str) -> None:
     """The interval is wide enough for designs whose points are more even than independent ones."""

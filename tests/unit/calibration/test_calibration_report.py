@@ -289,6 +289,7 @@ def test_a_datum_that_vanishes_or_cannot_be_predicted_is_still_drawn(tmp_path: P
     assert table[1].endswith(",")
 
 
+@pytest.mark.slow
 def test_a_prediction_that_does_not_exist_is_drawn_nowhere() -> None:
     plan = small_plan()
     fit = fits_of(plan)[0]

@@ -44,6 +44,7 @@ def test_provenance__has_the_count_and_the_errors_of_the_best_trial(model: str) 
     assert [amplitude[0], frequency[0]] == pytest.approx(fit["in_sample"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_trial__is_what_its_point_gives() -> None:
     """Three members of a chaotic motion, on another processor perhaps: alike, but not to the last digit."""
     trial = FIRST[2]

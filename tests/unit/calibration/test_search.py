@@ -23,6 +23,7 @@ def whole() -> ListStore:
     return store
 
 
+@pytest.mark.slow
 @pytest.mark.hostile
 def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) -> None:
     store, kills = ListStore(), 0
@@ -80,6 +81,7 @@ def test_phases_follow_the_plan(whole: ListStore) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_search_closes_in_on_the_best_point(whole: ListStore) -> None:
     good = [trial for trial in whole.trials if trial.good]
     comparison = COMPARISONS[0]

@@ -64,6 +64,7 @@ def test_every_published_equation_is_in_the_table(number: int) -> None:
     assert f"({number})" in table
 
 
+@pytest.mark.slow
 def test_the_readmes_program_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert program is not None

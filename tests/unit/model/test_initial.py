@@ -18,6 +18,7 @@ def test_teeth_that_cannot_mesh_at_the_start_are_refused(start: str) -> None:
         gp.simulate(case, duration=0.01)
 
 
+@pytest.mark.slow
 def test_members_that_are_drawn_are_the_draws_from_the_first_on() -> None:
     given = gp.load_case("han2021")
     drawn = gp.replace(given, {"run.start": "drawn"})

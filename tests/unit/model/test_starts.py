@@ -68,6 +68,7 @@ def test_starts__tree__independent_of_order_and_in_touch(part: int) -> None:
                 assert all(np.allclose(mine[name], other[name], rtol=SAME, atol=SAME) for name in other), seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(5))
 def test_starts__planetary_set__sound_members_in_every_order(part: int) -> None:
     for seed in range(part, sized(60, 10), 5):

@@ -27,6 +27,7 @@ def test_two_motions_share_the_plane(found: Basins) -> None:
     assert [len(each) for each in found.attractors] == [1, 1]
 
 
+@pytest.mark.slow
 def test_each_start_goes_where_its_label_says(found: Basins) -> None:
     period_map = StrobeMap(lambda _: BISTABLE, 0.0)
     for row, column in ((0, 0), (2, 3), (4, 5), (1, 4)):
@@ -50,6 +51,7 @@ def test_attractors_attract_themselves(found: Basins) -> None:
         assert near.attractors[0] == pytest.approx(found.attractors[label], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_number_of_threads_does_not_matter(found: Basins) -> None:
     again = basins_of_attraction(BISTABLE, ANGLE, SPEED, settle=150, threads=1)
     assert np.array_equal(again.labels, found.labels)

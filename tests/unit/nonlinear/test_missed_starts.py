@@ -14,6 +14,7 @@ from gearplay.vocabulary.errors import SimulationError
 AMPLITUDE = "meshes.0.transmission_error.0.amplitude"
 
 
+@pytest.mark.slow
 def test_a_start_without_an_orbit_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """In the object, its message and the file; the other start is followed."""
 

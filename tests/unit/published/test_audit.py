@@ -22,6 +22,7 @@ def test_one_free_factor_takes_most_of_the_uncoupled_error() -> None:
     assert (round(coupled.as_printed, 1), round(coupled.with_factor, 1)) == (7.3, 7.2)
 
 
+@pytest.mark.slow
 def test_no_other_factor_does_better() -> None:
     generator = np.random.default_rng(3)
     for _ in range(20):

@@ -18,6 +18,7 @@ def test_a_spring_reaches_from_the_ground_to_the_shaft() -> None:
     assert np.allclose(moved[-1] - still[-1], [0.001, 0.002])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "springs", "rings"), [("torsional-train", 6, 4), ("lin-parker-1999", 12, 0)]
 )

@@ -143,6 +143,7 @@ def test_unknown_signals_are_named(result: gp.Result) -> None:
         result.plot.orbit("sun")
 
 
+@pytest.mark.slow
 def test_pictures_say_case_element_and_window_and_what_was_set(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(to_toml(load_case("han2021", ["title=My rig"])), encoding="utf-8")
@@ -224,6 +225,7 @@ def stopped_early(result: gp.Result, member: int) -> gp.Result:
     return gp.Result(result.case, runs)
 
 
+@pytest.mark.slow
 def test_an_ensemble_with_a_member_that_stopped_early_has_the_spectrum_of_the_others(tmp_path: Path) -> None:
     whole = gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4, ensemble=3)
     stopped = stopped_early(whole, 1)
@@ -299,6 +301,7 @@ def test_statistics_of_contacts_are_those_of_their_log() -> None:
     assert s.impacts_per_second[0] > 0.0
 
 
+@pytest.mark.slow
 def test_contact_states_are_flags_of_cf(tmp_path: Path) -> None:
     found = gp.simulate("external-pair", duration=0.02, transient=0.0)
     state = found.ds["contact_state"]

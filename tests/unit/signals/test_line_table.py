@@ -68,6 +68,7 @@ def test_neighbouring_side_bands_do_not_bias_a_line() -> None:
     assert row.amplitude == pytest.approx(1.0, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_rows_keep_the_order_asked_for_and_a_wandering_tone_is_no_line() -> None:
     c = Channel(
         "a", np.cos(2 * np.pi * (300.0 * T + 2.0 * T**2)) + np.cos(2 * np.pi * 90.0 * T) + noise(2, 0.05), FS

@@ -65,6 +65,7 @@ def test_spectrogram__has_a_colour_bar_with_unit() -> None:
     assert ax.figure.axes[1].get_ylabel() == "amplitude [m/s²]"
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="folder"):

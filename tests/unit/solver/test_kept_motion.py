@@ -150,6 +150,7 @@ def test_too_many_samples_are_refused_when_they_are_asked_for(monkeypatch: pytes
     assert len(result.signal("ring.ax", sampling=1e5)) == 30_000
 
 
+@pytest.mark.slow
 def test_a_result_from_a_file_computes_its_motion_again(tmp_path: Path) -> None:
     case = gp.replace(case_of("han2021"), {"run.duration": 0.01})
     result = gp.simulate(case)

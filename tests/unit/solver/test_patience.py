@@ -135,6 +135,7 @@ def test_work_beside_hands_on_what_it_gives_and_raises() -> None:
         beside(lambda: 1 // 0)
 
 
+@pytest.mark.slow
 def test_a_limit_ends_a_run_that_samples_on_the_way(tmp_path: Path) -> None:
     """At 4 MHz: what was sampled until then is there."""
     case = gp.replace(

@@ -194,6 +194,7 @@ def test_orders_count_from_the_mesh_frequency(order: int, slowness: float) -> No
     assert (amplitude, found) == pytest.approx((order, 40.0 * slowness * order), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_hump_is_the_highest_broad_one_in_its_band() -> None:
     """Noise through a resonance, beside a higher line out of the band.
 

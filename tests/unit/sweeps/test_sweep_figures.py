@@ -200,6 +200,7 @@ def test_an_order_map_puts_the_mesh_line_at_its_order(figures: list[Any]) -> Non
     assert [line.get_xdata()[0] for line in panels(figures[1])[0].lines] == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_up_and_down_differ_where_it_is_more_than_the_spread(figures: list[Any]) -> None:
     def value(kept: Any, values: Mapping[str, Any], member: int) -> float:
         apart = 1.0 if 15.0 < values["speed"] < 20.0 else 0.1

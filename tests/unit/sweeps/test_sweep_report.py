@@ -21,6 +21,7 @@ from sweep_products import BOUNCE, DRAG, MODEL, PLAY, RMS, SPECTRUM, SPEED, made
 SCRIPT = "<script>alert(1)</script> of $ 5 and $x$, " + "long" * 30
 
 
+@pytest.mark.slow
 def test_user_text_stays_text_on_the_page_and_in_the_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -141,6 +141,7 @@ def test_every_combination_of_the_axes_has_its_answer(tmp_path: Path) -> None:
     assert "All conditions" in (tmp_path / "tolerance.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_sweep_of_failures_has_a_page_all_the_same(tmp_path: Path) -> None:
     plan = plan_of("monte-carlo", 30)
     product = product_of(plan, failed=True)

@@ -477,6 +477,7 @@ def test_a_channel_that_is_gone_from_our_file_is_missed(tmp_path: Path) -> None:
         read_measurement(path)
 
 
+@pytest.mark.slow
 def test_a_file_on_which_the_library_never_returns_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,6 +61,7 @@ def test_paths_that_are_no_files(name: str, words: str, tmp_path: Path) -> None:
         read_measurement(tmp_path / name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".h5", ".wav", ".mat", ".nc", ".uff", ".csv"])
 def test_the_content_tells_the_kind_before_the_extension(suffix: str, tmp_path: Path) -> None:
     write_record(RECORD, tmp_path / f"run{suffix}")

@@ -48,6 +48,7 @@ def test_written_records_are_read_again(suffix: str, tmp_path: Path) -> None:
         assert dict(found.attributes) == {"rig": "one"}
 
 
+@pytest.mark.slow
 def test_a_record_gives_the_same_bytes_at_any_hour(tmp_path: Path) -> None:
     suffixes = (".h5", ".nc", ".csv", ".wav", ".uff", ".mat")
 
