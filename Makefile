@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
-PLAIN := -m "not compiled" tests/elements $(addprefix tests/verification/,test_sleeve_impact.py test_involute_backlash.py test_event_order.py)
+PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/verification/,test_involute_backlash.py test_event_order.py)
 
 .PHONY: help study extras test test-all test-full torture mutation verification lint format bench docs clean
 
@@ -44,12 +44,13 @@ extras: $(VENV)/extras.stamp ## add what calibrate, serve, Sobol indices, cluste
 test: $(VENV)/dev.stamp ## set up, then run the tests in some minutes
 	$(BIN)/python -m pytest $(SPREAD)
 
-test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and the physics once without the compiler; what CI runs
+test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and some physics without the compiler; what CI runs
 	GEARPLAY_TESTS=all $(BIN)/python -m pytest $(SPREAD)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 test-full: $(VENV)/dev.stamp ## all tests with every repetition, some hours
 	GEARPLAY_TESTS=full $(BIN)/python -m pytest $(SPREAD)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) -m "not compiled" tests/elements
 
 torture: $(VENV)/dev.stamp ## hostile trials in full, some hours: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
 	@GEARPLAY_TESTS=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \
