@@ -55,9 +55,10 @@ def limited(limit: float | None) -> Iterator[Deadline]:
     if outer is not None:
         yield outer
         return
-    token = _CURRENT.set(Deadline(limit))
+    deadline = Deadline(limit)
+    token = _CURRENT.set(deadline)
     try:
-        yield deadline_of(limit)
+        yield deadline
     finally:
         _CURRENT.reset(token)
 
