@@ -30,6 +30,7 @@ title = "Han 2021, calibrated{of}, 120 rpm, 100/100 um"
 formulation = "geometric"
 backlash_model = "{model}"
 gravity = ["{tilt_along:.4g} m/s^2", "{tilt_across:.4g} m/s^2"]    # fitted: a rig that is not quite level
+accepted = ["rotors.pinion.inertia", "rotors.ring.inertia"]    # as the article gives them
 
 [rotors.pinion]
 teeth = 20

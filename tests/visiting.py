@@ -18,12 +18,22 @@ WITHOUT_AVERAGES = """() => {
 """They redraw the spectrum when they come, on a wider scale."""
 
 
+UNFOLD = "(each) => { for (let at = each.closest('details'); at; at = at.parentElement.closest('details')) at.open = true; }"
+
+
 def field(visit: Visit, path: str) -> Any:
-    return visit.page.locator(f'input[data-path="{path}"]')
+    return unfolded(visit, f'input[data-path="{path}"]')
 
 
 def slider(visit: Visit, path: str) -> Any:
-    return visit.page.locator(f'input[data-slider="{path}"]')
+    return unfolded(visit, f'input[data-slider="{path}"]')
+
+
+def unfolded(visit: Visit, selector: str) -> Any:
+    """Return a control after opening what it is folded in."""
+    found = visit.page.locator(selector)
+    found.evaluate(UNFOLD)
+    return found
 
 
 def fill(visit: Visit, path: str, value: str) -> None:

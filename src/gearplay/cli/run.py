@@ -20,6 +20,9 @@ from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 LEAST_PACKED = 0.1
 """Of its samples' bytes a saved run has about a quarter, hardly ever less than this."""
 
+MOST_CONTACTS = 12
+"""Contacts that are listed."""
+
 PATIENCE = 1.0
 """So long [s] after Ctrl-C may it take to compress what was computed, else it is saved as it is."""
 
@@ -47,19 +50,25 @@ def run(
     transient: Annotated[str | None, _short("transient", "1s")] = None,
     ensemble: Annotated[str | None, _short("ensemble", "16")] = None,
     seed: Annotated[str | None, _short("seed", "1")] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", metavar="ROTOR", help="Shaft to report on, instead of the loaded one."),
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")] = False,
     json: Json = False,
 ) -> None:
-    """Simulate a case and save the result."""
+    """Simulate a case: motion of the output shaft, contacts."""
     short = {"duration": duration, "transient": transient, "ensemble": ensemble, "seed": seed}
     given = [*(changes or ()), *(f"run.{name}={value}" for name, value in short.items() if value is not None)]
     result: Any = None
+    shaft: Any = None
     saved: Saved | None = None
     document: dict[str, Any] = {}
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
         from gearplay.files.netcdf import check_ending
         from gearplay.model.reading import load_case
+        from gearplay.results.output_shaft import check_rotor
         from gearplay.results.simulate import record, simulate
 
         chosen = load_case(case, given)
@@ -67,6 +76,7 @@ def run(
             check_ending(out)
             check_new(out, overwrite=overwrite)
             check_new(out, overwrite=overwrite, size=LEAST_PACKED * _check_size(chosen))
+        check_rotor(chosen, output)
         compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
@@ -78,7 +88,8 @@ def run(
             elapsed = perf_counter() - began
             if out is not None:
                 saved = _save(result, out, overwrite=overwrite, stop=stop)
-            document = _summary(result, elapsed)
+            shaft = result.output_at(output)
+            document = _summary(result, shaft, elapsed)
         except KeyboardInterrupt:
             if result is None or out is None:
                 raise
@@ -86,7 +97,8 @@ def run(
             saved = saved or _save(result, out, overwrite=overwrite, stop=stop)
         stopped = result.status.name == "INTERRUPTED"
         place, lost = saved or (None, None)
-        document = document or _summary(result, elapsed)
+        shaft = shaft or result.output_at(output)
+        document = document or _summary(result, shaft, elapsed)
         document["out"] = None if place is None else str(place)
         told = lost
         if lost is not None:
@@ -98,7 +110,7 @@ def run(
         if json:
             print_json(document)
         else:
-            print_text(_words(document))
+            print_text(_words(document, shaft))
     if told is not None:
         if not json:
             raise told
@@ -168,7 +180,7 @@ def _check_size(case: Any) -> float:
     return needed.bytes
 
 
-def _summary(result: Any, elapsed: float) -> dict[str, Any]:
+def _summary(result: Any, shaft: Any, elapsed: float) -> dict[str, Any]:
     from gearplay.model.initial import usual_member
     from gearplay.results.contacts import SHOWN
 
@@ -182,6 +194,12 @@ def _summary(result: Any, elapsed: float) -> dict[str, Any]:
         "simulated_time": result.reached,
         **asdict(result.work),
         "elapsed": elapsed,
+        "output": {
+            "rotor": shaft.rotor,
+            "input": shaft.input,
+            "ratio": shaft.ratio if isfinite(shaft.ratio) else None,
+            **{name: value if isfinite(value) else None for name, value in shaft.values.items()},
+        },
         "contacts": {
             label: {name: _finite(table.values[name][at]) for name in SHOWN}
             | ({"angular": True} if table.angular[at] else {})
@@ -196,23 +214,18 @@ def _finite(value: Any) -> float:
     return float(value) if isfinite(value) else 0.0
 
 
-def _words(d: dict[str, Any]) -> str:
-    wide = max(24, *(len(label) + 1 for label in d["contacts"])) if d["contacts"] else 24
+def _words(d: dict[str, Any], shaft: Any) -> str:
     lines = [
         f"{d['title'] or 'untitled'}: {d['message']}",
         f"{d['simulated_time']:g} s simulated in {d['elapsed']:.3g} s, {d['steps']} steps, {d['events']} contact events"
         + (f", {d['members']} members, {d['wall_time']:.3g} core seconds" if d["members"] > 1 else ""),
-        f"{'contact':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}",
+        "",
+        shaft.title,
+        *(f"  {name:<40}{text}" for name, text in shaft.rows()),
+        *([f"  {shaft.note}"] if shaft.note else []),
+        "",
+        *_contact_lines(d),
     ]
-    for label, c in d["contacts"].items():
-        speed, force = ("mrad/s", "N m") if "angular" in c else ("mm/s", "N")
-        lines.append(
-            f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
-            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(14)
-            + f"{c['peak_force']:.1f} {force}".rjust(13)
-        )
-    if d["members"] > 1:
-        lines.append(f"Contacts: {d['contacts_of']}.")
     if d["centred"]:
         lines.append(
             "It started exactly centred in a clearance; --set run.start=drawn starts as an ensemble does."
@@ -221,3 +234,32 @@ def _words(d: dict[str, Any]) -> str:
         lines.append(f"Saved to {d['out']}, {Path(d['out']).stat().st_size / 1e6:.3g} MB")
         lines.append(f"See it: gearplay plot {shlex.quote(d['out'])}")
     return "\n".join(lines)
+
+
+def _contact_lines(d: dict[str, Any]) -> list[str]:
+    """Return the table of the contacts that closed, those with impacts first, and the names of the others."""
+    closed = {label: c for label, c in d["contacts"].items() if c["share_of_time"] > 0.0}
+    first = sorted(closed, key=lambda label: -closed[label]["impacts_per_second"])
+    wide = max(24, *(len(label) + 1 for label in closed)) if closed else 24
+    lines = []
+    if closed:
+        lines.append(
+            f"{'Contacts':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}"
+        )
+    for label in first[:MOST_CONTACTS]:
+        c = closed[label]
+        speed, force = ("mrad/s", "N m") if "angular" in c else ("mm/s", "N")
+        lines.append(
+            f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
+            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(14)
+            + f"{c['peak_force']:.1f} {force}".rjust(13)
+        )
+    if len(first) > MOST_CONTACTS:
+        lines.append(f"and {len(first) - MOST_CONTACTS} more; --json lists all")
+    if closed and d["members"] > 1:
+        lines.append(f"Contacts: {d['contacts_of']}.")
+    never = [label for label in d["contacts"] if label not in closed]
+    if never:
+        names = ", ".join(never[:4]) + (f" and {len(never) - 4} more" if len(never) > 4 else "")
+        lines.append(f"Never in contact: {names}")
+    return lines

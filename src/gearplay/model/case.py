@@ -199,6 +199,11 @@ class Case(Part):
             exclude_if=lambda given: given == "by_position",
         ),
     ] = "by_position"
+    accepted: Annotated[
+        tuple[Annotated[str, Field(max_length=200)], ...],
+        Listed(0, 200, "paths of fields whose warnings `check` says as notes"),
+        Field(exclude_if=is_absent),
+    ] = ()
     run: Run
 
     @model_validator(mode="before")
@@ -292,9 +297,10 @@ class Case(Part):
         return Policy(**{name: getattr(self.run, name) for name in Policy.model_fields})
 
     def identity(self) -> dict[str, Any]:
-        """Return `resolved` without the limits on steps and wall time: what decides every number of a finished run."""
+        """Return `resolved` without limits on steps and wall time and accepted warnings: what decides a finished run."""
         document = self.resolved()
         document["run"] |= dict.fromkeys(LIMITS)
+        document.pop("accepted", None)
         if any(mesh.angle for mesh in self.meshes) or any(
             r.position and r.position[1] for r in self.rotors.values()
         ):

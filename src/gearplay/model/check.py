@@ -53,7 +53,7 @@ def check_case(case: Source) -> list[Finding]:
     >>> from gearplay.model.reading import load_case
     >>> for finding in check_case(load_case("han2021"))[:1]:
     ...     print(finding.severity, finding.path)
-    warning rotors.pinion.inertia
+    note rotors.pinion.inertia
 
     """
     case = load_case(case)
@@ -78,7 +78,23 @@ def check_case(case: Source) -> list[Finding]:
         ]
     found += _amplitude_bounds(case.operating, speeds)
     found += [Finding("note", path, f"{words}.") for path, words in told_lengths(case).items()]
+    found = _with_accepted(case, found)
     return sorted(found, key=lambda finding: finding.severity != "warning")
+
+
+def _with_accepted(case: Case, found: list[Finding]) -> list[Finding]:
+    """Return findings with the warnings of accepted paths as notes, and a warning for each accepted path without one."""
+    warned = {each.path for each in found if each.severity == "warning"}
+    accepted = [
+        Finding("note", each.path, f"{each.message} Accepted by the case.")
+        if each.severity == "warning" and each.path in case.accepted
+        else each
+        for each in found
+    ]
+    words = "names a field without a warning. Remove it."
+    return accepted + [
+        Finding("warning", "accepted", f"{path} {words}") for path in case.accepted if path not in warned
+    ]
 
 
 def _without_mass(case: Case) -> Iterator[Finding]:

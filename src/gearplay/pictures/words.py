@@ -21,6 +21,16 @@ def short(text: str, most: int = 44) -> str:
     return f" {kept}" if kept.startswith("_") else kept  # matplotlib leaves such labels out of legends
 
 
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number with some significant digits, without exponent between 1e-4 and 1e6.
+
+    >>> significant(1234.5), significant(0.012345), significant(50.0), significant(99.287, 4), significant(2e-7)
+    ('1230', '0.0123', '50', '99.29', '2e-07')
+    """
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:.0f}" if 1e3 <= abs(rounded) < 1e6 else f"{rounded:.{digits}g}"
+
+
 def wrapped(text: str, width: int) -> str:
     r"""Return text in lines of at most ``width`` characters, broken at blanks, after underscores, or anywhere.
 

@@ -10,6 +10,7 @@ from gearplay.model.geometry import is_held, rotor_of
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.model.wording import nearest
 from gearplay.pictures.style import is_still
+from gearplay.results.output_shaft import output_of
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -108,7 +109,9 @@ def _telling(result: "Result", labels: list[str] | None, kind: str) -> Chosen:
         first = labels[0]
         order = [first, *labels[1:]]
     else:
-        order = [*free_rotors(result.case)[:1], *(mesh.label for mesh in result.case.meshes[:1])]
+        output = output_of(result.case)
+        meshes = [mesh.label for mesh in result.case.meshes if output in mesh.rotors]
+        order = [output, *(meshes or [mesh.label for mesh in result.case.meshes])[:1]]
     found = [(signal, label) for label in order for signal in TELLING[kind] if (signal, label) in held]
     moving = [each for each in found if moves(result, *each)]
     speeds = [("omega", label) for label in order if ("omega", label) in held]

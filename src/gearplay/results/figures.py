@@ -1,13 +1,16 @@
 """Figures of one result: histories, orbits, spectra, overview."""
 
+import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.geometry import carrier_of
+from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.pictures.canvas import SMALL, make_figure, set_title
+from gearplay.pictures.canvas import SMALL, make_figure, set_title, tidy
 from gearplay.pictures.style import (
     COUPLED,
     STILL,
@@ -23,6 +26,7 @@ from gearplay.pictures.words import axis_label, plain, shown_in, wrapped
 from gearplay.results.choice import Chosen, cut, free_rotors, moves
 from gearplay.results.lines import line_marks, mesh_lines, mesh_names
 from gearplay.results.mechanism import orbit_of
+from gearplay.results.output_shaft import scale_of, start_of
 from gearplay.results.spectra import ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
 from gearplay.solver.status import Status
@@ -200,15 +204,18 @@ def draw_spectrum(
 
 
 def overview_figure(result: "Result", window: Window) -> Any:
-    """Return one figure of what says most: an orbit, forces in mesh closely, a spectrum, and the whole window of one signal."""
-    case, held = result.case, result.held()
+    """Return one figure: transmission error of the output shaft, an orbit, forces in mesh closely, backlash, a spectrum."""
+    case, held, shaft = result.case, result.held(), result.output
     free = [name for name in free_rotors(case) if moves(result, "x", name) or moves(result, "y", name)]
-    rotor = free[0] if free else next(iter(case.rotors))
+    free.sort(key=lambda name: name != shaft.rotor)
+    rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
     fast = next(
         each for each in [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]] if each in held
     )
-    figure, axes = make_figure(2, 2, 6.4, width=10.0)
+    figure, axes = make_figure(3, 2, 8.6, width=10.0)
+    _output_panel(figure, axes[0], result, window)
+    axes = axes[1:]
     if free:
         draw_orbit(axes[0, 0], result, rotor, window)
     else:
@@ -238,6 +245,32 @@ def overview_figure(result: "Result", window: Window) -> Any:
     draw_spectrum(axes[1, 1], result, *heard, window)
     _title(figure, result, "overview", window, key_of(case))
     return figure
+
+
+def _output_panel(figure: Any, row: Any, result: "Result", window: Window) -> None:
+    """Draw the transmission error of the output shaft, or its speed, over both columns of a row, key numbers above."""
+    grid = row[0].get_gridspec()
+    for ax in row:
+        ax.remove()
+    ax, shaft = tidy(figure.add_subplot(grid[0, :])), result.output
+    known = set(result.held("theta")) >= {("theta", shaft.rotor), ("theta", shaft.input)}
+    if known and math.isfinite(shaft.ratio) and shaft.rotor != shaft.input:
+        t, turn = cut(result, "theta", shaft.rotor, window)
+        error = turn - shaft.ratio * cut(result, "theta", shaft.input, window)[1]
+        error -= start_of(result.case.operating, pack(result.case), shaft.rotor, shaft.input, shaft.ratio)
+        unit, factor = scale_of("rad", float(np.nanmax(np.abs(error), initial=0.0)))
+        plot_curve(ax, t, factor * error, "", color=COUPLED)
+        ax.set_ylabel(f"transmission error [{unit}]", fontsize=SMALL)
+        ax.set_xlim(*window)
+    else:
+        held = [each for each in (("omega", shaft.rotor), *result.held()) if each in result.held()]
+        _one_history(ax, result, *held[0], window)
+    ax.tick_params(labelsize=SMALL)
+    ax.set_xlabel("time [s]", fontsize=SMALL)
+    numbers = ", ".join(f"{name.split(',')[0]} {text}" for name, text in shaft.rows()).replace(" uW", " µW")
+    ax.set_title(
+        plain("\n".join(textwrap.wrap(f"{shaft.title}: {numbers}", 150))), fontsize=SMALL, loc="left"
+    )
 
 
 def _turning(result: "Result") -> str:

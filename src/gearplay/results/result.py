@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import math
 import os
 import time
 from collections.abc import Sequence
 from dataclasses import fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -21,6 +22,7 @@ from gearplay.pictures.pages import html_table
 from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
+from gearplay.results.output_shaft import OutputShaft, Wanted, output_shaft, shaft_of_runs, stride_of
 from gearplay.results.replay import runs_again
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.results.validation import check_run
@@ -153,6 +155,49 @@ class Result(Answer):
         spans = np.array([self.time(m).size for m in range(self.members)]) / self.sampling
         angular = self.ds["contact_angular"].values.astype(bool) if "contact_angular" in self.ds else None
         return contact_table([str(c) for c in self.ds["contact"].values], each, spans, angular)
+
+    @cached_property
+    def output(self) -> OutputShaft:
+        """Key numbers of the output shaft: the loaded rotor, of several the one with the largest load."""
+        return self.output_at(None)
+
+    def output_at(self, rotor: str | None) -> OutputShaft:
+        """Return the key numbers of one shaft: ripples, transmission error, wind-up, efficiency, rattle.
+
+        Parameters
+        ----------
+        rotor
+            Its name; the loaded one if None.
+
+        Returns
+        -------
+        OutputShaft
+            ``.values`` and ``.spread``, SI by name; ``.rows()`` in display units. Of at most a million samples.
+
+        Raises
+        ------
+        InputError
+            For a rotor that the case does not have.
+
+        Examples
+        --------
+        >>> import gearplay as gp
+        >>> shaft = gp.simulate("two-stage-reducer").output
+        >>> shaft.rotor, round(1.0 / shaft.ratio, 9), round(shaft.values["mean_torque"], 3)
+        ('output', 5.0, 53.77)
+
+        """
+        if self._runs:
+            return shaft_of_runs(self.case, rotor, self._runs)
+        held, stride = set(self.held()), stride_of([self.time(m).size for m in range(self.members)])
+
+        def samples(member: int, wanted: Wanted) -> Floats:
+            nothing = np.full(self.time(member).size, np.nan)
+            found = [self.signal(*each, member) if each in held else nothing for each in wanted]
+            return np.stack(found, axis=1)[::stride]
+
+        members = [(self.sampling / stride, partial(samples, m)) for m in range(self.members)]
+        return output_shaft(self.case, rotor, self.contacts, members)
 
     @property
     def sampling(self) -> float:
@@ -346,4 +391,7 @@ class Result(Answer):
         ]
 
     def _repr_html_(self) -> str:
-        return html_table(self.rows()) + self.contacts.html()
+        shaft = self.output
+        head = f"<p><b>{html.escape(shaft.title)}</b></p>{html_table(shaft.rows())}"
+        head += f"<p>{html.escape(shaft.note)}</p>" if shaft.note else ""
+        return head + self.contacts.html() + html_table(self.rows())

@@ -283,6 +283,11 @@ class KeptSamples:
             self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
         return np.stack([self._columns[at] for at in columns], axis=1)
 
+    def thinned(self, columns: Sequence[int], stride: int) -> Floats:
+        """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
+        count = -(-self.count // stride)
+        return self.motion.sample(self.places[list(columns)], self.start, self.sampling / stride, count)
+
     def at_rate(self, at: int, sampling: float | None, window: tuple[float, float] | None) -> Floats:
         """Return one signal at another rate [Hz], or from another window [s], shape [time]; `InputError` for an empty one."""
         sampling, window = sampling or self.sampling, window or self.motion.ends

@@ -181,6 +181,9 @@ class Samples(Protocol):
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
 
+    def thinned(self, columns: Sequence[int], stride: int) -> Floats:
+        """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
+
     def compute(self, until: float) -> None:
         """Compute all of them now; `ResourceError` where that would last until a time of the monotonic clock."""
 
@@ -200,6 +203,10 @@ class WrittenSamples:
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
         return self.values[:, list(columns)]
+
+    def thinned(self, columns: Sequence[int], stride: int) -> Floats:
+        """Return every ``stride``-th sample of some signals, shape [time, column]."""
+        return self.values[::stride, list(columns)]
 
     def compute(self, until: float) -> None:
         """They are there."""
@@ -258,6 +265,15 @@ class Trajectory:
             if column.signal == name and column.label == label:
                 return self.samples.some([i])[:, 0]
         raise KeyError(f"{label}.{name} was not kept")
+
+    def thinned(self, wanted: Sequence[tuple[str, str]], stride: int) -> Floats:
+        """Return every ``stride``-th sample of signals, (signal, element), shape [time, signal]; NaN where not kept."""
+        places = {(column.signal, column.label): at for at, column in enumerate(self.columns)}
+        known = [(k, places[each]) for k, each in enumerate(wanted) if each in places]
+        samples = self.samples.thinned([at for _, at in known], stride)
+        found = np.full((len(samples), len(wanted)), np.nan)
+        found[:, [k for k, _ in known]] = samples
+        return found
 
     def mean_acceleration(self, rotor: str) -> Floats:
         """Return the mean acceleration of a rotor's centre in each sampling interval [m/s^2], shape [2, time - 1].

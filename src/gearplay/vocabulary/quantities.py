@@ -151,3 +151,19 @@ CONTACT_STATISTICS: Final = _table(
     Quantity("max_penetration", "delta_max", "m", "um", 1e6, "largest penetration"),
 )
 """Statistics of every contact of a run; those of couplings are in rad/s, N m and rad."""
+
+OUTPUT_STATISTICS: Final = _table(
+    Quantity("mean_speed", "omega_mean", "rad/s", "rpm", _RPM, "mean speed"),
+    Quantity("speed_ripple", "omega_pp", "rad/s", "rpm", _RPM, "speed ripple, peak to peak"),
+    Quantity("mean_torque", "T_mean", "N m", "N m", 1.0, "mean torque"),
+    Quantity("torque_ripple", "T_pp", "N m", "N m", 1.0, "torque ripple, peak to peak"),
+    Quantity(
+        "transmission_error", "e_pp", "rad", "arcmin", 60.0 * _DEGREES, "transmission error, peak to peak"
+    ),
+    Quantity("wind_up", "e_mean", "rad", "arcmin", 60.0 * _DEGREES, "wind-up, mean lag"),
+    Quantity("output_power", "P_out", "W", "W", 1.0, "mean power into the load"),
+    Quantity("efficiency", "eta", "1", "%", 100.0, "efficiency"),
+    Quantity("impacts_per_second", "n", "1/s", "1/s", 1.0, "impacts of all contacts"),
+    Quantity("impact_power", "P_i", "W", "W", 1.0, "kinetic energy of the impacts"),
+)
+"""Statistics of the output shaft of a run (`gearplay.results.output_shaft`)."""

@@ -63,6 +63,30 @@ SPANS: Mapping[str, tuple[float, float]] = {
 """Sliders of fields that are 0 now, by quantity [SI]."""
 WARMER = 150.0
 """How far a slider of a temperature goes either way [K]."""
+BASIC = frozenset(
+    [
+        "amplitude",
+        "backlash",
+        "backlash_model",
+        "drag",
+        "duration",
+        "ensemble",
+        "friction",
+        "friction_coefficient",
+        "mean",
+        "play",
+        "radial_clearance",
+        "ratio",
+        "restitution",
+        "speed",
+        "stiffness",
+        "temperature",
+        "torque",
+        "torsional_stiffness",
+        "transient",
+    ]
+)
+"""Fields that are shown first; the others of a part are folded."""
 OF_MATERIAL = ("modulus", "poisson", "density")
 
 
@@ -86,6 +110,7 @@ class Control:
     high: float | None = None
     logarithmic: bool = False
     choices: tuple[str, ...] = ()
+    basic: bool = False
 
 
 def controls(case: Case) -> list[dict[str, Any]]:
@@ -98,7 +123,7 @@ def controls(case: Case) -> list[dict[str, Any]]:
     ('Mesh', 'pinion-ring', 'um', 100.0, 0.0)
     """
     found = sorted(_walk(case, "", ""), key=lambda control: GROUPS.index(control.group))
-    return [asdict(control) for control in found]
+    return [asdict(replace(each, basic=each.path.rpartition(".")[2] in BASIC)) for each in found]
 
 
 def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:

@@ -15,6 +15,7 @@ from gearplay.model.geometry import (
 from gearplay.pictures.extremes import extremes, thinned_path
 from gearplay.results.contacts import contacts_of
 from gearplay.results.mechanism import frames_of, orbit_of
+from gearplay.results.output_shaft import shaft_of_runs
 from gearplay.results.spectra import ensemble_spectrum, student_widening
 from gearplay.solver.trajectory import Trajectory, work_of
 
@@ -34,7 +35,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
     Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
     """
-    run = runs[0]
+    run, shaft = runs[0], shaft_of_runs(case, None, runs)
     since = run.time - run.first_sample
     return {
         "status": run.message,
@@ -47,6 +48,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "strip": _strip(run),
         "spectra": spectra_of(case, runs),
         "statistics": statistics_of(runs),
+        "output": {"title": shaft.title, "rows": shaft.rows(), "note": shaft.note},
         "frames": frames_of(case, since, run.signal, start=run.first_sample),
     }
 

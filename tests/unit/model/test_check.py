@@ -24,8 +24,18 @@ PRINTED = ("han2021", "han2021-calibrated", "han2021-calibrated-uncoupled")
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_the_printed_inertias_are_found_out(name: str) -> None:
-    warnings = found(name)
+def test_accepted__the_printed_inertias_are_notes(name: str) -> None:
+    """What a case accepts is a note; without that it is a warning; an accepted path without a warning is one itself."""
+    assert found(name) == {}
+    notes = [each for each in check_case(load_case(name)) if each.path.endswith(".inertia")]
+    assert [(each.severity, each.message[-21:]) for each in notes] == [("note", "Accepted by the case.")] * 2
+    plain = replace(load_case(name), {"accepted": []})
+    assert plain.sha256 == load_case(name).sha256
+    assert list(found(name, {"accepted": ["title", "rotors.ring.inertia"]})) == [
+        "rotors.pinion.inertia",
+        "accepted",
+    ]
+    warnings = found(name, {"accepted": []})
     assert list(warnings) == ["rotors.pinion.inertia", "rotors.ring.inertia"]
     assert "0.284 m" in warnings["rotors.pinion.inertia"]
     assert "0.04 m" in warnings["rotors.pinion.inertia"]

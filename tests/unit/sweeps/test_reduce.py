@@ -31,7 +31,7 @@ STATISTICS = ContactReduction.model_fields["statistic"].annotation.__args__  # t
 
 
 def reduction(kind: str, **more: Any) -> dict[str, Any]:
-    of = {} if kind in ("contact", "jam") else {"signal": "ax", "at": "ring"}
+    of = {} if kind in ("contact", "jam", "output") else {"signal": "ax", "at": "ring"}
     return {"kind": kind, "name": "kept", **of, **more}
 
 
@@ -86,6 +86,27 @@ def reduced(run: Trajectory, *reductions: dict[str, Any], slowness: float = 1.0)
     row, lacking = sweep.reducer.row(sweep.template.base, run, slowness=slowness)
     assert lacking == ""
     return row
+
+
+@pytest.mark.parametrize("name", ["transmission_error", "speed_ripple", "efficiency", "impact_power"])
+def test_output__is_that_of_the_result(name: str) -> None:
+    """The number of the output shaft in a sweep is the member's in a result."""
+    expected = result().output.each[name] if name != "impact_power" else None
+    (found,) = kept(reduction("output", statistic=name))
+    if expected is None:
+        alone = gp.simulate(
+            gp.replace(gp.load_case("han2021"), {**SET, "meshes.0.backlash": 2e-5, "run.start": "drawn"})
+        )
+        assert found == pytest.approx(alone.output.values[name], rel=1e-9)
+    else:
+        assert found == pytest.approx(expected[MEMBER], rel=1e-9)
+
+
+def test_output__of_an_unknown_rotor() -> None:
+    with pytest.raises(
+        InputError, match=r"reduce.kept.at = \"wheel\": must be of this case. Choose from: pinion, ring"
+    ):
+        made(reduction("output", statistic="efficiency", at="wheel"))
 
 
 def test_statistics_are_those_of_mean_accelerations() -> None:

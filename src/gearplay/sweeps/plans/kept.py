@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, Tag, model_validator
 from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.sweeps.plans.design import Text
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS
 
 Frequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
 
@@ -90,6 +90,14 @@ class ContactReduction(_Reduction):
     statistic: Literal[tuple(CONTACT_STATISTICS)]  # type: ignore[valid-type]
 
 
+class OutputReduction(_Reduction):
+    """A statistic of the output shaft, of the loaded rotor or of ``at``: ``transmission_error``, ``speed_ripple``."""
+
+    kind: Literal["output"] = "output"
+    statistic: Literal[tuple(OUTPUT_STATISTICS)]  # type: ignore[valid-type]
+    at: Text | None = None
+
+
 class JamReduction(_Reduction):
     """Share of time in which both flanks of a mesh are pressed at once."""
 
@@ -110,9 +118,10 @@ Reduction = Annotated[
     | Annotated[LevelReduction, Tag("kind:level")]
     | Annotated[SpectrumReduction, Tag("kind:spectrum")]
     | Annotated[ContactReduction, Tag("kind:contact")]
+    | Annotated[OutputReduction, Tag("kind:output")]
     | Annotated[JamReduction, Tag("kind:jam")]
     | Annotated[HistoryReduction, Tag("kind:history")],
-    ByKind("statistic", "line", "hump", "level", "spectrum", "contact", "jam", "history"),
+    ByKind("statistic", "line", "hump", "level", "spectrum", "contact", "output", "jam", "history"),
 ]
 
 

@@ -13,6 +13,7 @@ from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.levels import band_level, band_levels
 from gearplay.signals.lines import find_hump, find_line
@@ -25,12 +26,13 @@ from gearplay.sweeps.plans.kept import (
     JamReduction,
     LevelReduction,
     LineReduction,
+    OutputReduction,
     SpectrumReduction,
     StatisticReduction,
 )
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS
 
 Floats = NDArray[np.float64]
 OfSignal = (
@@ -83,7 +85,7 @@ class Reducer:
         Orders count from ``slowness`` times the nominal speed.
         """
         fundamental = slowness * rolling.mesh_frequency(case) if case.meshes else math.nan
-        parts, reasons, record = [], [], _Record(run)
+        parts, reasons, record = [], [], _Record(case, run)
         for each, kept in zip(self.reductions, self.shares, strict=True):
             size = sum(part.size for part in kept)
             try:
@@ -145,6 +147,11 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
         if reduction.contact not in known:
             raise _unknown(reduction, "contact", reduction.contact, known)
         return []
+    if isinstance(reduction, OutputReduction):
+        if reduction.at not in (None, *case.rotors):
+            raise _unknown(reduction, "at", str(reduction.at), tuple(case.rotors))
+        lead, at = input_of(case), reduction.at or output_of(case)
+        return [f"{label}.{signal}" for signal, label in wanted_of(packed, at, lead)]
     if isinstance(reduction, JamReduction):
         names = [f"{reduction.mesh}:drive", f"{reduction.mesh}:back"]
         if names[0] not in packed.contact_labels:
@@ -165,7 +172,8 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
 
 
 def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> InputError:
-    rule = f"must have the signal {reduction.signal}" if field == "at" else "must be of this case"
+    has_signal = field == "at" and hasattr(reduction, "signal")
+    rule = f"must have the signal {reduction.signal}" if has_signal else "must be of this case"
     return InputError(
         Fault(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
     )
@@ -177,6 +185,10 @@ def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:
     if isinstance(reduction, ContactReduction):
         words = f"{reduction.statistic.replace('_', ' ')} of {reduction.contact}"
         return [Kept(name, CONTACT_STATISTICS[reduction.statistic].unit, words)]
+    if isinstance(reduction, OutputReduction):
+        quantity = OUTPUT_STATISTICS[reduction.statistic]
+        at = f"of {reduction.at}" if reduction.at else "of the output shaft"
+        return [Kept(name, quantity.unit, f"{quantity.long_name}, {at}")]
     if isinstance(reduction, JamReduction):
         return [Kept(name, "1", f"share of time with both flanks of {reduction.mesh} pressed")]
     quantity = RESULT_VARIABLES[reduction.signal]
@@ -222,8 +234,9 @@ def _edges(reduction: SpectrumReduction) -> Floats:
 class _Record:
     """What several reductions of one run take from it: signals and their spectra and statistics, each made once."""
 
-    def __init__(self, run: Trajectory) -> None:
-        self.run = run
+    def __init__(self, case: Case, run: Trajectory) -> None:
+        self.case, self.run = case, run
+        self.shafts: dict[str | None, OutputShaft] = {}
         self.made: dict[tuple[str, str, str], Any] = {}
 
     def _once(self, kind: str, of: OfSignal, make: Callable[[], Any]) -> Any:
@@ -242,6 +255,12 @@ class _Record:
 
         return cast(Floats, self._once("signal", of, make))
 
+    def shaft(self, at: str | None) -> OutputShaft:
+        """Return the key numbers of the output shaft, or of a rotor."""
+        if at not in self.shafts:
+            self.shafts[at] = shaft_of_runs(self.case, at, [self.run])
+        return self.shafts[at]
+
     def spectrum(self, of: OfSignal) -> Spectrum:
         """Return the amplitude spectrum of a reduction's signal."""
         made = self._once("spectrum", of, lambda: amplitude_spectrum(self.signal(of), self.run.sampling))
@@ -259,6 +278,8 @@ def _values(reduction: Any, fundamental: float, record: _Record) -> list[Any]:
     if isinstance(reduction, ContactReduction):
         table = getattr(run.statistics, reduction.statistic)
         return [table[run.statistics.labels.index(reduction.contact)]]
+    if isinstance(reduction, OutputReduction):
+        return [record.shaft(reduction.at).values[reduction.statistic]]
     if isinstance(reduction, JamReduction):
         return [float(np.mean(run.signal("contact_state", reduction.mesh) == 3.0))]
     if isinstance(reduction, StatisticReduction):

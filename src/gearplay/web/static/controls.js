@@ -71,10 +71,24 @@ export class Controls {
           title.textContent = owner;
           details.append(title);
         }
-        for (const control of controls) details.append(this.row(control));
+        for (const control of controls.filter(({ basic }) => basic)) details.append(this.row(control));
+        const rest = controls.filter(({ basic }) => !basic);
+        if (rest.length) details.append(this.folded(rest, opened.has(`${group}/${owner}`), `${group}/${owner}`, rest.length < controls.length));
       }
       this.place.append(details);
     }
+  }
+
+  /** Return the rows of a part that are seldom changed, folded. */
+  folded(controls, open, name, beside) {
+    const more = document.createElement("details");
+    more.className = "more";
+    more.dataset.group = name;
+    more.open = open;
+    const summary = document.createElement("summary");
+    summary.textContent = beside ? `${controls.length} more` : `${controls.length} fields`;
+    more.append(summary, ...controls.map((control) => this.row(control)));
+    return more;
   }
 
   row(control) {

@@ -193,23 +193,39 @@ function known(value, half) {
   return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`;
 }
 
-/** Fill the table of contacts; return what is to be said of it. */
+/** Return a row of a table with these cells. */
+function row(cells, kind) {
+  const line = document.createElement("tr");
+  for (const text of cells) {
+    const cell = document.createElement(kind);
+    if (kind === "th") cell.scope = "col";
+    cell.textContent = text;
+    line.append(cell);
+  }
+  return line;
+}
+
+/** Fill the list of key numbers of the output shaft, a value for each model; return its title and what is to be said of it. */
+export function fillOutput(list, result) {
+  const shafts = names(result).map((model) => [model, new Map(result.models[model].output.rows)]);
+  const kinds = new Set(shafts.flatMap(([, rows]) => [...rows.keys()]));
+  const made = (kind, text, model) => Object.assign(document.createElement(kind), { textContent: text, className: model && shafts.length > 1 ? `${model}-text` : "", title: model ?? "" });
+  list.replaceChildren(...[...kinds].map((kind) => {
+    const tile = document.createElement("div");
+    tile.append(made("dt", kind), ...shafts.map(([model, rows]) => made("dd", rows.get(kind) ?? "", model)));
+    return tile;
+  }));
+  const { title, note } = result.models[names(result)[0]].output;
+  return { title, note };
+}
+
+/** Fill the table of contacts, those with impacts first; return what is to be said of it. */
 export function fillStatistics(table, result) {
   const head = ["model", "contact", "share of time", "impacts", "impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"];
-  const row = (cells, kind) => {
-    const line = document.createElement("tr");
-    for (const text of cells) {
-      const cell = document.createElement(kind);
-      if (kind === "th") cell.scope = "col";
-      cell.textContent = text;
-      line.append(cell);
-    }
-    return line;
-  };
   const rows = [row(head, "th")];
   const views = averaged(result);
   for (const model of names(result)) {
-    for (const each of views[model].statistics) {
+    for (const each of [...views[model].statistics].sort((a, b) => b.impacts - a.impacts || b.share_of_time - a.share_of_time)) {
       const shown = (name, factor) => known(factor * each[name], factor * (each.half?.[name] ?? 0));
       rows.push(row([model, each.contact, `${shown("share_of_time", 100)} %`, String(each.impacts), shown("impacts_per_second", 1),
         `${shown("rms_impact_speed", 1e3)}${each.angular ? " mrad/s" : ""}`,

@@ -4,7 +4,7 @@ import { averageOf, dropAverage } from "./averages.js";
 import { moveCursors } from "./cursors.js";
 import { Stage } from "./mechanism.js";
 import { $, confess, current, note, showTitle, state, tell } from "./page.js";
-import { drawRun, drawSpectrum, fillStatistics } from "./plots.js";
+import { drawRun, drawSpectrum, fillOutput, fillStatistics } from "./plots.js";
 import { asked, plotly } from "./plotting.js";
 
 const PATIENCE = 1000; // ms before a run gives way to a newer one
@@ -114,6 +114,9 @@ export async function showRun(result) {
   showTitle();
   $("carrier-row").hidden = !Object.values(result.models).some(({ frames }) => frames.orbit?.some((angle) => angle));
   $("arrows").textContent = `arrows: forces, the longest ${Number(stage.peak.toPrecision(3))} N`;
+  const { title, note: noted } = fillOutput($("output"), result);
+  $("output-title").textContent = title;
+  $("output-note").textContent = noted;
   $("few").textContent = fillStatistics($("statistics"), result);
   const words = Object.entries(result.models).map(([model, view]) => `${model}: ${view.finished ? "" : `${view.status} `}${view.steps} steps, ${view.events} events, ${(1e3 * view.wall_time).toFixed(0)} ms`);
   $("status").textContent = words.join("; ");

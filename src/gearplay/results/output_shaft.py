@@ -1,0 +1,302 @@
+"""Key numbers of the output shaft: speed ripple, torque ripple, transmission error, wind-up, efficiency, rattle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry, rolling
+from gearplay.model.case import Case
+from gearplay.model.initial import initial_state
+from gearplay.model.pack import Packed, pack
+from gearplay.model.traversal import rotor_order
+from gearplay.pictures.words import significant
+from gearplay.results.contacts import ContactTable, contacts_of
+from gearplay.solver.trajectory import Trajectory, all_columns
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.quantities import OUTPUT_STATISTICS
+
+Floats = NDArray[np.float64]
+Wanted = Sequence[tuple[str, str]]
+Samples = Callable[[Wanted], Floats]
+"""Samples [SI] of signals, given as (signal, element), shape [time, signal]."""
+
+MOST_SAMPLES, MOST_OF_MEMBER = 1_000_000, 200_000
+"""Samples of all members together, and of each; a longer record is sampled less often."""
+
+SCALES = {
+    "rad": (
+        ("deg", math.degrees(1.0)),
+        ("arcmin", 60.0 * math.degrees(1.0)),
+        ("arcsec", 3600.0 * math.degrees(1.0)),
+    ),
+    "W": (("kW", 1e-3), ("W", 1.0), ("mW", 1e3), ("uW", 1e6)),
+}
+"""Display units and factors, the first in which a value is at least 1."""
+
+
+@dataclass(frozen=True)
+class OutputShaft:
+    """Motion and load of one shaft relative to the input, of the samples of a run.
+
+    Attributes
+    ----------
+    rotor, input
+        Names of the output and of the input.
+    ratio
+        Speed of the output per that of the input by rolling; NaN where the train does not fix it.
+    each : mapping
+        Statistics [SI], shape [member], NaN where one is not defined; names, units and definitions in
+        `gearplay.vocabulary.quantities.OUTPUT_STATISTICS`.
+    frictionless : bool
+        Whether neither teeth nor sleeves have friction in the case, so that the efficiency is one of damping alone.
+
+    """
+
+    rotor: str
+    input: str
+    ratio: float
+    each: Mapping[str, Floats]
+    frictionless: bool = False
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Means of the statistics over the members [SI]; the efficiency is that of all members together."""
+        return {name: _mean(found) for name, found in self.each.items()}
+
+    @cached_property
+    def spread(self) -> dict[str, float]:
+        """Standard deviations over the members [SI], NaN for fewer than two."""
+        known = {name: found[np.isfinite(found)] for name, found in self.each.items()}
+        return {n: float(np.std(found, ddof=1)) if found.size > 1 else math.nan for n, found in known.items()}
+
+    @property
+    def title(self) -> str:
+        """Names of the shaft and the input with their ratio."""
+        if self.rotor == self.input:
+            return f"Shaft {self.rotor}"
+        if not math.isfinite(self.ratio):
+            return f"Output shaft {self.rotor}, driven by {self.input}"
+        if self.ratio == 0.0:
+            return f"Output shaft {self.rotor}, driven by {self.input}, held"
+        slower = abs(self.ratio) <= 1.0
+        words = f"{1.0 / self.ratio:.5g} : 1" if slower else f"1 : {self.ratio:.5g}"
+        return f"Output shaft {self.rotor}, driven by {self.input}, ratio {words}"
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the lines of a table: name and value in display units, undefined statistics left out."""
+        found = []
+        for name, quantity in OUTPUT_STATISTICS.items():
+            value = self.values[name]
+            if not math.isfinite(value):
+                continue
+            text = self._shown(name, value)
+            if name == "speed_ripple" and abs(self.values["mean_speed"]) > 0.0:
+                share = 100.0 * value / abs(self.values["mean_speed"])
+                text += f" ({significant(share)} %)" if share < 1000.0 else ""
+            found.append((quantity.long_name, text))
+        return found
+
+    @property
+    def note(self) -> str:
+        """What the efficiency leaves out; empty where the case has friction of teeth or sleeves."""
+        known = math.isfinite(self.values["efficiency"]) and self.frictionless
+        return (
+            "The efficiency is of damping alone: the case has no friction of teeth and sleeves."
+            if known
+            else ""
+        )
+
+    def _shown(self, name: str, value: float) -> str:
+        quantity, spread = OUTPUT_STATISTICS[name], self.spread[name]
+        largest = max(abs(value), spread if math.isfinite(spread) else 0.0)
+        unit, factor = quantity.display_unit, quantity.display_factor
+        if quantity.unit in SCALES and largest > 0.0:
+            unit, factor = scale_of(quantity.unit, largest)
+        more = f" +- {significant(factor * spread)}" if math.isfinite(spread) and spread > 0.0 else ""
+        digits = 4 if name == "efficiency" else 3
+        return f"{significant(factor * value, digits)}{more} {unit}"
+
+
+def scale_of(unit: str, largest: float) -> tuple[str, float]:
+    """Return the display unit of angles [rad] or powers [W] up to ``largest``, and how many of it are one SI unit."""
+    return next((each for each in SCALES[unit] if largest * each[1] >= 1.0), SCALES[unit][-1])
+
+
+def _mean(values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.mean(known)) if known.size else math.nan
+
+
+def input_of(case: Case) -> str:
+    """Return the driven rotor, the first of several; the first rotor of a train without a drive."""
+    driven = [name for name, rotor in case.rotors.items() if rotor.drive is not None]
+    return (driven or list(case.rotors))[0]
+
+
+def output_of(case: Case) -> str:
+    """Return the loaded rotor that is not the input, of several the one with the largest load.
+
+    Of a train without loads the rotor that comes last on the way from the input.
+    """
+    lead = input_of(case)
+    loads = {
+        name: load.torque + load.friction + sum(abs(term.amplitude) for term in load.terms) + load.drag
+        for name, rotor in case.rotors.items()
+        if name != lead and (load := rotor.load) != type(load)()
+    }
+    if loads:
+        return max(loads, key=lambda name: loads[name])
+    others = [name for name in rotor_order(case) if name != lead and geometry.carrier_of(case, name) is None]
+    return (others or [lead])[-1]
+
+
+def check_rotor(case: Case, rotor: str | None) -> None:
+    """Raise `InputError` for a name that is no rotor of the case."""
+    if rotor is not None and rotor not in case.rotors:
+        cure = f"Choose from: {', '.join(case.rotors)}"
+        raise InputError(Fault("output", rotor, "must be a rotor of the case", cure))
+
+
+def stride_of(samples: Sequence[int]) -> int:
+    """Return the distance between the samples to take, of records of so many."""
+    return max(1, -(-sum(samples) // MOST_SAMPLES), -(-max(samples, default=0) // MOST_OF_MEMBER))
+
+
+def ratio_of(case: Case, rotor: str, lead: str) -> float:
+    """Return the speed of a rotor per that of another by rolling; NaN where they turn independently."""
+    names, others = list(case.rotors), [r.drive for name, r in case.rotors.items() if name != lead]
+    if any(drive is not None and drive.kind == "speed" and drive.speed != 0.0 for drive in others):
+        return math.nan
+    free = case.rotors[lead].model_copy(update={"drive": None})
+    turns = rolling.free_turns(case.model_copy(update={"rotors": {**case.rotors, lead: free}}))
+    own, other = turns[names.index(rotor)], turns[names.index(lead)]
+    size = float(np.linalg.norm(other))
+    if size < 1e-9:
+        return math.nan
+    ratio = float(own @ other) / size**2
+    return ratio if np.allclose(own, ratio * other, atol=1e-9) else math.nan
+
+
+def output_shaft(
+    case: Case, rotor: str | None, contacts: ContactTable, members: Sequence[tuple[float, Samples]]
+) -> OutputShaft:
+    """Return the key numbers of the output shaft.
+
+    Parameters
+    ----------
+    case
+        What was simulated.
+    rotor
+        The shaft; `output_of` the case if None.
+    contacts
+        Statistics of its contacts.
+    members
+        Of each member the rate of its samples [Hz] and the function that returns them.
+
+    Raises
+    ------
+    InputError
+        For a rotor that the case does not have.
+
+    """
+    case = case.operating
+    check_rotor(case, rotor)
+    lead, at = input_of(case), rotor or output_of(case)
+    ratio, packed = ratio_of(case, at, lead), pack(case)
+    each = [_member(case, packed, at, lead, ratio, rate, samples) for rate, samples in members]
+    table = {name: np.array([found.get(name, math.nan) for found in each]) for name in OUTPUT_STATISTICS}
+    table["impacts_per_second"], table["impact_power"] = _rattle(case, contacts)
+    rubbing = [mesh.friction_coefficient for mesh in case.meshes]
+    rubbing += [sleeve.friction_coefficient for sleeve in case.sleeves.values()]
+    return OutputShaft(at, lead, ratio, table, frictionless=not any(rubbing))
+
+
+def start_of(case: Case, packed: Packed, at: str, lead: str, ratio: float) -> float:
+    """Return theta - ratio theta_lead [rad] where drive flanks just touch, from which the transmission error counts."""
+    names, start = list(case.rotors), initial_state(case, packed)
+    return float(start[3 * names.index(at) + 2] - ratio * start[3 * names.index(lead) + 2])
+
+
+def shaft_of_runs(case: Case, rotor: str | None, runs: Sequence[Trajectory]) -> OutputShaft:
+    """Return the key numbers of the output shaft of members that were run, as `output_shaft` does."""
+    stride = stride_of([run.samples.count for run in runs])
+    members = [(run.sampling / stride, partial(run.thinned, stride=stride)) for run in runs]
+    return output_shaft(case, rotor, contacts_of(runs), members)
+
+
+def wanted_of(packed: Packed, at: str, lead: str) -> list[tuple[str, str]]:
+    """Return the signals, as (signal, element), that the statistics of a shaft follow from."""
+    losses = [(c.signal, c.label) for c in all_columns(packed) if c.signal.endswith("_power_loss")]
+    own = [(name, at) for name in ("omega", "theta", "load_torque", "drive_torque")]
+    return [*own, ("theta", lead), *losses]
+
+
+def _member(
+    case: Case, packed: Packed, at: str, lead: str, ratio: float, rate: float, samples: Samples
+) -> dict[str, float]:
+    """Return the statistics of one member."""
+    values = samples(wanted_of(packed, at, lead))
+    values = values[np.isfinite(values).all(axis=1)]
+    if len(values) < 2:
+        return {}
+    omega, theta, load, drive, turned = values[:, :5].T
+    given = case.rotors[at].load
+    slip = np.clip(omega / given.friction_speed, -1.0, 1.0)
+    brake = given.drag * omega + given.friction * 0.5 * slip * (3.0 - slip**2)
+    found = {"mean_speed": float(np.mean(omega)), "speed_ripple": float(np.ptp(omega))}
+    delivered = brake - load - (drive if at != lead else 0.0)
+    inertia = case.rotors[at].inertia
+    torque = 0.5 * (delivered[1:] + delivered[:-1]) + inertia * rate * np.diff(omega)
+    turns = abs(found["mean_speed"]) > 0.5 * found["speed_ripple"]
+    sense = math.copysign(1.0, found["mean_speed"] if turns else float(np.mean(torque)))
+    if at != lead:
+        found |= {"mean_torque": sense * float(np.mean(torque)), "torque_ripple": float(np.ptp(torque))}
+        if math.isfinite(ratio):
+            error = theta - ratio * turned - start_of(case, packed, at, lead, ratio)
+            found |= {
+                "transmission_error": float(np.ptp(error)),
+                "wind_up": -sense * float(np.mean(error)),
+            }
+    power = float(np.mean(delivered * omega))
+    lost = float(np.mean(values[:, 5:].sum(axis=1))) - float(np.mean(brake * omega))
+    found["output_power"] = power
+    if at != lead and power > 0.0:
+        found["efficiency"] = power / (power + max(lost, 0.0))
+    return found
+
+
+def _rattle(case: Case, contacts: ContactTable) -> tuple[Floats, Floats]:
+    """Return impacts per second [1/s] and their kinetic energy per second [W] of all contacts, shape [1] each.
+
+    The energy of an impact is m v^2 / 2 with the approach speed v and the effective mass 1/m = sum n^2/M + r^2/J of both bodies
+    along the line of action; bodies whose motion is prescribed or held have none.
+    """
+    free_mass = {n: 0.0 if geometry.is_held(case, n) else 1.0 / r.mass for n, r in case.rotors.items()}
+    free_inertia = {
+        n: 0.0 if r.drive is not None and r.drive.kind == "speed" else 1.0 / r.inertia
+        for n, r in case.rotors.items()
+    }
+    mobility: dict[str, float] = {}
+    for name, sleeve in case.sleeves.items():
+        mobility[name] = free_mass[name] + (0.0 if sleeve.on is None else free_mass[sleeve.on])
+    for j, mesh in enumerate(case.meshes):
+        pairs = zip((mesh.driver, mesh.driven), geometry.base_radii(case, j), strict=True)
+        bodies = [(geometry.rotor_of(case, name), radius) for name, radius in pairs]
+        both = sum(free_mass[name] + radius**2 * free_inertia[name] for name, radius in bodies)
+        mobility |= dict.fromkeys((f"{mesh.label}:drive", f"{mesh.label}:back"), both)
+    for coupling in case.couplings:
+        mobility[coupling.label] = sum(free_inertia[name] for name in coupling.between)
+    rates, speeds = contacts.values["impacts_per_second"], contacts.values["rms_impact_speed"]
+    power = sum(
+        0.5 * rate * speed**2 / mobility[label]
+        for label, rate, speed in zip(contacts.labels, rates, speeds, strict=True)
+        if mobility.get(label, 0.0) > 0.0 and np.isfinite(rate) and np.isfinite(speed)
+    )
+    known = rates[np.isfinite(rates)]
+    return np.array([float(known.sum())]), np.array([float(power)])
