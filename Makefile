@@ -77,7 +77,7 @@ bench: $(VENV)/dev.stamp ## measure speed and print the ratios of docs/performan
 	$(BIN)/python -m bench
 
 docs: $(VENV)/docs.stamp ## write the pages and figures that follow from the code, and build the site into site/
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 clean: ## remove what the commands above made
 	rm -rf $(VENV) out site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

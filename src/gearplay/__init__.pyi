@@ -37,5 +37,6 @@ from gearplay.vocabulary.errors import InputError as InputError
 from gearplay.vocabulary.errors import MeasurementError as MeasurementError
 from gearplay.vocabulary.errors import ResourceError as ResourceError
 from gearplay.vocabulary.errors import SimulationError as SimulationError
+from gearplay.web.view import view as view
 
 __version__: str

@@ -39,7 +39,7 @@ def test_an_ensemble_has_its_spread(visit: Open) -> None:
     open_run(made)
     fill(made, "run.ensemble", "4")
     assert shown(made, "result.members") == 4
-    assert made.page.evaluate("document.getElementById('spectrum').data.length") == 6
+    assert made.page.evaluate("document.getElementById('spectrum').data.length") == 3
     assert "averages over 4 members" in made.page.text_content("#few")
 
 
@@ -53,9 +53,7 @@ def test_averages_come_behind_one_run(visit: Open) -> None:
         "Contacts are means over 16 members of 5 s after 1 s, from drawn starts; ± holds 95 %."
     )
     assert made.page.text_content("#statistics tr:nth-child(2) td:nth-child(5)").count(" ± ") == 1
-    assert (
-        made.page.evaluate("document.getElementById('spectrum').data.length") == 6
-    )  # two models, each with its band
+    assert made.page.evaluate("document.getElementById('spectrum').data.length") == 3  # a curve with its band
     fill(made, "meshes.0.backlash", "140")
     made.until("window.gearplay.state.result.average")
     assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(140e-6)
@@ -141,6 +139,6 @@ def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None
     slider(made, CLEARANCE).focus()
     made.page.locator("#spectrum").evaluate("(each) => each.scrollIntoView({ block: 'start' })")
     boxes = [made.page.locator(each).bounding_box() for each in ("#spectrum", "aside")]
-    assert 0 <= boxes[0]["y"] < boxes[1]["y"] - 200
+    assert -1 <= boxes[0]["y"] < boxes[1]["y"] - 200
     assert boxes[1]["y"] + boxes[1]["height"] == pytest.approx(844, abs=2)
     assert made.page.evaluate("document.documentElement.scrollWidth") <= 391

@@ -16,7 +16,9 @@ def test_opens_with_the_article_s_case(visit: Open) -> None:
     page = visit().ready().page
     assert page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
     assert page.text_content("#link-state") == "connected"
-    assert page.locator("#stage figure").count() == 2
+    assert page.locator("#stage figure").count() == 1
+    assert page.text_content("#output-title") == "Output shaft ring, driven by pinion, ratio 3 : 1"
+    assert page.locator("#output div").count() == 10
     for name in ("orbit", "spectrum", "backlash", "forces"):
         assert page.locator(f"#{name} .main-svg").count() > 0
 
@@ -71,7 +73,7 @@ def test_first_plots_need_no_plotly_and_stay_as_they_are_when_it_comes(visit: Op
     assert made.page.evaluate("window.Plotly === undefined")
     sketched = made.page.evaluate(AXES, ["sketched", ".sketch"])
     colors = "[...document.querySelectorAll('#spectrum .sketch g path')].map((each) => each.getAttribute('stroke'))"
-    assert set(made.page.evaluate(colors)) == {"#0b5fa5", "#b4540f"}
+    assert set(made.page.evaluate(colors)) == {"#0b5fa5"}
     assert "frequency [Hz]" in [each[0] for each in sketched["spectrum"]["texts"]]
     release()
     made.ready()
@@ -88,6 +90,7 @@ def test_first_plots_need_no_plotly_and_stay_as_they_are_when_it_comes(visit: Op
 @pytest.mark.deep
 def test_the_quieter_curve_lies_on_top(visit: Open) -> None:
     made = visit().ready()
+    made.after(lambda: made.page.check("#compare"))
     curves = made.page.evaluate(
         "document.getElementById('spectrum').data.map(({ name, y }) => [name, y.reduce((sum, a) => sum + a, 0)])"
     )
@@ -104,7 +107,7 @@ def test_gears_of_a_planetary_set_and_of_two_stages_have_their_views(visit: Open
     choices = made.page.locator("#mesh-of option").all_text_contents()
     assert len(choices) == 6
     made.page.select_option("#sleeve-of", "stage.planet1")
-    made.until("document.getElementById('orbit').layout.annotations?.[0].text.includes('no orbit to draw')")
+    made.until("document.getElementById('orbit').layout.uirevision === 'stage.planet1'")
     made.page.select_option("#carrier", "turning")
     made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
     assert made.page.locator("#carrier-row").is_hidden()
@@ -125,11 +128,12 @@ def test_the_orbit_has_its_clearance_circle(visit: Open) -> None:
 @pytest.mark.deep
 def test_models_side_by_side_or_alone(visit: Open) -> None:
     made = visit().ready()
-    made.after(lambda: made.page.uncheck("#compare"))
-    assert made.page.locator("#stage figure").count() == 1
     assert made.page.evaluate("Object.keys(window.gearplay.state.result.models)") == ["coupled"]
     made.after(lambda: made.page.check("#compare"))
     assert made.page.locator("#stage figure").count() == 2
+    assert made.page.locator("#output dd.uncoupled-text").count() == 10
+    made.after(lambda: made.page.uncheck("#compare"))
+    assert made.page.locator("#stage figure").count() == 1
 
 
 @pytest.mark.slow
@@ -206,7 +210,7 @@ def test_which_sleeve_and_mesh_are_looked_at(visit: Open) -> None:
     made.until(f"Math.abs({top} - 20) < 1e-6")
     made.until("document.getElementById('forces').layout.uirevision === 'idleridler-ring'")
     texts = made.page.evaluate("document.getElementById('forces').layout.yaxis2.ticktext")
-    assert texts == 2 * ["sleeve", "drive", "back"]
+    assert texts == ["sleeve", "drive", "back"]
 
 
 @pytest.mark.deep
@@ -221,10 +225,10 @@ def test_the_spectrum_of_another_signal_and_scale(visit: Open) -> None:
 def test_lines_of_mesh_and_test_are_marked(visit: Open) -> None:
     made = visit().ready()
     texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
-    assert texts == ["f_m", "2 f_m", "test f_r", "test f_m", "test 2 f_m"]
+    assert sorted(texts) == ["2 f_m", "f_m", "test 2 f_m", "test f_m", "test f_r"]
     fill(made, BACKLASH, "123")
     texts = made.page.evaluate("document.getElementById('spectrum').layout.annotations.map((a) => a.text)")
-    assert texts == ["f_m", "2 f_m"]
+    assert sorted(texts) == ["2 f_m", "f_m"]
 
 
 @pytest.mark.deep
@@ -233,7 +237,7 @@ def test_contacts_are_counted(visit: Open) -> None:
     head = made.page.locator("#statistics th").all_text_contents()
     assert head[2:4] == ["share of time", "impacts"]
     assert head[4:] == ["impacts [1/s]", "rms impact speed [mm/s]", "largest force [N]"]
-    assert made.page.locator("#statistics tr").count() == 7
+    assert made.page.locator("#statistics tr").count() == 4
 
 
 @pytest.mark.deep

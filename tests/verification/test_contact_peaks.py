@@ -71,7 +71,7 @@ def test_peaks_are_the_largest_samples_whatever_the_ramp(depth: float) -> None:
 
 
 def test_peaks_of_random_trains_are_the_largest_samples() -> None:
-    """At any tolerance within 0.1 % of the motion, never below its samples by more than 1e-6 of them."""
+    """At any tolerance within 0.1 % of the motion, never below its samples by more than 1e-6 of them, or 1e-12 m of depth."""
     for seed in range(sized(300, 20, torture=2000)):
         rng = np.random.default_rng([43, seed])
         document = train(rng, float(10.0 ** rng.uniform(-9.0, -3.0)))
@@ -80,5 +80,5 @@ def test_peaks_of_random_trains_are_the_largest_samples() -> None:
         document["run"] |= {"duration": 1e-3}
         for label, (seen, said, above) in sampled(document, 5e6).items():
             assert said.force >= seen.force * (1.0 - 1e-6) - 1e-9, (seed, label)
-            assert said.penetration >= seen.penetration * (1.0 - 1e-6) - 1e-14, (seed, label)
+            assert said.penetration >= seen.penetration * (1.0 - 1e-6) - 1e-12, (seed, label)
             assert above <= 1e-3, (seed, label)

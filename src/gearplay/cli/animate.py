@@ -95,21 +95,9 @@ def _has_mp4() -> bool:
 
 
 def _page(motion: Motion, magnify: float, form: str, result: Result, *_: Any) -> bytes:
-    from gearplay.results.titles import window_words
-    from gearplay.web.player import player_page
+    from gearplay.web.view import result_page
 
-    span = (motion.start, motion.start + float(motion.frames["t"][-1]))
-    page = player_page(
-        motion.mechanism,
-        motion.frames,
-        model=result.case.backlash_model,
-        title=motion.title,
-        words=f"{window_words(span)}; clearances and small motions are drawn larger than they are",
-        start=motion.start,
-        magnify=magnify,
-        look=motion.look,
-    )
-    return page.encode("utf-8")
+    return result_page(result, motion, magnify).encode("utf-8")
 
 
 def _film(

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.base import Base
+from gearplay.model.case_table import case_html
 from gearplay.model.consistency import cross_faults
 from gearplay.model.coupling import Coupling
 from gearplay.model.environment import Environment
@@ -311,6 +312,9 @@ class Case(Part):
     def operating(self) -> Case:
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
         return at_temperature(self)
+
+    def _repr_html_(self) -> str:
+        return case_html(self)
 
     @cached_property
     def sha256(self) -> str:

@@ -6,6 +6,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.pictures.extremes import extremes
+
 
 def render_page(
     package: str,
@@ -72,3 +77,21 @@ def html_table(rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str
         values = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
         lines.append(f"<tr><th style='text-align:left'>{html.escape(name)}</th>{values}</tr>")
     return f"<table>{''.join(lines)}</table>"
+
+
+def sparkline(values: NDArray[np.float64], title: str, *, width: int = 320, height: int = 44) -> str:
+    """Return a small curve as SVG, its extremes kept; nothing for fewer than two finite values.
+
+    >>> sparkline(np.array([0.0, 2.0, 1.0]), "speed")[-43:]
+    '22.0"><title>speed</title></polyline></svg>'
+    """
+    known = values[np.isfinite(values)]
+    if known.size < 2:
+        return ""
+    x, y = extremes(np.linspace(2.0, width - 2.0, known.size), known, width)
+    span = float(np.ptp(y)) or 1.0
+    points = " ".join(
+        f"{a:.1f},{b:.1f}" for a, b in zip(x, 2.0 + (height - 4.0) * (y.max() - y) / span, strict=True)
+    )
+    line = f'<polyline fill="none" stroke="#0b5fa5" points="{points}"><title>{html.escape(title)}</title></polyline>'
+    return f'<svg width="{width}" height="{height}" role="img" aria-label="{html.escape(title)}">{line}</svg>'

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.pictures.pages import html_table
+from gearplay.pictures.canvas import to_png
+from gearplay.pictures.pages import data_uri, html_table
 from gearplay.results.provenance import KIND
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.memory import enough_memory
@@ -81,7 +82,13 @@ class Answer(ABC):
         return f"<gearplay {self.answer}: {self.message}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}"
+        return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}{self._picture()}"
+
+    def _picture(self) -> str:
+        """Return the picture of `plot` as HTML."""
+        drawn = self.plot()  # type: ignore[attr-defined]
+        png = drawn.png if hasattr(drawn, "png") else to_png(getattr(drawn, "figure", drawn))
+        return f'<img alt="{html.escape(self.answer)}" style="max-width: 42em" src="{data_uri(png)}">'
 
 
 @dataclass(frozen=True, repr=False)

@@ -18,7 +18,7 @@ from gearplay.files.netcdf import check_ending
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
-from gearplay.pictures.pages import html_table
+from gearplay.pictures.pages import html_table, sparkline
 from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
@@ -394,4 +394,7 @@ class Result(Answer):
         shaft = self.output
         head = f"<p><b>{html.escape(shaft.title)}</b></p>{html_table(shaft.rows())}"
         head += f"<p>{html.escape(shaft.note)}</p>" if shaft.note else ""
-        return head + self.contacts.html() + html_table(self.rows())
+        if ("omega", shaft.rotor) in self.held():
+            speed = sparkline(self.signal("omega", shaft.rotor), f"speed of {shaft.rotor} over time")
+            head += f"<p>{speed} speed of {html.escape(shaft.rotor)}</p>"
+        return head + self.contacts.html() + html_table(self.rows()) + self._picture()

@@ -179,6 +179,19 @@ class Axis:
         return wanted if any(rule.fault(each) for rule, each in zip(rules, value, strict=True)) else ""
 
 
+@dataclass(frozen=True)
+class Window:
+    """Two times [s], None for an open end: ``(0.5, None)``."""
+
+    def fault(self, value: object) -> str:
+        """Return what is required where a value is something else, else nothing."""
+        wanted = "must be two times [s], None for an open end, as (0.5, None)"
+        if not isinstance(value, Sequence) or isinstance(value, (str, bytes)) or len(value) != 2:
+            return wanted
+        rule = Real(-math.inf)
+        return wanted if any(each is not None and rule.fault(each) for each in value) else ""
+
+
 class Anything:
     """What is read and checked further in, with its own sentence."""
 
@@ -210,6 +223,8 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         **dict.fromkeys(("damping_ratio", "force"), Real(0.0)),
         **dict.fromkeys(("mean_force", "force_phase", "stiffness_amplitude"), Real(-math.inf)),
         "duty": Real(0.0, 1.0),
+        "magnify": Real(1e-3, 1e3),
+        "window": Window(),
         **dict.fromkeys(
             ("carry", "keep_load", "compare", "upwards", "overwrite", "square", "backlash"), FLAG
         ),
@@ -246,6 +261,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
         ("planetary", "case"): TABLE,
+        ("view", "at"): TEXT,
         ("read_measurement", "sampling"): Real(0.0, above=True),
         **{(door, "path"): TEXT for door in ("bifurcation", "branch", "branches", "frequency_response")},
         **{(door, "path"): PATH for door in ("read_measurement", "read_result", "write_record")},
