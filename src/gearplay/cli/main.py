@@ -55,7 +55,7 @@ def _make_app() -> typer.Typer:
         name="gearplay",
         help="Dynamics of gear mechanisms whose small clearances are coupled.",
         epilog=FIRST_STEP,
-        add_completion=False,
+        add_completion=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
