@@ -40,6 +40,8 @@ def test_a_band_prints_the_lines_of_its_envelope(record: Path, capsys: pytest.Ca
     shown = capsys.readouterr().out
     assert "envelope from 2500 to 3500 Hz" in shown
     assert "81 Hz: 0.5 g" in shown
+    assert run(["analyze", str(record), "--channel", "acc", "--band", "2.5kHz", "3500"]) == 0
+    assert "81 Hz: 0.5 ?" in capsys.readouterr().out  # no unit is known
     found = document(capsys, record, "--channel", "acc", "--band", "2500", "3500")["envelope"]
     assert found["lines"][0] == {"frequency": pytest.approx(FAULT), "amplitude": pytest.approx(0.5, rel=1e-3)}  # type: ignore[index]
 

@@ -68,13 +68,20 @@ def test_a_soft_mode_is_no_free_motion() -> None:
             ],
             "run": {"duration": 0.1},
         }
-    ).ds  # fmt: skip
+    )  # fmt: skip
     tooth = 1e13 * (0.45 * math.cos(math.radians(20.0))) ** 2
     k = 1.0 / (1.0 / 1.2e6 + 1.0 / tooth + 1.0 / (9.0 * 8e5))
     expected = math.sqrt(k * (1.0 / 10.0 + 1.0 / 18.0)) / (2.0 * math.pi)
     assert expected == pytest.approx(63.6620, abs=5e-5)
-    assert found["frequency"].values[0] == 0.0
-    assert found["frequency"].values[1] == pytest.approx(expected, rel=1e-9)
+    assert found.ds["frequency"].values[0] == 0.0
+    assert found.ds["frequency"].values[1] == pytest.approx(expected, rel=1e-9)
+    springs = np.array(
+        [1.0 / tooth, 1.0 / 1.2e6, 1.0 / (9.0 * 8e5)]
+    )  # one torque: shares are those of the compliances
+    shares = found.ds["strain_energy_share"].values
+    np.testing.assert_allclose(shares[1], springs / springs.sum(), rtol=1e-6)
+    assert [words.endswith("no strain") for _, words in found.rows()] == [True, False, False, False]
+    assert np.all(shares[0] == 0.0)
 
 
 def planetary(drive: Document) -> Document:

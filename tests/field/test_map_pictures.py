@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm
 from matplotlib.image import imread
 
@@ -14,8 +15,11 @@ from gearplay.pictures.style import new_axes
 from gearplay.signals.figures import plot_order_map, plot_spectrogram
 from gearplay.signals.orders import order_map
 from gearplay.signals.spectrograms import spectrogram
+from gearplay.sweeps.report import maps
+from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.maps import draw_cells
 from gearplay.sweeps.report.spectra import _over_orders
+from sweep_products import RMS, SPEED, made, plan_of
 
 BRIGHT = np.array([253, 231, 37]) / 255.0  # the top of viridis
 RATE = 51_200.0
@@ -40,6 +44,21 @@ def test_a_single_order_is_seen_at_its_height(order: float) -> None:
     ax = plot_order_map(new_axes(), found)
     assert np.max(ax.collections[0].get_array()) == pytest.approx(found.amplitude.max())
     assert bright_pixels(ax.figure) > 30
+
+
+def test_cells_of_few_values_stand_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over two backlashes: a tick at each and a white line between, none along the 12 speeds."""
+    drawn: list[Any] = []
+    monkeypatch.setattr(maps, "to_png", drawn.append)
+    two = {"name": "b", "path": "meshes.0.backlash", "values": ["20 um", "200 um"]}
+    product = made(plan_of({**SPEED, "count": 12}, two, reduce=[RMS]))
+    maps.map_figure(View(*product), "rms", "speed", "b")
+    ax = drawn[0].axes[0]
+    assert ax.get_yticks().tolist() == pytest.approx([20.0, 200.0])
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["20", "200"]
+    (between,) = [each for each in ax.collections if isinstance(each, LineCollection)]
+    assert np.array(between.get_segments())[:, :, 1] == pytest.approx(110.0)
+    assert len(ax.get_xticks()) != 12
 
 
 @pytest.mark.slow

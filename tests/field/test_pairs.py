@@ -135,6 +135,8 @@ def test_tips__thickness_of_teeth_and_of_spaces() -> None:
         (24, 38, False, 20.0, ()),
         (24, 90, True, 20.0, ()),
         (24, 38, False, 41.0, ("p", "w")),
+        # an external gear of 90 teeth would be pointed, the ring is not
+        (24, 90, True, 38.0, ("p",)),
         (24, 90, True, 41.0, ("p", "w")),
         (6, 60, False, 35.0, ("p",)),
     ],

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -33,11 +32,6 @@ def test_mat_has_every_variable(result: gp.Result, tmp_path: Path) -> None:
     assert found["units"]["ax"] == "m/s^2"
     assert found["dimensions"]["ax"] == "time rotor"
     assert list(found["rotor"]) == [str(name) for name in result.ds["rotor"].values]
-
-
-def test_netcdf_stays_netcdf(result: gp.Result, tmp_path: Path) -> None:
-    result.save(tmp_path / "run.nc")
-    assert h5py.is_hdf5(tmp_path / "run.nc")
 
 
 @pytest.mark.parametrize("name", ["run.xlsx", "run.txt", "run.h5"])

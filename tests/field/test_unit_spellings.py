@@ -89,11 +89,3 @@ def test_what_is_not_meant_is_refused_with_a_cure(quantity: q.Quantity, text: st
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, quantity)
     assert cure in str(caught.value)
-
-
-def test_a_plain_temperature_below_zero_is_told_the_unit() -> None:
-    import gearplay as gp
-
-    case = gp.load_case("two-stage-reducer")
-    with pytest.raises(gp.GearplayError, match='Write "-60 degC"'):
-        gp.replace(case, {"environment.temperature": -60})

@@ -175,7 +175,12 @@ def test_a_server_on_all_addresses_asks_for_its_token(tmp_path: Path) -> None:
             httpx.get(f"{url}/?token={token}", headers={"host": f"elsewhere:{server.port}"}).status_code
             == 403
         )
-        assert httpx.get(f"{url}/?token={token}", headers={"host": host}).status_code == 200
+        entered = httpx.get(f"{url}/?token={token}", headers={"host": host})
+        assert entered.status_code == 200
+        assert "HttpOnly; SameSite=Strict" in entered.headers["set-cookie"]
+        for cookie, status in ((token, 200), ("wrong", 403)):
+            headers = {"host": host, "Cookie": f"gearplay-token={cookie}"}
+            assert httpx.get(f"{url}/api/about", headers=headers).status_code == status
 
         async def wire(cookie: str) -> str:
             headers = {"Cookie": cookie}

@@ -179,17 +179,7 @@ def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_case_in_latin_1_is_refused_in_one_sentence(visit: Open, tmp_path: Path) -> None:
-    file = tmp_path / "case.toml"
-    file.write_bytes('title = "Getriebe für Prüfstand"\n'.encode("latin-1"))
-    made = visit().ready()
-    made.page.set_input_files("#upload", file)
-    made.until("!document.getElementById('message').hidden")
-    assert made.page.text_content("#message") == "case.toml: must be UTF-8 text. Save the file as UTF-8."
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", some(["planetary-reducer", "lin-parker-1999", "two-stage-reducer"], 1))
+@pytest.mark.parametrize("case", ["planetary-reducer", "two-stage-reducer"])
 def test_names_of_orders_do_not_lie_over_each_other(visit: Open, case: str) -> None:
     made = visit().ready()
     made.after(lambda: made.page.select_option("#case", case))

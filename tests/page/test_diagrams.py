@@ -24,10 +24,15 @@ def test_a_map(visit: Open) -> None:
     brief(made)
     made.page.click("#tab-map")
     assert made.page.input_value("#map-form [name=members]") == "8"
-    cells(made, 4, 3)
+    cells(made, 7, 3)
     made.page.click("#map-form button")
     made.until("document.getElementById('map').data?.[0].z.length === 3")
-    assert made.page.evaluate("document.getElementById('map').data[0].z[0].length") == 4
+    assert made.page.evaluate("document.getElementById('map').data[0].z[0].length") == 7
+    ticks = made.page.evaluate("document.getElementById('map').layout.yaxis.ticktext")
+    assert ticks == ["20", "210", "400"]  # few values: each is named, and its cells stand apart
+    assert made.page.evaluate("document.getElementById('map').layout.xaxis.tickvals") is None
+    gaps = made.page.evaluate("(({ xgap, ygap }) => [xgap, ygap])(document.getElementById('map').data[0])")
+    assert gaps == [0, 3]
 
 
 @pytest.mark.deep

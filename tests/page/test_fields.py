@@ -6,15 +6,6 @@ from visiting import BACKLASH, CLEARANCE, SPEED, Open, field, fill, open_run, sh
 
 
 @pytest.mark.slow
-def test_a_field_changes_the_run(visit: Open) -> None:
-    made = visit().ready()
-    before = shown(made, "result.sha256")
-    fill(made, BACKLASH, "150")
-    assert shown(made, "result.sha256") != before
-    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(150e-6)
-
-
-@pytest.mark.slow
 def test_a_slider_moves_by_keys(visit: Open) -> None:
     made = visit().ready()
     slider(made, CLEARANCE).focus()
@@ -23,20 +14,13 @@ def test_a_slider_moves_by_keys(visit: Open) -> None:
     assert field(made, CLEARANCE).input_value() == "100.4"
 
 
-@pytest.mark.deep
-def test_another_bundled_case(visit: Open) -> None:
-    made = visit().ready()
-    made.after(lambda: made.page.select_option("#case", "pinion-idler-ring"))
-    assert made.page.text_content("#title") == "Pinion, idler and ring, 20/20/60"
-    assert "idler" in made.page.text_content("#statistics")
-    assert made.page.locator('input[data-path="sleeves.idler.radial_clearance"]').count() == 1
-
-
 @pytest.mark.slow
 def test_reset_brings_the_case_back(visit: Open) -> None:
     made = visit().ready()
     before = shown(made, "result.sha256")
     fill(made, BACKLASH, "150")
+    assert shown(made, "result.sha256") != before
+    assert shown(made, "result.case.meshes[0].backlash") == pytest.approx(150e-6)
     made.after(lambda: made.page.click("#reset"))
     assert shown(made, "result.sha256") == before
     assert field(made, BACKLASH).input_value() == "100"
@@ -82,14 +66,6 @@ def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value
     assert path in made.page.text_content("#message")
     assert field(made, path).get_attribute("aria-invalid") == "true"
     assert made.runs() == runs
-
-
-@pytest.mark.deep
-def test_what_only_the_server_can_refuse_is_told(visit: Open) -> None:
-    made = visit().ready()
-    field(made, "meshes.0.stiffness.amplitude").fill("500")
-    field(made, "meshes.0.stiffness.amplitude").press("Tab")
-    made.until("document.getElementById('message').textContent.includes('must be less than the mean')")
 
 
 @pytest.mark.deep

@@ -3,7 +3,6 @@
 import contextlib
 import json
 import socket
-import struct
 import threading
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -332,29 +331,3 @@ def test_uploads_and_messages_are_bounded(server: Server) -> None:
     assert (
         ask(server.port, "/api/case", method="POST", host=host, origin=f"http://{host}", body=deep)[0] == 400
     )
-
-
-@pytest.mark.slow
-def test_a_server_beyond_loopback_asks_for_its_token(tmp_path: Any) -> None:
-    token = "a-token-of-enough-letters"
-    made = Server(tmp_path, "--token", token)
-    try:
-        host = f"127.0.0.1:{made.port}"
-        assert ask(made.port, "/", host=host)[0] == 403
-        assert ask(made.port, "/?token=wrong", host=host)[0] == 403
-        status, text = ask(made.port, f"/?token={token}", host=host)
-        assert status == 200
-        assert "HttpOnly; SameSite=Strict" in text
-        assert ask(made.port, "/api/about", host=host, more=f"Cookie: gearplay-token={token}")[0] == 200
-        assert ask(made.port, "/api/about", host=host, more="Cookie: gearplay-token=x")[0] == 403
-    finally:
-        made.stop()
-
-
-def test_frames_on_the_wire_are_as_documented() -> None:
-    from gearplay.web.frames import pack_frame
-
-    frame = pack_frame({"x": 1})
-    (length,) = struct.unpack_from("<I", frame)
-    assert json.loads(frame[4 : 4 + length]) == {"x": 1}
-    assert length % 4 == 0

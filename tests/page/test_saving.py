@@ -25,11 +25,24 @@ def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.many
 @pytest.mark.parametrize(
-    ("text", "said"), [("not = [a case", "upload"), ("[rotors.a]\nmass = -1\n", "rotors.a"), ("", "rotors")]
+    ("name", "content", "said"),
+    [
+        (
+            "case.toml",
+            'title = "für"\n'.encode("latin-1"),
+            "case.toml: must be UTF-8 text. Save the file as UTF-8.",
+        ),
+        ("bad.toml", b"not = [a case", "upload"),
+        ("bad.toml", b"[rotors.a]\nmass = -1\n", "rotors.a"),
+        ("bad.toml", b"", "rotors"),
+        ("run.nc", b"\x89HDF", "run.nc: must be a case file"),
+    ],
 )
-def test_a_bad_file_is_refused_and_the_case_stays(visit: Open, tmp_path: Path, text: str, said: str) -> None:
-    file = tmp_path / "bad.toml"
-    file.write_text(text, encoding="utf-8")
+def test_a_bad_file_is_refused_and_the_case_stays(
+    visit: Open, tmp_path: Path, name: str, content: bytes, said: str
+) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
     made = visit().ready()
     made.page.set_input_files("#upload", file)
     made.until(f"document.getElementById('message').textContent.includes({json.dumps(said)})")
@@ -102,15 +115,6 @@ def test_a_result_of_another_case_brings_its_case_back(visit: Open) -> None:
 def test_a_damaged_link_is_told(visit: Open) -> None:
     made = visit("/#case=eyJydW4iOnsiZH").ready()
     made.until("document.getElementById('message').textContent.includes('The link is damaged')")
-
-
-@pytest.mark.deep
-def test_what_is_no_case_file_is_refused(visit: Open, tmp_path: Path) -> None:
-    file = tmp_path / "run.nc"
-    file.write_bytes(b"\x89HDF")
-    made = visit().ready()
-    made.page.set_input_files("#upload", file)
-    made.until("document.getElementById('message').textContent.includes('run.nc: must be a case file')")
 
 
 def recall(made: Visit, start: str) -> None:

@@ -212,7 +212,7 @@ def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
 
 def _words(document: dict[str, Any]) -> str:
     s = document["statistics"]
-    unit = s["unit"] or "1"
+    unit = s["unit"] or "?"
     rows = [f"{document['record']} ({document['format']})"]
     channels = document["channels"]
     if len(channels) > LISTED:

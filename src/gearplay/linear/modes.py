@@ -64,7 +64,7 @@ class Modes(OfDataset):
             where = ", ".join(
                 f"{ds['element'].values[k]} {100 * strain[k]:.0f} %"
                 for k in np.argsort(-strain)[:3]
-                if strain[k] >= 0.05
+                if strain[k] >= min(0.05, strain.max()) > 0.0
             )
             ratio = max(100.0 * float(ds["damping_ratio"].values[m]), 0.0)
             found.append(
@@ -111,7 +111,7 @@ def modes_of(system: LinearSystem) -> Modes:
             "shape of unit modal mass: m or rad per kg^0.5 m",
         ),
         "strain_energy_share": numbers(
-            ("mode", "element"), system.strain_shares(shapes), "1", "share of an element in the strain energy"
+            ("mode", "element"), system.strain_shares, "1", "share of an element in the strain energy"
         ),
         "kinetic_energy_share": numbers(
             ("mode", "rotor"), system.kinetic_shares(shapes), "1", "share of a rotor in the kinetic energy"

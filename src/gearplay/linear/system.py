@@ -25,7 +25,7 @@ from gearplay.kernels.mesh_geometry import (
     mesh_geometry,
 )
 from gearplay.linear.condense import Condensed, condense
-from gearplay.linear.eigen import Eigen, solve_at_rest, solve_turning
+from gearplay.linear.eigen import FREE_TURNING, Eigen, solve_at_rest, solve_turning
 from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
 from gearplay.linear.time_invariant import smooth
 from gearplay.model.case import Case
@@ -114,12 +114,13 @@ class LinearSystem:
             found.append(f"{name} {label}")
         return tuple(found)
 
-    def strain_shares(self, shapes: Shapes) -> Floats:
-        """Return the share [1] of each element in the strain energy of displacements, shape [mode, element].
+    @cached_property
+    def strain_shares(self) -> Floats:
+        """Shares [1] of the elements in the strain energy of the modes, shape [mode, element]; 0 in free motions.
 
-        ``shapes``, shape [mode, coordinate], may be complex: both parts count. A motion without strain has shares 0.
+        Real and imaginary parts of complex shapes count.
         """
-        linear = self.linear
+        linear, shapes = self.linear, self.eigen.shape
         parts = [shapes.real, shapes.imag] if np.iscomplexobj(shapes) else [shapes]
         total = np.zeros((len(shapes), linear.system.elements.size))
         for part in parts:
@@ -131,8 +132,11 @@ class LinearSystem:
             )
             total += energies
         whole = total.sum(axis=1, keepdims=True)
-        floor = 1e-9 * np.abs(total).max(initial=0.0)
-        shares: Floats = np.divide(total, whole, out=np.zeros_like(total), where=np.abs(whole) > floor)
+        own = np.abs(shapes) ** 2 @ np.abs(np.diag(self.stiffness))
+        strained = np.abs(whole) > FREE_TURNING * own[:, None]
+        if len(parts) == 1:  # a frequency at rest is strain, however soft
+            strained |= (self.eigen.frequency > 0.0)[:, None] & (whole > 0.0)
+        shares: Floats = np.divide(total, whole, out=np.zeros_like(total), where=strained)
         return shares
 
     def kinetic_shares(self, shapes: Shapes) -> Floats:

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
-
-
+FEW = 6  # values of an axis that are named one by one
 WIDE = 1.5  # decades from which on a scale is logarithmic
 
 
@@ -39,6 +38,16 @@ def edges_of(values: Floats, *, log: bool) -> Floats:
     if log:
         return np.asarray(10.0**found)
     return np.maximum(found, 0.0) if at[0] >= 0.0 else found
+
+
+def stand_apart(values: Floats, *, log: bool) -> bool:
+    """Return whether at most `FEW` values in order are so far apart that each can have its tick on an axis.
+
+    >>> stand_apart(np.array([5.0, 20.0]), log=False), stand_apart(np.array([1.0, 2.0, 100.0]), log=False)
+    (True, False)
+    """
+    at = np.log10(values) if log else values
+    return 2 <= len(at) <= FEW and bool(np.diff(at).min() > 0.1 * (at[-1] - at[0]))
 
 
 def spread_places(count: int, most: int) -> list[int]:

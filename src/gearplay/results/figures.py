@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model.geometry import carrier_of
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.pictures.canvas import SMALL, make_figure, set_title, tidy
+from gearplay.pictures.canvas import SMALL, make_figure, set_title
 from gearplay.pictures.style import (
     COUPLED,
     STILL,
@@ -20,6 +20,7 @@ from gearplay.pictures.style import (
     plot_orbit,
     plot_spectrum,
     say_still,
+    tidy,
     widen_still,
 )
 from gearplay.pictures.words import axis_label, plain, shown_in, wrapped

@@ -10,11 +10,19 @@ MOST_HARMONICS = 12
 
 
 def spectrum_lines(case: Case) -> dict[str, float]:
-    """Return the lines that are marked [Hz]: ``f_m`` and ``2 f_m`` of the first mesh, orders of planetary sets, shaft speeds."""
+    """Return the lines that are marked [Hz]: mesh frequencies and their doubles, orders of planetary sets, shaft speeds.
+
+    >>> from gearplay.model.reading import load_case
+    >>> list(spectrum_lines(load_case("two-stage-reducer")))[:4]
+    ['f_m1', 'f_m2', '2 f_m1', '2 f_m2']
+    """
+    meshes = _named_meshes(case)
+    return meshes | {f"2 {name}": 2.0 * line for name, line in meshes.items()} | _other_lines(case)
+
+
+def _other_lines(case: Case) -> dict[str, float]:
+    """Return the lines [Hz] of planetary sets and shafts."""
     found: dict[str, float] = {}
-    if case.meshes:
-        f_m = mesh_frequency(case, 0)
-        found |= {"f_m": f_m, "2 f_m": 2.0 * f_m} if f_m > 0.0 else {}
     for name in case.planetary:
         orders = set_frequencies(case, name).orders()
         found |= {
@@ -43,14 +51,18 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 def line_marks(case: Case) -> dict[str, float]:
     """Return what a spectrum marks [Hz], the first ones first: mesh frequencies, planetary orders, shafts, harmonics."""
-    called = dict(zip(mesh_names(case), mesh_lines(case).values(), strict=True))
-    others = {name: line for name, line in spectrum_lines(case).items() if not name.endswith("f_m")}
+    called = _named_meshes(case)
     harmonics = {
         f"{order} {name}": order * line
         for order in range(2, MOST_HARMONICS + 1)
         for name, line in called.items()
     }
-    return called | others | harmonics
+    return called | _other_lines(case) | harmonics
+
+
+def _named_meshes(case: Case) -> dict[str, float]:
+    """Return the mesh frequencies [Hz] by what marks call them."""
+    return dict(zip(mesh_names(case), mesh_lines(case).values(), strict=True))
 
 
 def mesh_names(case: Case) -> dict[str, str]:

@@ -64,11 +64,6 @@ def test_a_damaged_result_is_named(tmp_path: Path, content: bytes) -> None:
         read_dataset(damaged)
 
 
-def test_a_missing_result_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nowhere\.nc"):
-        read_dataset(tmp_path / "nowhere.nc")
-
-
 @pytest.fixture
 def umask() -> Iterator[Callable[[int], int]]:
     """Set the umask; it is as before after the test."""
@@ -298,11 +293,6 @@ def test_no_damage_goes_unseen(tmp_path: Path, tried: Callable[[int], None]) -> 
     assert len(said) > 0.7 * DAMAGED
     tried(DAMAGED)
     assert not [words for words in said if "\n" in words]
-
-
-def test_a_file_without_a_digest_is_read(tmp_path: Path) -> None:
-    a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    xr.testing.assert_identical(read_dataset(tmp_path / "old.nc"), a_result())
 
 
 def test_numbers_that_a_file_cannot_hold_are_refused(tmp_path: Path) -> None:

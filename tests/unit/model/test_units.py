@@ -45,10 +45,7 @@ def test_the_table_of_factors_agrees_with_pint(si: str, unit: str, factor: float
     ("text", "quantity", "value"),
     [
         ("100 um", q.LENGTH, 1e-4),
-        ("100um", q.LENGTH, 1e-4),
         ("0.1 mm", q.LENGTH, 1e-4),
-        ("100 µm", q.LENGTH, 1e-4),
-        ("100 μm", q.LENGTH, 1e-4),
         ("1e2 um", q.LENGTH, 1e-4),
         ("3 inch", q.LENGTH, 0.0762),
         ("120 rpm", q.ANGULAR_SPEED, 4 * math.pi),

@@ -10,15 +10,7 @@ FS = 1000.0
 NOISE = np.random.default_rng(4).standard_normal(6000) + 0.7
 
 
-@pytest.mark.parametrize("n", [5999, 6000])
-def test_density_of_one_boxcar_segment_obeys_parseval(n: int) -> None:
-    c = Channel("a", NOISE[:n], FS, "m/s^2")
-    s = power_density(c, window="boxcar", segment=n, detrend="none")
-    assert mean_square(s) == pytest.approx(np.mean(c.values**2), rel=1e-10)
-    assert s.unit == "(m/s^2)^2/Hz"
-
-
-@pytest.mark.parametrize("window", ["hann", "flattop", "blackman"])
+@pytest.mark.parametrize("window", ["boxcar", "hann", "flattop"])
 @pytest.mark.parametrize("segment", [511, 512])
 def test_windowed_density_obeys_parseval_in_its_exact_form(window: str, segment: int) -> None:
     from scipy.signal import get_window

@@ -59,7 +59,11 @@ def test_frames_keep_every_number_and_shape() -> None:
         "d": np.zeros((0, 2)),
         "e": float("nan"),
     }
-    found = unpack_frame(pack_frame(document))
+    frame = pack_frame(document)
+    length = int.from_bytes(frame[:4], "little")
+    assert length % 4 == 0
+    assert json.loads(frame[4 : 4 + length])["a"] == [1, None, "x"]
+    found = unpack_frame(frame)
     assert found["a"] == [1, None, "x"]
     np.testing.assert_array_equal(found["b"]["c"], np.arange(6.0).reshape(2, 3))
     assert found["d"].shape == (0, 2)

@@ -20,7 +20,7 @@ from gearplay.pictures.canvas import (
     to_png,
 )
 from gearplay.pictures.extremes import largest_of_cells
-from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places, stand_apart
 from gearplay.pictures.words import plain, short, wrapped
 from gearplay.sweeps.report.drawable import Along, Place, View
 from gearplay.sweeps.report.jam import JamLine, jam_lines
@@ -81,6 +81,19 @@ def scale_axis(ax: Any, axis: Along, *, up: bool = False, label: bool = True) ->
         own.set_ticks(places, names, fontsize=SMALL)
     if label:
         (ax.set_ylabel if up else ax.set_xlabel)(plain(wrapped(axis.label, 30)), fontsize=TEXT)
+
+
+def separate_cells(ax: Any, axis: Along, edges: Floats, *, up: bool = False) -> None:
+    """Separate the cells along an axis of few values, with a tick at each: nothing was computed between them."""
+    if axis.labels or not stand_apart(axis.values, log=axis.log):
+        return
+    from matplotlib.ticker import NullLocator
+
+    own = ax.yaxis if up else ax.xaxis
+    own.set_ticks(axis.values, [f"{value:.4g}" for value in axis.values])
+    own.set_minor_locator(NullLocator())
+    draw, place = (ax.hlines, ax.get_yaxis_transform()) if up else (ax.vlines, ax.get_xaxis_transform())
+    draw(edges[1:-1], 0.0, 1.0, transform=place, colors="white", linewidth=3.0, zorder=3)
 
 
 def round_ticks(axis: Any, low: float, high: float) -> None:
@@ -178,6 +191,8 @@ def map_figure(view: View, name: str, across: str, up: str) -> bytes | None:
             handles["failed"] = _patch()
         scale_axis(ax, x_axis, label=number >= len(flat) - columns)
         scale_axis(ax, y_axis, up=True, label=number % columns == 0)
+        separate_cells(ax, x_axis, x)
+        separate_cells(ax, y_axis, y, up=True)
         ax.tick_params(
             labelsize=SMALL, labelbottom=number >= len(flat) - columns, labelleft=number % columns == 0
         )

@@ -31,6 +31,7 @@ from gearplay.sweeps.report.maps import (
     panels_of,
     round_ticks,
     scale_axis,
+    separate_cells,
     title_of,
 )
 from gearplay.vocabulary.errors import GearplayError
@@ -201,6 +202,7 @@ def _draw(
     picture = draw_cells(ax, x, y, table, norm, log=(axis.log, False))
     draw_failed(ax, x[[0, -1]], y, view.failed((up,), panel.place)[:, None])
     scale_axis(ax, axis, up=True, label=number % columns == 0)
+    separate_cells(ax, axis, y, up=True)
     ax.set_xlim(x[0], x[-1])
     if number >= (rows - 1) * columns:
         ax.set_xlabel(label, fontsize=TEXT)

@@ -20,6 +20,10 @@ export async function drawBifurcation(result, control) {
   return Plotly.react("bifurcation", traces, layout({ uirevision: `${result.key}`, ...words }), CONFIG);
 }
 
+// Cells of few values stand apart, with a tick at each value: nothing was computed between them.
+const few = ({ length }) => length <= 6;
+const ticksAt = (values) => (few(values) ? { tickvals: values, ticktext: Array.from(values, (value) => String(Number(value.toPrecision(4)))) } : {});
+
 /** Draw a map over the fields that two controls set. */
 export async function drawMap(result, first, second) {
   await plotly();
@@ -32,7 +36,8 @@ export async function drawMap(result, first, second) {
   const trace = { type: "heatmap", customdata: about, x: scaled(result.x, first.factor, first.offset), y: scaled(result.y, second.factor, second.offset), z, colorscale: "Viridis",
     hovertemplate: `${wordsOf(first)}: %{x:.4g}<br>${wordsOf(second)}: %{y:.4g}<br>${plain(result.measure)}: %{z:.4g}%{customdata[0]} ${unit}<br>%{customdata[1]} impacts<extra></extra>`,
     colorbar: { title: { text: plain(`${result.measure} [${unit}]`), side: "right" }, exponentformat: "power" } };
-  const words = { xaxis: axis(wordsOf(first)), yaxis: axis(wordsOf(second)) };
+  Object.assign(trace, { xgap: few(trace.x) ? 3 : 0, ygap: few(trace.y) ? 3 : 0 });
+  const words = { xaxis: axis(wordsOf(first), ticksAt(trace.x)), yaxis: axis(wordsOf(second), ticksAt(trace.y)) };
   const doubt = hatching(result, trace);
   return Plotly.react("map", doubt ? [trace, doubt] : [trace], layout({ showlegend: Boolean(doubt), margin: { l: 74, r: 120, t: doubt ? 34 : 12, b: 42, autoexpand: false },
     uirevision: `${result.key}`, ...words }), CONFIG);
