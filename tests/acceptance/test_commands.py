@@ -1,5 +1,6 @@
 """The command line as a user meets it: documents, messages, exit codes."""
 
+import importlib
 import json
 import os
 import subprocess
@@ -98,6 +99,7 @@ def test_each_error_has_its_exit_code(
     def fail(*_: object) -> None:
         raise error
 
+    importlib.import_module("gearplay.model.check")  # which would keep what it imports now
     monkeypatch.setattr("gearplay.model.reading.load_case", fail)
     assert cli.run(["check", "han2021"]) == code
     printed = capsys.readouterr()
