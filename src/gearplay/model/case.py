@@ -105,7 +105,7 @@ class Case(Part):
     title
         For people.
     formulation
-        "geometric", exact involute flanks, or "as_published", the article's equations.
+        "geometric", exact involute flanks, or "as_published", the equations of Han et al. 2021 as printed.
     backlash_model
         "coupled" to the centre distance, or "uncoupled".
     gravity
@@ -148,7 +148,7 @@ class Case(Part):
     ] = ""
     formulation: Annotated[
         Literal["geometric", "as_published"],
-        Field(description="exact involute flanks, or the article's equations"),
+        Field(description="exact involute flanks, or the equations of Han et al. 2021 as printed"),
     ] = "geometric"
     backlash_model: Annotated[
         Literal["coupled", "uncoupled"],
