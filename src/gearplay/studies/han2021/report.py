@@ -174,7 +174,7 @@ class Study:
             "tolerance_words": shares.tolerance_words(self.claims),
             "measures": shares.MEASURE_WORDS,
             "statistics": document["contact_statistics"],
-            "contact_ratio": teeth.partition(";")[0],
+            "contact_ratio": teeth.partition(" (")[0],
             "tilt": math.degrees(math.asin(math.hypot(*case.gravity) / STANDARD_GRAVITY)),
             "largest_share": largest_share,
             "record": self.results[0].record,
