@@ -122,6 +122,8 @@ class Case(Part):
         The pair of the literature, from dimensionless numbers; its rotors and mesh are among those above.
     mesh_phases
         "by_position", where the teeth of each mesh stand, or "from_zero".
+    accepted
+        Paths of fields whose warnings `gearplay.check_case` returns as notes.
     run
         Duration, sampling, ensemble, and how to compute (`Policy`).
 
