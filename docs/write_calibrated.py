@@ -150,7 +150,7 @@ def main(folder: Path) -> None:
         "fits": {name: fit_part(fit) for name, fit in fits.items()},
     }
     text = json.dumps(provenance, indent=1, allow_nan=False) + "\n"
-    (SOURCE / "published" / "han2021_calibration.json").write_text(text, encoding="utf-8")
+    (SOURCE / "studies" / "han2021" / "calibration.json").write_text(text, encoding="utf-8")
     for model, name in CASES.items():
         fit = fits[model]
         numbers = {

@@ -28,7 +28,7 @@ ALONE = (
     "unit/model",
     "unit/nonlinear/test_classify",
     "unit/nonlinear/test_zero_one",
-    "unit/published/test_article",
+    "unit/studies/han2021/test_article",
     "unit/rig/test_chain",
     "unit/rig/test_modes",
     "unit/rig/test_plan",

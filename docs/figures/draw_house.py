@@ -14,7 +14,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "gearplay"
 OUT = Path(__file__).with_name("house.svg")
-LEVELS = {"__main__": "interfaces", "published": "analyses", "results": "foundations", "solver": "core"}
+LEVELS = {"__main__": "interfaces", "calibration": "analyses", "results": "foundations", "solver": "core"}
 COLORS = {"interfaces": "#e8eef6", "analyses": "#dfeee4", "foundations": "#f6efdd", "core": "#efe6f3"}
 
 
@@ -79,7 +79,7 @@ def main() -> None:
             ax.text(x, y - 0.14, words, ha="center", va="center", fontsize=6.5, color="#5b6573", zorder=4)
         if any(room in LEVELS for room in row):
             ax.text(
-                -0.6, -float(at), level, ha="left", va="center", fontsize=9, color="#5b6573", style="italic"
+                -2.1, -float(at), level, ha="left", va="center", fontsize=9, color="#5b6573", style="italic"
             )
     for (upper, lower), number in sorted(imports().items()):
         if upper not in places or lower not in places:
@@ -90,7 +90,7 @@ def main() -> None:
                                      connectionstyle=f"arc3,rad={0.08 * bend:.3f}", color="#0b5fa5",
                                      linewidth=0.3 + 0.05 * min(number, 30), alpha=0.45))  # fmt: skip
         count += number
-    ax.set_xlim(-0.7, 10.8)
+    ax.set_xlim(-2.2, 10.8)
     ax.set_ylim(-len(rows) + 0.5, 0.5)
     ax.axis("off")
     ax.set_title(

@@ -1,4 +1,4 @@
-"""The study command: complete output, resumable when stopped, never overwriting unasked."""
+"""`gearplay study`: complete output, resumption after an interrupt, no overwriting unless requested."""
 
 import csv
 import html
@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from gearplay.cli.study import _words
-from gearplay.published.patterns import GROUPS
-from gearplay.published.summary import QUESTIONS
+from gearplay.studies.han2021.comparison import GROUPS
+from gearplay.studies.han2021.summary import QUESTIONS
 
 FIGURES = 17
 COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "3", "--duration", "3"]
@@ -34,7 +34,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     return folder, json.loads(done.stdout)
 
 
-def test_the_folder_holds_report_tables_and_figures(finished: tuple[Path, dict]) -> None:
+def test_folder__report_tables_figures(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     with (folder / "tables.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -52,7 +52,7 @@ def test_the_folder_holds_report_tables_and_figures(finished: tuple[Path, dict])
     assert json.loads((folder / "claims.json").read_text())["shares"]
 
 
-def test_every_picture_is_named(finished: tuple[Path, dict]) -> None:
+def test_standard_output__names_of_all_figures(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     said = _words(document)
     assert all(each.name in said for each in (folder / "figures").iterdir())
@@ -60,7 +60,7 @@ def test_every_picture_is_named(finished: tuple[Path, dict]) -> None:
     assert str(folder / "report.pdf") in said
 
 
-def test_verdicts_and_tables_have_one_level(finished: tuple[Path, dict]) -> None:
+def test_findings__levels_of_the_tables(finished: tuple[Path, dict]) -> None:
     _, document = finished
     claim = next(
         f for f in document["findings"] if f["claim"].startswith("Coupled: the vibration is largest")
@@ -76,7 +76,7 @@ def test_verdicts_and_tables_have_one_level(finished: tuple[Path, dict]) -> None
         assert f"{middle} against {', '.join(others)} m/s²" in claim["evidence"]
 
 
-def test_the_report_is_one_self_contained_page(finished: tuple[Path, dict]) -> None:
+def test_report__one_self_contained_page(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == FIGURES
@@ -90,8 +90,8 @@ def test_the_report_is_one_self_contained_page(finished: tuple[Path, dict]) -> N
     assert "nan" not in re.sub(r"data:image[^\"]*", "", page).lower().split()
 
 
-def test_the_first_screen_answers_five_questions(finished: tuple[Path, dict]) -> None:
-    """What was simulated, does it agree, where not, why not, what should I believe: each a sentence, before any table."""
+def test_report__five_answers_before_any_table(finished: tuple[Path, dict]) -> None:
+    """Each answer is one sentence with numbers of this run."""
     folder, document = finished
     page = (folder / "report.html").read_text(encoding="utf-8")
     first = html.unescape(page[page.index("<h1>") : page.index('<h2 id="findings">')])
@@ -115,8 +115,8 @@ def test_the_first_screen_answers_five_questions(finished: tuple[Path, dict]) ->
     assert first.count("<img ") == 1
 
 
-def test_what_is_reported_comes_from_this_runs_members(finished: tuple[Path, dict]) -> None:
-    """The errors of fresh members follow from the table of this run, and are none of the search's own."""
+def test_errors__means_of_the_tables(finished: tuple[Path, dict]) -> None:
+    """The errors of fresh members are the means of this run's tables, not those of the search."""
     _, document = finished
     rows = [row for row in document["tables"] if row["quantity"] == "amplitude_as_printed"]
     radial = [
@@ -130,8 +130,8 @@ def test_what_is_reported_comes_from_this_runs_members(finished: tuple[Path, dic
         assert errors["left_out"][1] == pytest.approx(left_out)
 
 
-def test_every_figure_shows_something(finished: tuple[Path, dict]) -> None:
-    """Ink in the middle of every picture, and none cut off at its edges."""
+def test_figures__neither_empty_nor_cut_off(finished: tuple[Path, dict]) -> None:
+    """Dark pixels in the middle of every figure, few at its edges."""
     from PIL import Image
 
     folder, _ = finished
@@ -146,7 +146,7 @@ def test_every_figure_shows_something(finished: tuple[Path, dict]) -> None:
         assert np.mean(edges < 128.0) < 1e-3, path.name
 
 
-def test_the_report_as_pdf(finished: tuple[Path, dict]) -> None:
+def test_pdf__pages_and_figures(finished: tuple[Path, dict]) -> None:
     folder, _ = finished
     written = (folder / "report.pdf").read_bytes()
     assert written.startswith(b"%PDF-")
@@ -155,7 +155,7 @@ def test_the_report_as_pdf(finished: tuple[Path, dict]) -> None:
 
 
 @pytest.mark.deep
-def test_the_same_seed_gives_the_same_page(finished: tuple[Path, dict], tmp_path: Path) -> None:
+def test_folder__same_seed_same_bytes(finished: tuple[Path, dict], tmp_path: Path) -> None:
     """Page, tables, claims and every picture of two studies with one seed are the same to the last byte."""
     folder, again = finished[0], tmp_path / "again"
     assert run("--out", str(again), "--json", "--pdf").returncode == 0
@@ -166,7 +166,7 @@ def test_the_same_seed_gives_the_same_page(finished: tuple[Path, dict], tmp_path
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
 
-def test_a_second_run_refuses_to_overwrite(finished: tuple[Path, dict]) -> None:
+def test_existing_report__refused(finished: tuple[Path, dict]) -> None:
     again = run("--out", str(finished[0]))
     assert again.returncode == 2
     assert "must not exist yet" in again.stderr
@@ -174,7 +174,7 @@ def test_a_second_run_refuses_to_overwrite(finished: tuple[Path, dict]) -> None:
 
 
 @pytest.mark.deep
-def test_a_stopped_study_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_interrupted_study__resumes(tmp_path: Path) -> None:
     folder = tmp_path / "han"
     process = subprocess.Popen([*COMMAND, "--out", str(folder)], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 120.0
@@ -194,7 +194,7 @@ def test_a_stopped_study_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 @pytest.mark.deep
-def test_the_assumed_parameters_on_request(tmp_path: Path) -> None:
+def test_parameters__assumed(tmp_path: Path) -> None:
     done = run("--out", str(tmp_path / "a"), "--json", "--parameters", "assumed")
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
@@ -206,7 +206,7 @@ def test_the_assumed_parameters_on_request(tmp_path: Path) -> None:
 
 
 @pytest.mark.deep
-def test_claims_are_tried_afresh(tmp_path: Path) -> None:
+def test_claims__computed_afresh(tmp_path: Path) -> None:
     done = run("--out", str(tmp_path / "c"), "--json", "--claims", "--points", "2", timeout=900.0)
     assert done.returncode == 0, done.stderr
     claims = json.loads((tmp_path / "c" / "claims.json").read_text())
@@ -223,16 +223,14 @@ def test_claims_are_tried_afresh(tmp_path: Path) -> None:
         (("--fit-drag",), "must go with assumed parameters"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_cure(
-    tmp_path: Path, words: tuple[str, ...], said: str
-) -> None:
+def test_options__refused_with_a_cure(tmp_path: Path, words: tuple[str, ...], said: str) -> None:
     done = run("--out", str(tmp_path / "x"), *words)
     assert done.returncode == 2
     assert said in " ".join(done.stderr.split())
     assert not (tmp_path / "x").exists()
 
 
-def test_unknown_studies_are_named(tmp_path: Path) -> None:
+def test_unknown_study__refused(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND[:4], "kahraman", "--out", str(tmp_path)], capture_output=True, text=True)
     assert done.returncode == 2
     assert "kahraman" in done.stderr

@@ -9,7 +9,7 @@ import pytest
 
 import gearplay as gp
 from gearplay.cli.main import run
-from gearplay.cli.study import _way
+from gearplay.cli.study import _address
 from gearplay.model.toml_files import write_toml
 
 SEEN = (".html", ".png", ".svg", ".pdf", ".gif", ".mp4")
@@ -90,9 +90,9 @@ def test_every_page_and_picture_is_named(
 
 
 def test_reports_of_other_parameters_lie_beside() -> None:
-    assert _way("calibrated", "assumed", "calibrated") == "assumed/report.html"
-    assert _way("assumed", "calibrated", "calibrated") == "../report.html"
-    assert _way("assumed", "geometric-inertia", "calibrated") == "../geometric-inertia/report.html"
+    assert _address("calibrated", "assumed", "calibrated") == "assumed/report.html"
+    assert _address("assumed", "calibrated", "calibrated") == "../report.html"
+    assert _address("assumed", "geometric-inertia", "calibrated") == "../geometric-inertia/report.html"
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ def measure(
     case: CaseName,
     out: Annotated[Path, typer.Option("--out", help="Write the record here; the ending names the format.")],
     rig: Annotated[
-        Path | None, typer.Option("--rig", help="A rig file; the article's rig if not given.")
+        Path | None, typer.Option("--rig", help="A rig file; that of Han et al. 2021 if not given.")
     ] = None,
     changes: Changes = None,
     duration: Annotated[

@@ -1,6 +1,8 @@
 """`gearplay study han2021`: reproduce the published study and write its report."""
 
-import threading
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,12 +11,14 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.files.atomic import check_new, make_folder, write_bytes, write_figures, write_text
+from gearplay.files.parts import FolderStore, part_key
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
+from gearplay.vocabulary.optional import load_optional
 
 if TYPE_CHECKING:
-    from gearplay.published.settings import Settings
-    from gearplay.vocabulary.progress import Progress
+    from gearplay.studies.han2021.simulation import Settings, Work
 
 ALL = "all"
 
@@ -44,7 +48,7 @@ def study(
         bool,
         typer.Option(
             "--claims",
-            help="Try the article's claims afresh over ranges of its unknown parameters (half an hour on two cores).",
+            help="Compute the article's claims afresh over ranges of its unknown parameters (half an hour on two cores).",
         ),
     ] = False,
     points: Annotated[
@@ -61,7 +65,7 @@ def study(
 
     Six conditions, both models, tables, figures and verdicts.
     """
-    from gearplay.published.settings import CALIBRATED, PARAMETERS, Settings
+    from gearplay.studies.han2021.simulation import CALIBRATED, PARAMETERS, Settings
 
     if name != "han2021":
         raise InputError(
@@ -75,16 +79,14 @@ def study(
         rule = "must go with assumed parameters: the calibrated drag is fitted already"
         raise InputError([Fault("--fit-drag", parameters, rule, "Say --parameters assumed.")])
     if pdf:
-        from gearplay.published.pdf import check_typst
-
-        check_typst()
+        load_optional("typst", "pdf")
     folder = out if out is not None else Path("out") / name
     documents = []
     for each in chosen:
         place = folder if each == chosen[0] else folder / each
         settings = Settings(parameters=each, members=members, duration=duration)
         wanted = points if claims and each == chosen[0] else 0
-        beside = {other: _way(each, other, chosen[0]) for other in chosen if other != each}
+        beside = {other: _address(each, other, chosen[0]) for other in chosen if other != each}
         documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, beside))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
@@ -96,7 +98,7 @@ def study(
         raise typer.Exit(PARTLY)
 
 
-def _way(here: str, there: str, first: str) -> str:
+def _address(here: str, there: str, first: str) -> str:
     """Return the address of one parameter set's report in that of another; the first lies in the folder itself."""
     return ("" if here == first else "../") + ("" if there == first else f"{there}/") + "report.html"
 
@@ -111,15 +113,16 @@ def _one(
     quiet: bool,
     beside: dict[str, str],
 ) -> dict[str, Any]:
-    from gearplay.files.atomic import check_new, make_folder
-    from gearplay.published.settings import base_case
+    """Run the study with one parameter set, write it into a folder, and return its document."""
+    from gearplay.studies.han2021.simulation import Work, base_case
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)
     compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
-            document = _written(settings, folder, points, fit, pdf, report, stop, beside)
+            work = Work(report or _silent, stop, partial(_kept, FolderStore(folder / "parts")))
+            document = _written(settings, folder, points, fit, pdf, work, beside)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there."
@@ -131,42 +134,53 @@ def _one(
     }
 
 
+def _silent(label: str, done: float, total: float) -> None:
+    """Report no progress."""
+
+
+def _kept(store: FolderStore, identity: Any, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return the part that a store has under its identity, or make and store it."""
+    key = part_key(identity)
+    part = store.get(key)
+    if part is None:
+        part = make()
+        store.put(key, part)
+    return part
+
+
 def _written(
     settings: "Settings",
     folder: Path,
     points: int,
     fit: bool,
     pdf: bool,
-    report: "Progress | None",
-    stop: threading.Event,
+    work: "Work",
     beside: dict[str, str],
 ) -> dict[str, Any]:
-    """Run what is wanted and write it; finished parts are kept beside it."""
-    from dataclasses import replace
+    """Run the study and write its files; return its document."""
+    from gearplay.pictures.pages import render_page
+    from gearplay.studies.han2021.article import PACKAGE, stored
+    from gearplay.studies.han2021.claims import ClaimSettings, run_claims
+    from gearplay.studies.han2021.drag import fit_drag
+    from gearplay.studies.han2021.report import Study
+    from gearplay.studies.han2021.simulation import run_study
 
-    from gearplay.files.parts import FolderStore
-    from gearplay.published.claims.points import ClaimSettings
-    from gearplay.published.claims.summary import run_claims, shipped_claims
-    from gearplay.published.drag import fit_drag
-    from gearplay.published.han2021 import run_study
-    from gearplay.published.report import Study, write_study
-
-    store, fitted = FolderStore(folder / "parts"), {}
+    fitted = {}
     if fit:
-        trials = fit_drag(settings, progress=report, stop=stop)
+        trials = fit_drag(settings, work)
         settings = replace(settings, drag=trials[0].drag)
-        fitted["drag_trials"] = [
-            {"drag": t.drag, "mean_error": t.mean_error, "ratios": t.ratios} for t in trials
-        ]
-    results = run_study(settings, progress=report, store=store, stop=stop)
-    document = (
-        run_claims(ClaimSettings(points=points), settings, progress=report, store=store, stop=stop)
-        if points
-        else shipped_claims()
-    )
-    if report is not None:
-        report("report", 1.0, 1.0)
-    return {**write_study(Study(results, settings, document), folder, pdf=pdf, beside=beside), **fitted}
+        fitted["drag_trials"] = [trial._asdict() for trial in trials]
+    results = run_study(settings, work)
+    claims = run_claims(ClaimSettings(points=points), settings, work) if points else stored("claims")
+    work.progress("report", 1.0, 1.0)
+    study = Study(results, settings, claims)
+    write_figures(folder, study.figures)
+    for name, text in study.texts().items():
+        write_text(folder / name, text)
+    write_text(folder / "report.html", render_page(PACKAGE, "report.html", **study.page_values(beside)))
+    if pdf:
+        write_bytes(folder / "report.pdf", study.pdf())
+    return {**study.document, **fitted}
 
 
 def _words(document: dict[str, Any]) -> str:

@@ -105,7 +105,7 @@ class Case(Part):
     title
         For people.
     formulation
-        "geometric", exact involute flanks, or "as_published", the article's equations.
+        "geometric", exact involute flanks, or "as_published", the equations of Han et al. 2021 as printed.
     backlash_model
         "coupled" to the centre distance, or "uncoupled".
     gravity
@@ -122,6 +122,8 @@ class Case(Part):
         The pair of the literature, from dimensionless numbers; its rotors and mesh are among those above.
     mesh_phases
         "by_position", where the teeth of each mesh stand, or "from_zero".
+    accepted
+        Paths of fields whose warnings `gearplay.check_case` returns as notes.
     run
         Duration, sampling, ensemble, and how to compute (`Policy`).
 
@@ -148,7 +150,7 @@ class Case(Part):
     ] = ""
     formulation: Annotated[
         Literal["geometric", "as_published"],
-        Field(description="exact involute flanks, or the article's equations"),
+        Field(description="exact involute flanks, or the equations of Han et al. 2021 as printed"),
     ] = "geometric"
     backlash_model: Annotated[
         Literal["coupled", "uncoupled"],

@@ -174,7 +174,7 @@ class Damping(Part):
     ) = Field(default=None, exclude_if=lambda depth: depth is None)
     ramp: Annotated[
         Literal["smooth", "literal"],
-        Field(description="smooth: cubic ramp; literal: as the article prints it"),
+        Field(description="smooth: cubic ramp; literal: as Han et al. 2021 print it"),
     ] = "smooth"
 
     @model_validator(mode="after")

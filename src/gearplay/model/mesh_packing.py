@@ -163,7 +163,7 @@ def pack_meshes(
         m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth
         m.ramp = _damping_law(mesh.damping)
-        # As printed there is one force, (19): the drive branch goes first.
+        # The formulation as_published has one force, (19): the drive branch goes first.
         flanks = [
             Contact("drive"),
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),

@@ -42,7 +42,7 @@ MostWallTime = Annotated[
 DEFAULT_TOLERANCE: Final = 1e-6
 """The largest at which no statistic of an ensemble differs and loaded pairs err by less than 1e-11 m (docs/performance).
 
-The article's equations as printed at a negative backlash need 1e-7: their force jumps there."""
+The formulation as_published at a negative backlash needs 1e-7: its force jumps there."""
 
 LIMITS: Final = ("max_steps", "max_wall_time")
 """Fields that may end a run and change nothing else: no part of a case's digest."""

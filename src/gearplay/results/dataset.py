@@ -140,8 +140,9 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
         packed.angular.astype(np.int8),
         {"long_name": "1 for contacts of couplings, whose statistics have angular_units"},
     )
+    if ensemble or runs[0].member != 0:
+        coordinates["member"] = [run.member for run in runs] if ensemble else runs[0].member
     if ensemble:
-        coordinates["member"] = [run.member for run in runs]
         coordinates["member_status"] = ("member", [run.status.name for run in runs])
     return xr.Dataset(
         _labelled(case, packed, runs, ensemble=ensemble), coords=coordinates, attrs=attributes_of(case, runs)

@@ -33,7 +33,8 @@ def runs_again(result: "Result") -> list[Trajectory]:
         (signal, label) for signal, label in result.held() if np.isfinite(result.signal(signal, label)).any()
     ]
     names = [f"{label}.{signal}" if label != "base" else signal for signal, label in kept]
-    runs = run_batch([(result.case, range(result.members))], signals=names, keep_motion=True)[0]
+    numbers = np.atleast_1d(result.ds["member"].values).tolist() if "member" in result.ds.coords else [0]
+    runs = run_batch([(result.case, numbers)], signals=names, keep_motion=True)[0]
     for member, run in enumerate(runs):
         for signal, label in kept[:3]:
             stored, found = result.signal(signal, label, member), run.signal(signal, label)

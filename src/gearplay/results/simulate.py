@@ -1,6 +1,7 @@
 """`simulate`: one case or several, to results."""
 
 import threading
+from collections.abc import Sequence
 from typing import Any, overload
 
 from gearplay.files.netcdf import load_writers
@@ -9,7 +10,20 @@ from gearplay.model.policy import Policy
 from gearplay.model.reading import Source, load_case, replace
 from gearplay.results.result import Result
 from gearplay.solver.simulate import run_batch
+from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
+
+
+def _numbers(members: Sequence[int], ensemble: int | None) -> list[int]:
+    """Return the numbers of members; `InputError` for none, a negative, broken or repeated one, or ``ensemble`` given, too."""
+    numbers = [int(member) for member in members]
+    if ensemble is not None:
+        rule = "must be left out where members are given, which it would number"
+        raise InputError(Fault("ensemble", ensemble, rule, "Give one of the two"))
+    if not numbers or min(numbers) < 0 or len(set(numbers)) < len(numbers) or list(members) != numbers:
+        rule = "must be different whole numbers from 0 on, at least one"
+        raise InputError(Fault("members", str(members), rule, "Give for example range(1, 9)"))
+    return numbers
 
 
 def case_of(source: Source, **run: Any) -> Case:
@@ -41,6 +55,7 @@ def simulate(
     transient: float | None = ...,
     sampling: float | None = ...,
     ensemble: int | None = ...,
+    members: Sequence[int] | None = ...,
     tolerance: float | None = ...,
     policy: Policy | None = ...,
     signals: list[str] | None = ...,
@@ -58,6 +73,7 @@ def simulate(
     transient: float | None = ...,
     sampling: float | None = ...,
     ensemble: int | None = ...,
+    members: Sequence[int] | None = ...,
     tolerance: float | None = ...,
     policy: Policy | None = ...,
     signals: list[str] | None = ...,
@@ -74,6 +90,7 @@ def simulate(
     transient: float | None = None,
     sampling: float | None = None,
     ensemble: int | None = None,
+    members: Sequence[int] | None = None,
     tolerance: float | None = None,
     policy: Policy | None = None,
     signals: list[str] | None = None,
@@ -95,12 +112,14 @@ def simulate(
         Samples per second [Hz]; the case's if not given.
     ensemble
         Number of members, from perturbed starts; the case's if not given.
+    members
+        Numbers of the members to simulate, each with the start that it has in any ensemble; 0 to ``ensemble`` - 1 if not given.
     tolerance
         Error tolerance on scaled states [1]; the policy's or the case's if not given.
     policy
         How to compute, in place of the case's own tolerance, method and limits.
     signals
-        Names of signals to keep, ``ax`` or ``ring.ax``; all by default.
+        Names of signals to keep, ``ax`` or ``ring.ax``, sampled during the run; all by default, computed on request.
     progress
         Called with what is running, simulated seconds done, and of how many.
     threads
@@ -139,7 +158,9 @@ def simulate(
         changes |= {} if value is None else {f"run.{name}": value}
     cases = [case_of(source) for source in (case if isinstance(case, (list, tuple)) else [case])]
     cases = [replace(each, changes) if changes else each for each in cases]
-    jobs = [(each, range(each.run.ensemble)) for each in cases]
+    if members is not None:
+        members = _numbers(members, ensemble)
+    jobs = [(each, range(each.run.ensemble) if members is None else members) for each in cases]
     label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
     told = ticking(progress, label)
     runs = run_batch(jobs, signals=signals, progress=told, threads=threads, stop=stop, keep_motion=True)

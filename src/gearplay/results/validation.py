@@ -31,6 +31,11 @@ def check_run(dataset: "xr.Dataset", case: Case) -> None:
     for status in statuses:
         if str(status) not in Status.__members__:
             _refuse("status", str(status), f"must be one of {', '.join(Status.__members__)}")
+    members = (
+        np.atleast_1d(dataset["member"].values) if "member" in dataset.coords else np.zeros(1, dtype=int)
+    )
+    if members.dtype.kind not in "iu" or members.min() < 0:
+        _refuse("member", str(members[0]), "must be whole numbers from 0 on")
     known = {
         "rotor": set(case.rotors),
         "sleeve": set(case.sleeves),

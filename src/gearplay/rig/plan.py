@@ -170,7 +170,7 @@ def _resonance_for(upper: float, damping: float) -> float:
 class Collector(Part):
     """The recorder: anti-alias filter, sampling, conversion to counts.
 
-    Of its defaults the sampling rate is the article's; range, bits and filter are assumed.
+    Of its defaults the sampling rate is that of Han et al. 2021; range, bits and filter are assumed.
     """
 
     sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=10.0, le=1e6)] = 1e5

@@ -30,7 +30,7 @@ def measure(
     case
         A `Case`, a bundled name, a path or a mapping.
     rig
-        A `Rig`, a path or a mapping; the article's if not given.
+        A `Rig`, a path or a mapping; that of Han et al. 2021 if not given.
     duration, transient
         Record and time before it [s]; the rig's or the case's if not given.
     tolerance

@@ -245,15 +245,21 @@ class KeptSamples:
         Columns of a full row.
     sampling
         Samples per second [Hz], from the end of the transient to that of the run.
+    written
+        The samples, shape [time, column], where they were written during the run.
 
     """
 
-    def __init__(self, motion: KeptMotion, places: Ints, sampling: float) -> None:
+    def __init__(
+        self, motion: KeptMotion, places: Ints, sampling: float, written: Floats | None = None
+    ) -> None:
         self.motion, self.places, self.sampling = motion, places, sampling
         self.start, end = motion.ends
         self.count = motion.count(self.start, sampling, end)
         self.left = motion.left
         self._columns: dict[int, Floats] = {}
+        if written is not None:
+            self.__dict__["values"] = written
 
     @cached_property
     def values(self) -> Floats:

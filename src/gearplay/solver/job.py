@@ -46,7 +46,8 @@ class Job:
     transient: float
     origin: End | None = None
     start: Floats | None = None
-    keep: bool = False
+    keep: bool = False  # the motion, for signals that are requested later
+    sample: bool = True  # the signals, during the run
     starts: Starts | None = None  # of all members of the case, where these are several
 
     def __post_init__(self) -> None:
@@ -76,12 +77,12 @@ class Job:
     def begin(self, packed: Packed) -> Course:
         """Return the motion, not yet begun."""
         start = self.first_state(packed)
-        if self.keep:  # signals are computed when they are asked for
-            course = Course(self.case, packed, start)
-        else:
+        if self.sample:
             samples = max(1, int(self.duration * self.sampling + 0.5))
             rows = np.empty((len(self.kept[1]), samples))
             course = Course(self.case, packed, start, places=self.kept[1], rows=rows)
+        else:
+            course = Course(self.case, packed, start)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course
@@ -105,7 +106,7 @@ class Job:
             course.sample_from(self.transient, self.sampling)
             status = course.follow(end, reason_to_stop=asked)
         watch.report(self.place, course.time)
-        samples = self._samples(course, motion, watch.left(course.case))
+        samples = self._samples(course, motion, watch.left(course.case), whole=status == Status.DONE)
         return self.trajectory(packed, course, status, samples, time.perf_counter() - started)
 
     def trajectory(
@@ -134,12 +135,13 @@ class Job:
             left_mesh=mesh_that_left(packed, run) if status == Status.CANNOT_MESH else "",
         )
 
-    def _samples(self, course: Course, motion: KeptMotion | None, left: float) -> Samples:
-        """Return what was sampled, or what will be when it is asked for."""
+    def _samples(self, course: Course, motion: KeptMotion | None, left: float, *, whole: bool) -> Samples:
+        """Return the samples: written during the run, computed on request, or both where the run is ``whole``."""
+        written = course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T
         if motion is None:
-            return WrittenSamples(course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T, left)
+            return WrittenSamples(written, left)
         motion.reached, motion.left = course.time, left
-        return KeptSamples(motion, self.kept[1], self.sampling)
+        return KeptSamples(motion, self.kept[1], self.sampling, written if self.sample and whole else None)
 
 
 class Watch:

@@ -24,6 +24,8 @@ from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
 
 R = TypeVar("R")
+MOST_WRITTEN = 1e7
+"""Numbers of one case that are written during a run whose motion is kept, too: 80 MB."""
 
 
 def _load(case: Case, packed: Packed) -> None:
@@ -108,8 +110,9 @@ def run_batch(
 ) -> list[list[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
 
-    With ``keep_motion`` nothing is sampled on the way: signals are computed when they are asked for (`KeptSamples`). The
-    result has the order of ``jobs`` and does not depend on the number of threads. Every case is checked before any runs.
+    With ``keep_motion`` signals are computed on request (`KeptSamples`); those that ``signals`` names are written during the
+    run, up to `MOST_WRITTEN` numbers a case. The result has the order of ``jobs`` and does not depend on the number of
+    threads. Every case is checked before any runs.
     """
     runs: list[Job] = []
     bytes_, steps, total = 0.0, 0.0, 0.0
@@ -120,12 +123,14 @@ def run_batch(
         rate = run.sampling if sampling is None else sampling
         packed = pack(case, span=lead + span)
         kept = choose_columns(packed, signals)
+        numbers = span * rate * len(kept[0]) * len(members)
+        sample = not keep_motion or (signals is not None and numbers <= MOST_WRITTEN)
         cost = estimate(
             case,
             packed,
             columns=len(kept[0]),
             members=len(members),
-            sampling=0.0 if keep_motion else rate,
+            sampling=rate if sample else 0.0,
             duration=span,
             transient=lead,
         )
@@ -135,7 +140,19 @@ def run_batch(
         total += (span + lead) * len(members)
         starts = Starts(case, packed)
         runs += [
-            Job(len(runs) + k, case, packed, m, kept, rate, span, lead, keep=keep_motion, starts=starts)
+            Job(
+                len(runs) + k,
+                case,
+                packed,
+                m,
+                kept,
+                rate,
+                span,
+                lead,
+                keep=keep_motion,
+                sample=sample,
+                starts=starts,
+            )
             for k, m in enumerate(members)
         ]
     if runs:

@@ -261,9 +261,12 @@ class Trajectory:
 
     def signal(self, name: str, label: str) -> Floats:
         """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""
+        return self.samples.some([self._place(name, label)])[:, 0]
+
+    def _place(self, name: str, label: str) -> int:
         for i, column in enumerate(self.columns):
             if column.signal == name and column.label == label:
-                return self.samples.some([i])[:, 0]
+                return i
         raise KeyError(f"{label}.{name} was not kept")
 
     def thinned(self, wanted: Sequence[tuple[str, str]], stride: int) -> Floats:
@@ -282,7 +285,8 @@ class Trajectory:
         housing's own velocity, over the interval. Exact whatever happens in between, so that impacts of 0.1 ms do not alias.
         Needs `acceleration_signals`.
         """
-        found = np.array([self.relative_mean_acceleration(name, rotor) for name in ACCELERATIONS])
+        velocities = self.samples.some([self._place(name, rotor) for name in ACCELERATIONS.values()])
+        found = np.ascontiguousarray(np.diff(velocities, axis=0).T) * self.sampling
         return found if self.housing is None else found + self.housing.means(self.time)
 
     def relative_mean_acceleration(self, signal: str, rotor: str) -> Floats:

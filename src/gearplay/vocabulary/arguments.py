@@ -240,6 +240,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "plan": PLAN,
         **dict.fromkeys(("first", "second"), Axis()),
         "speeds": Numbers(text=True, single=True),
+        "members": Numbers(),
         "frequencies": Numbers(single=True),
         "axes": Tables(single=True),
         "reduce": Tables(),

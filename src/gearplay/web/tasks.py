@@ -2,12 +2,10 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from gearplay.files.netcdf import netcdf_bytes
-from gearplay.model.case import Case
 from gearplay.model.check import check_case
 from gearplay.model.reading import replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
@@ -32,6 +30,7 @@ from gearplay.web.jobs import (
 )
 from gearplay.web.maps import make_map
 from gearplay.web.measured import measured
+from gearplay.web.measured_lines import measured_lines
 from gearplay.web.toml_edits import edited
 from gearplay.web.views import views_of
 
@@ -58,34 +57,13 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
         "case": case.resolved(),
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
-        "test": _test_lines(case),
+        "test": measured_lines(case),
         "warnings": [
             f"{each.path}: {each.message}" for each in check_case(case) if each.severity == "warning"
         ],
         "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
     }
     return pack_frame(document)
-
-
-def _test_lines(case: Case) -> list[dict[str, Any]]:
-    """Return the lines measured at the article's condition that a case is, as printed; none for any other case."""
-    from gearplay.published.article import LINE_WORDS, LINES, conditions, printed
-
-    if {"pinion", "ring"} - set(case.rotors) or "ring" not in case.sleeves or not case.meshes:
-        return []
-    speed = float(getattr(case.rotors["pinion"].drive, "speed", 0.0)) * 30.0 / np.pi
-    here = (speed, 1e6 * case.sleeves["ring"].radial_clearance, 1e6 * case.meshes[0].backlash)
-    for each in conditions():
-        if np.allclose(here, (each.speed_rpm, each.radial_clearance_um, each.backlash_um), rtol=1e-6):
-            return [
-                {
-                    "line": LINE_WORDS[line],
-                    "frequency": printed(each, line, "frequency_hz").test,
-                    "amplitude": printed(each, line, "amplitude_as_printed").test,
-                }
-                for line in LINES
-            ]
-    return []
 
 
 def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:

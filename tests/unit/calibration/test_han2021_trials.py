@@ -14,7 +14,7 @@ from gearplay.calibration.reading import load_plan
 from gearplay.calibration.search import Search
 from gearplay.calibration.store import digest_of
 from gearplay.calibration.trials import DECIMALS, Problem, Trial
-from gearplay.published.calibrated import calibration, fit_of
+from gearplay.studies.han2021.article import fit_of, stored
 
 PLAN = load_plan("han2021")
 COMPARISON = Comparison(data_of(PLAN, printed_measurements(PLAN)), "unnormalised")
@@ -35,7 +35,7 @@ def test_kept_trials__are_of_the_bundled_plan() -> None:
     assert KEPT["digest"] == digest_of(PLAN)
 
 
-@pytest.mark.parametrize("model", calibration()["fits"])
+@pytest.mark.parametrize("model", stored("calibration")["fits"])
 def test_provenance__has_the_count_and_the_errors_of_the_best_trial(model: str) -> None:
     best, fit = KEPT["best"][model], fit_of(model)
     assert (best["trials"], best["failed"]) == (fit["trials"], fit["failed"])

@@ -1,4 +1,4 @@
-"""The calibrated cases hold what the calibration found, and what the study reports comes from members that it has not seen."""
+"""Calibrated cases: values of the stored calibration, members that no search used."""
 
 from itertools import combinations
 
@@ -8,23 +8,34 @@ import pytest
 from gearplay.calibration.model_comparison import Duel
 from gearplay.calibration.out_of_sample import CHECK_SEED, CHOOSE_SEED
 from gearplay.calibration.reading import load_plan
+from gearplay.calibration.search import even_point
 from gearplay.calibration.store import digest_of
 from gearplay.calibration.trials import Problem
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.model.plan_values import value_at
 from gearplay.model.reading import load_case, replace
-from gearplay.published.article import LINES, conditions
-from gearplay.published.calibrated import calibration, duel_of, fit_of, left_out_error
-from gearplay.published.claims.points import ClaimSettings
-from gearplay.published.settings import PARAMETERS, SWITCHED, Settings, base_case
+from gearplay.studies.han2021.article import (
+    AMPLITUDE,
+    FREQUENCY,
+    LINES,
+    conditions,
+    fit_of,
+    left_out_error,
+    printed,
+    stored,
+)
+from gearplay.studies.han2021.claims import ClaimSettings
+from gearplay.studies.han2021.claims import Problem as ClaimProblem
+from gearplay.studies.han2021.shares import MODELS
+from gearplay.studies.han2021.simulation import PARAMETERS, SWITCHED, Settings, base_case
 
 CASES = {"coupled": "han2021-calibrated", "uncoupled": "han2021-calibrated-uncoupled"}
 
 
 @pytest.mark.parametrize("model", CASES)
-def test_the_cases_hold_the_best_values(model: str) -> None:
-    plan = load_plan(calibration()["plan"])
+def test_cases__best_values_of_the_calibration(model: str) -> None:
+    plan = load_plan(stored("calibration")["plan"])
     document = load_case(CASES[model]).resolved()
     best = {p["name"]: p["best"] for p in fit_of(model)["parameters"]}
     for parameter in plan.parameters:
@@ -42,7 +53,7 @@ def test_the_cases_hold_the_best_values(model: str) -> None:
     assert ours == theirs
 
 
-def test_study_and_claims_record_as_their_calibration_did() -> None:
+def test_settings__records_of_the_calibration() -> None:
     simulation = load_plan("han2021").simulation
     for settings in (Settings(), ClaimSettings()):
         assert settings.transient == simulation.transient
@@ -50,20 +61,35 @@ def test_study_and_claims_record_as_their_calibration_did() -> None:
         assert settings.sampling == simulation.sampling
 
 
-def test_the_provenance_is_that_of_the_bundled_plan() -> None:
+def test_plan__printed_test_values() -> None:
+    for at, (condition, planned) in enumerate(
+        zip(conditions(), load_plan("han2021").conditions, strict=True)
+    ):
+        assert planned.name == condition.label
+        for k, line in enumerate(LINES):
+            assert planned.measured[line].amplitude == printed("test", AMPLITUDE)[at, k]
+            assert planned.measured[line].frequency == printed("test", FREQUENCY)[at, k]
+        assert planned.set == {
+            "rotors.pinion.drive.speed": f"{condition.speed_rpm:g} rpm",
+            "sleeves.ring.radial_clearance": f"{condition.radial_clearance_um:g} um",
+            "meshes.0.backlash": f"{condition.backlash_um:g} um",
+        }
+
+
+def test_calibration__provenance_of_the_bundled_plan() -> None:
     plan = load_plan("han2021")
-    held = calibration()
+    held = stored("calibration")
     assert held["digest"] == digest_of(plan)[:16]
     assert held["seed"] == plan.effort.seed
     assert all(fit["trials"] == plan.effort.evaluations for fit in held["fits"].values())
     assert {condition.label for condition in conditions()} == set(fit_of("coupled")["left_out"])
     for line in LINES:
-        assert left_out_error("coupled", conditions()[0], line, "amplitude_as_printed") >= 0.0
+        assert left_out_error("coupled", conditions()[0], line, AMPLITUDE) >= 0.0
 
 
-def test_the_verdict_is_that_of_the_duels() -> None:
-    """Every pair of models once; who wins follows from the numbers, and the verdict from who wins."""
-    held = calibration()
+def test_calibration__winner_follows_from_the_pairwise_comparisons() -> None:
+    """Every pair of models once; the winner of each follows from its numbers, the overall one from the winners."""
+    held = stored("calibration")
     models = list(held["fits"])
     assert [(d["first"], d["second"]) for d in held["duels"]] == list(combinations(models, 2))
     for each in held["duels"]:
@@ -74,12 +100,11 @@ def test_the_verdict_is_that_of_the_duels() -> None:
     ]
     assert held["winner"] == (best[0] if best else None)
     assert (best[0] if best else "no model beats every other") in held["statement"]
-    assert duel_of("coupled", "uncoupled") == held["duels"][0]
 
 
-def test_the_studys_members_are_not_those_of_any_search() -> None:
+def test_settings__seed_of_no_search() -> None:
     settings = Settings()
-    searched = calibration()["seed"]
+    searched = stored("calibration")["seed"]
     seeds_seen = {searched, searched + CHOOSE_SEED, searched + CHECK_SEED}
     assert settings.seed not in seeds_seen
     case = base_case(settings.variants[0], settings)
@@ -89,15 +114,15 @@ def test_the_studys_members_are_not_those_of_any_search() -> None:
         assert not np.allclose(own, initial_state(other, pack(other), member=1), rtol=1e-6, atol=0.0)
 
 
-def test_what_the_choice_of_the_model_changes_is_seen_with_equal_parameters() -> None:
+def test_parameters__switched_variant_has_the_coupled_parameters() -> None:
     coupled, uncoupled, switched = PARAMETERS["calibrated"]
     assert (switched.name, switched.model, switched.case) == (SWITCHED, "uncoupled", coupled.case)
     assert uncoupled.case != coupled.case
 
 
-@pytest.mark.parametrize("model", list(calibration()["fits"]))
-def test_left_out_errors_follow_from_their_conditions_and_are_not_the_searchs(model: str) -> None:
-    """The mean error of conditions left out is that of its 18 residuals; none is an error of the search or of fresh members."""
+@pytest.mark.parametrize("model", list(stored("calibration")["fits"]))
+def test_left_out_errors__means_of_their_conditions(model: str) -> None:
+    """The mean error of conditions left out is that of its 18 residuals, not that of the search or of fresh members."""
     fit = fit_of(model)
     for at, quantity in enumerate(("amplitude", "frequency")):
         residuals = [
@@ -112,3 +137,21 @@ def test_left_out_errors_follow_from_their_conditions_and_are_not_the_searchs(mo
         assert sum(errors) / len(errors) == pytest.approx(fit["held_out"][at], rel=1e-6)
         assert fit["held_out"][at] != pytest.approx(fit["in_sample"][at], rel=1e-6)
         assert fit["held_out"][at] != pytest.approx(fit["fresh"][at], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_claim_problem__cases_of_the_calibration(name: str) -> None:
+    """The cases of a Sobol point are those of the calibration's own problem, but for wider ranges of the tilt."""
+    plan, settings = load_plan("han2021"), ClaimSettings()
+    wider = [
+        p.model_copy(update={"low": "-0.05 m/s^2", "high": "0.05 m/s^2"}) if p.name.startswith("tilt") else p
+        for p in plan.parameters
+    ]
+    plan = plan.model_copy(update={"parameters": tuple(wider)})
+    reference = Problem(plan, next(model for model in plan.models if model.name == name))
+    ours = ClaimProblem(name)
+    for point in (0, 5):
+        unit = even_point(point, len(plan.parameters), settings.seed)
+        theirs = reference.cases_at(reference.values(unit), seed=settings.seed + point)
+        theirs = [replace(case, {"run.tolerance": settings.tolerance}) for case in theirs]
+        assert ours.cases_at(point, settings) == theirs

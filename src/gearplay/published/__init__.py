@@ -1,1 +1,0 @@
-"""Published studies, reproduced and compared with what was printed."""

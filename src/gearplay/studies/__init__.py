@@ -1,0 +1,1 @@
+"""Studies of published experiments with gearplay's public Python interface."""

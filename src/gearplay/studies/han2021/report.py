@@ -1,0 +1,213 @@
+"""Report of the study: document, tables, figures, values of the page, PDF."""
+
+import csv
+import io
+import json
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gearplay as gp
+from gearplay.studies.han2021 import (
+    article,
+    article_figures,
+    comparison,
+    figures,
+    findings,
+    shares,
+    simulation,
+)
+from gearplay.studies.han2021.article import AMPLITUDE, FREQUENCY, LINE_WORDS, MODELS, conditions
+from gearplay.studies.han2021.summary import story
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+@dataclass(frozen=True)
+class Study:
+    """A finished study: results, settings, and the document of the claims."""
+
+    results: Sequence[simulation.ConditionResult]
+    settings: simulation.Settings
+    claims: Mapping[str, Any]
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the parameters were fitted to the test."""
+        return self.settings.parameters == simulation.CALIBRATED
+
+    @cached_property
+    def case(self) -> gp.Case:
+        """The base case of the coupled model."""
+        return simulation.base_case(self.settings.variants[0], self.settings)
+
+    @cached_property
+    def models(self) -> dict[str, comparison.ModelResult]:
+        """The results by variant."""
+        return comparison.by_model(self.results)
+
+    @cached_property
+    def findings(self) -> list[findings.Finding]:
+        """Every claim with its verdict."""
+        return findings.findings(self.models, self.claims, calibrated=self.calibrated)
+
+    @cached_property
+    def errors(self) -> list[dict[str, Any]]:
+        """Mean errors [%] of amplitudes and f_r by model: the article's, ours on fresh members, left out, in the search."""
+        table = []
+        for model in MODELS:
+            ours = self.models[model]
+            row: dict[str, Any] = {
+                "model": model,
+                "article": (
+                    article.article_error(model, AMPLITUDE),
+                    article.article_error(model, FREQUENCY, "radial"),
+                ),
+                "fresh": (ours.amplitude_error(), ours.radial_error()),
+            }
+            if self.calibrated:
+                radial = [article.left_out_error(model, c, "radial", FREQUENCY) for c in conditions()]
+                row["in_sample"] = article.fit_of(model)["in_sample"][0]
+                row["left_out"] = (article.fit_of(model)["held_out"][0], sum(radial) / len(radial))
+            table.append(row)
+        return table
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The study as a JSON-able document."""
+        by_contact = [
+            {"condition": r.condition.label, "model": r.model, "jam_ratio": r.jam_ratio, "contact": contact, **values}
+            for r in self.results
+            for contact, values in r.statistics.items()
+        ]  # fmt: skip
+        return {
+            "parameters": self.settings.parameters,
+            "case": self.settings.variants[0].case,
+            "members": self.settings.members,
+            "seed": self.settings.seed,
+            "drag": self.case.rotors["ring"].load.drag,
+            "case_sha256": self.case.sha256,
+            "story": [
+                {"question": question, "answer": answer}
+                for question, answer in story(self.models, self.settings, self.claims)
+            ],
+            "factors": {model: self.models[model].factor for model in MODELS},
+            "errors": self.errors,
+            "findings": [finding._asdict() for finding in self.findings],
+            "tables": comparison.table_rows(self.models, calibrated=self.calibrated),
+            "contact_statistics": by_contact,
+            "failures": [
+                {"condition": r.condition.label, "model": r.model, "message": message}
+                for r in self.results
+                for message in r.failed
+            ],
+        }
+
+    @cached_property
+    def figures(self) -> dict[str, bytes]:
+        """Every figure: name -> PNG."""
+        models, claims = self.models, self.claims
+        return {
+            "lead": figures.lead(models),
+            "mechanism": figures.mechanism(self.case, models["coupled"]),
+            "audit": article_figures.audit(),
+            "printed-errors": article_figures.printed_errors(),
+            **{
+                f"spectrum-{c.speed_rpm:g}rpm-{c.radial_clearance_um:g}-{c.backlash_um:g}": figures.spectrum(models, at)
+                for at, c in enumerate(conditions())
+            },
+            "orbits": figures.orbits(models),
+            "backlash": figures.backlash(models),
+            "radial-frequency": figures.radial_frequency(models),
+            "coupled-over-uncoupled": figures.coupled_over_uncoupled(comparison.line_differences(models)),
+            "claims-shares": article_figures.claims_shares(claims),
+            "claims-ratios": article_figures.claims_ratios(claims),
+            "claims-floor": article_figures.claims_floor(claims),
+        }  # fmt: skip
+
+    def texts(self) -> dict[str, str]:
+        """Return the tables and documents of the output folder by file name."""
+        return {
+            "tables.csv": _csv_text(self.document["tables"]),
+            "contacts.csv": _csv_text(self.document["contact_statistics"]),
+            "tables.json": json.dumps(self.document, indent=1, allow_nan=True),
+            "claims.json": json.dumps(self.claims, indent=1),
+        }
+
+    def page_values(self, beside: Mapping[str, str]) -> dict[str, Any]:
+        """Return the values of the template ``report.html``, with links to the reports of other parameters ``beside`` it."""
+        case, document = self.case, self.document
+        largest_share = max(
+            float(
+                np.max(
+                    each.amplitude / findings.amplitude_bound(findings.clearances(), each.table("frequency"))
+                )
+            )
+            for each in self.models.values()
+        )
+        teeth = next(
+            found.message
+            for found in gp.check_case(case)
+            if found.path == "meshes.0" and found.severity == "note"
+        )
+        return {
+            **{name: document[name] for name in ("story", "factors", "errors", "findings", "failures")},
+            "title": "the study of Han et al. 2021",
+            "case": case,
+            "settings": self.settings,
+            "calibrated": self.calibrated,
+            "beside": beside,
+            "calibration": article.stored("calibration"),
+            "groups": comparison.GROUPS,
+            "rows": document["tables"],
+            "words": LINE_WORDS,
+            "models": MODELS,
+            "figures": self.figures,
+            "claims": self.claims,
+            "tolerance_words": shares.tolerance_words(self.claims),
+            "measures": shares.MEASURE_WORDS,
+            "statistics": document["contact_statistics"],
+            "contact_ratio": teeth.partition(" (")[0],
+            "tilt": math.degrees(math.asin(math.hypot(*case.gravity) / STANDARD_GRAVITY)),
+            "largest_share": largest_share,
+            "record": self.results[0].record,
+            "line_search": simulation.LINE_SEARCH,
+            "totals": {
+                "steps": sum(r.steps for r in self.results),
+                "events": sum(r.events for r in self.results),
+                "runs": sum(r.members + len(r.failed) for r in self.results),
+            },
+        }  # fmt: skip
+
+    def pdf(self) -> bytes:
+        """Return the report as PDF, by typst from the same document and figures."""
+        import typst
+
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            source = files(article.PACKAGE).joinpath("report.typ").read_text(encoding="utf-8")
+            (place / "report.typ").write_text(source, encoding="utf-8")
+            spectra = [name for name in self.figures if name.startswith("spectrum-")]
+            text = json.dumps({**self.document, "spectra": spectra}).replace("NaN", "null")
+            (place / "study.json").write_text(text, encoding="utf-8")
+            for name, png in self.figures.items():
+                (place / f"{name}.png").write_bytes(png)
+            made: bytes = typst.compile(str(place / "report.typ"), root=str(place))
+        return made
+
+
+def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    buffer = io.StringIO()
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.DictWriter(buffer, names, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()})
+    return buffer.getvalue()
