@@ -1,4 +1,4 @@
-"""Hook of mkdocs: write the pages and draw the figures that follow from the code, before a site is built from them."""
+"""Hook of mkdocs: write the pages and draw the figures that follow from the code; complete pages for assistive technology."""
 
 import subprocess
 import sys
@@ -20,3 +20,12 @@ def on_pre_build(config: Any) -> None:
     """Run the scripts; raises `CalledProcessError` where one fails."""
     for script in SCRIPTS:
         subprocess.run([sys.executable, str(Path(config.docs_dir) / script)], check=True)
+
+
+def on_post_page(output: str, **_: Any) -> str:
+    """Return a page whose search has a name and whose scrolling code can be reached by keyboard, for assistive technology."""
+    output = output.replace(
+        'data-md-component="search" role="dialog"',
+        'data-md-component="search" role="dialog" aria-label="Search"',
+    )
+    return output.replace('<div class="highlight-ipynb', '<div tabindex="0" class="highlight-ipynb')

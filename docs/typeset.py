@@ -62,8 +62,8 @@ def _block(text: str, hold: Any) -> str:
     tag = TAG.search(text)
     formula = hold(mathml(TAG.sub("", text), "block"))
     if tag is None:
-        return f'<div class="formula">{formula}</div>'
-    return f'<div class="formula" id="{tag["number"]}">{formula}<span class="number">{tag["number"]}</span></div>'
+        return f'<div class="formula" tabindex="0">{formula}</div>'
+    return f'<div class="formula" tabindex="0" id="{tag["number"]}">{formula}<span class="number">{tag["number"]}</span></div>'
 
 
 def _prose(text: str, numbers: set[str], hold: Any) -> str:

@@ -38,7 +38,7 @@ class View:
         write_bytes(Path(path), self.html.encode("utf-8"), overwrite=overwrite)
 
     def _repr_html_(self) -> str:
-        return f'<iframe srcdoc="{html.escape(self.html)}" style="width: 100%; height: 36em; border: 0"></iframe>'
+        return f'<iframe title="mechanism in motion" srcdoc="{html.escape(self.html)}" style="width: 100%; height: 36em; border: 0"></iframe>'
 
 
 def view(
