@@ -20,7 +20,7 @@ from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
-from gearplay.model.rotor import PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.model.rotor import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.model.terms import largest_torque
 
 GYRATION: Final = (0.3, 1.5)
@@ -143,6 +143,19 @@ def _excitation(case: Case) -> Iterator[Finding]:
             "displacement, so rolling without force is an exact solution. "
             "Give a transmission_error, a runout or a load.",
         )
+    elif any(rotor.drive for rotor in case.rotors.values()) and not any(map(_resists, case.rotors.values())):
+        yield Finding(
+            "warning",
+            "rotors",
+            "no rotor has a load that resists the drive, so the teeth float in their backlash. "
+            "Give load.torque, load.drag or load.friction.",
+        )
+
+
+def _resists(rotor: Rotor) -> bool:
+    """Return whether something acts against the rotation of a rotor: a load, a torque, a servo."""
+    drive = rotor.drive
+    return rotor.load != Load() or (drive is not None and drive.kind != "speed")
 
 
 def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:

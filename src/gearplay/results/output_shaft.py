@@ -250,23 +250,24 @@ def _member(
     slip = np.clip(omega / given.friction_speed, -1.0, 1.0)
     brake = given.drag * omega + given.friction * 0.5 * slip * (3.0 - slip**2)
     found = {"mean_speed": float(np.mean(omega)), "speed_ripple": float(np.ptp(omega))}
-    delivered = brake - load - (drive if at != lead else 0.0)
+    delivered = brake - load - drive
     inertia = case.rotors[at].inertia
     torque = 0.5 * (delivered[1:] + delivered[:-1]) + inertia * rate * np.diff(omega)
     turns = abs(found["mean_speed"]) > 0.5 * found["speed_ripple"]
     sense = math.copysign(1.0, found["mean_speed"] if turns else float(np.mean(torque)))
-    if at != lead:
-        found |= {"mean_torque": sense * float(np.mean(torque)), "torque_ripple": float(np.ptp(torque))}
-        if math.isfinite(ratio):
-            error = theta - ratio * turned - start_of(case, packed, at, lead, ratio)
-            found |= {
-                "transmission_error": float(np.ptp(error)),
-                "wind_up": -sense * float(np.mean(error)),
-            }
+    if at != lead and math.isfinite(ratio):
+        error = theta - ratio * turned - start_of(case, packed, at, lead, ratio)
+        found |= {"transmission_error": float(np.ptp(error)), "wind_up": -sense * float(np.mean(error))}
+    if at == lead or (given == type(given)() and case.rotors[at].drive is None):  # nothing resists: no output
+        return found
     power = float(np.mean(delivered * omega))
     lost = float(np.mean(values[:, 5:].sum(axis=1))) - float(np.mean(brake * omega))
-    found["output_power"] = power
-    if at != lead and power > 0.0:
+    found |= {
+        "mean_torque": sense * float(np.mean(torque)),
+        "torque_ripple": float(np.ptp(torque)),
+        "output_power": power,
+    }
+    if power > 0.0:
         found["efficiency"] = power / (power + max(lost, 0.0))
     return found
 

@@ -38,7 +38,10 @@ class View:
         write_bytes(Path(path), self.html.encode("utf-8"), overwrite=overwrite)
 
     def _repr_html_(self) -> str:
-        return f'<iframe title="mechanism in motion" srcdoc="{html.escape(self.html)}" style="width: 100%; height: 36em; border: 0"></iframe>'
+        style = "width: 100%; height: 36em; border: 0"
+        return (
+            f'<iframe title="mechanism in motion" style="{style}" srcdoc="{html.escape(self.html)}"></iframe>'
+        )
 
 
 def view(

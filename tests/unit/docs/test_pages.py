@@ -13,6 +13,7 @@ import gearplay as gp
 from gearplay.cli.main import app
 from gearplay.model.schema import json_schema
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.vocabulary.quantities import OUTPUT_STATISTICS
 
 ROOT = Path(__file__).resolve().parents[3]
 ROOMS = "kernels|model|solver|files|pictures|surrogates|results|signals|rig|sweeps|calibration|nonlinear|published|vocabulary"
@@ -46,7 +47,7 @@ def test_glossary__names_are_those_of_the_program() -> None:
     """Each name in the right column is a field, a value, a variable of results, a public function, a command or an option."""
     known = (
         set(re.findall(r"[A-Za-z_][\w-]*", json.dumps(json_schema()))) | set(dir(gp)) | set(RESULT_VARIABLES)
-    )
+    ) | set(OUTPUT_STATISTICS)
     commands: Any = typer.main.get_command(app)
     for name, command in commands.commands.items():
         known |= {name} | {word.lstrip("-") for each in command.params for word in each.opts}

@@ -70,7 +70,7 @@ def test_formulas_become_mathml_with_anchors_and_links() -> None:
     text = 'In T1 is $a_b$ and `$no$` and 5 $.\n\n```math\nx^2 = y \\tag{T1}\n```\n\n```sh\necho "$HOME $USER"\n```\n'
     held = hook.on_page_markdown(text, page)
     made = hook.on_page_content(held, page)
-    assert '<div class="formula" id="T1"><math' in made
+    assert '<div class="formula" tabindex="0" id="T1"><math' in made
     assert "[T1](#T1)" in made
     assert "<msub><mi>a</mi><mi>b</mi></msub>" in made
     assert "`$no$` and 5 $." in made

@@ -182,3 +182,9 @@ def test_what_a_run_would_show_of_its_start_is_told(changes: list[str], path: st
 def test_a_start_that_is_left_out_of_the_record_is_no_matter() -> None:
     case = load_case("han2021", ["rotors.pinion.drive.ramp=1ms"])
     assert not any(each.path.endswith("ramp") for each in check_case(case))
+
+
+def test_check__a_drive_without_a_load() -> None:
+    """Driven, with errors of the teeth but nothing that resists: the teeth float."""
+    words = found("two-stage-reducer", {"rotors.output.load": {}, "sleeves.output.radial_clearance": 1e-5})
+    assert "no rotor has a load that resists the drive" in words["rotors"]

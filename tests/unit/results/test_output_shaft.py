@@ -154,3 +154,14 @@ def test_output__two_inputs_have_no_ratio() -> None:
     shaft = gp.simulate(case).output
     assert math.isnan(shaft.ratio)
     assert "transmission error, peak to peak" not in dict(shaft.rows())
+
+
+def test_output__of_a_shaft_without_a_load() -> None:
+    """Between input and load a shaft has a motion and a transmission error, but delivers nothing outside."""
+    case = pair()
+    case["rotors"]["idler"] = {"teeth": 30, "mass": 0.5, "inertia": 5e-4}
+    first = case["meshes"][0]
+    case["meshes"] = [first | {"driven": "idler"}, first | {"driver": "idler"}]
+    names = dict(gp.simulate(case).output_at("idler").rows())
+    assert "transmission error, peak to peak" in names
+    assert not {"mean torque", "efficiency", "mean power into the load"} & set(names)
