@@ -33,9 +33,9 @@ def calibrate(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Calibration:
-    """Fit the free parameters of every model of a plan to its records, and say which model explains them.
+    """Fit the free parameters of every model of a plan to its records, and compare the models.
 
-    Finished trials (``trials.sqlite``) and parts are kept in the folder, so the same call goes on after an interruption, to
+    Finished trials (``trials.sqlite``) and parts are stored in the folder, so the same call resumes after an interruption, with
     the same trials. The report is written there.
 
     Parameters

@@ -94,7 +94,7 @@ def drifts(
     later = later_than(problem.plan.simulation)
     try:
         seen = [_seen(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
-    except SimulationError:  # so late nobody asked for it: the fit stands
+    except SimulationError:  # only the check is missing: the fit stands
         return []
     logs, errors = comparison.logs_of(seen)
     found = [
@@ -107,7 +107,7 @@ def drifts(
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One condition simulated at the trial that all the others prefer: its choice and the factor know nothing of it.
+    """One condition simulated at the best trial of all the others: neither the choice nor the factor depends on it.
 
     The search that made the trials was guided by all conditions.
 

@@ -43,7 +43,7 @@ PICTURE = 400  # posterior points kept for pictures
 
 
 class PartStore(Protocol):
-    """Keeps finished parts, so that a stopped calibration goes on where it was."""
+    """Store of finished parts, from which a stopped calibration is resumed."""
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the part stored under a key, or None."""

@@ -146,7 +146,7 @@ def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
 
 
 def _sentences(statement: Statement) -> list[str]:
-    """Return the whole statement line by line: over all readings, then each reading with its evidence."""
+    """Return the conclusion as lines: over all readings, then each reading with its evidence."""
     lines = [
         statement.words[:1].upper() + statement.words[1:] if statement.overall == OPEN else statement.words
     ]

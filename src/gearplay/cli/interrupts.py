@@ -69,7 +69,7 @@ def interruptible() -> Iterator[threading.Event]:
         raise KeyboardInterrupt
 
     def lost(unraisable: Any) -> None:
-        """Take the interrupt that a library could not pass on: it comes again."""
+        """Schedule again an interrupt that a library could not propagate."""
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             sys.__unraisablehook__(unraisable)
             return
@@ -77,7 +77,7 @@ def interruptible() -> Iterator[threading.Event]:
         again.soon()
 
     def silent(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        """Print no traceback of an interrupt: Cython prints one of what it is about to lose."""
+        """Suppress the traceback of a `KeyboardInterrupt`: Cython prints one before it discards the exception."""
         if not issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
 

@@ -152,7 +152,7 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
 
 
 def _mark(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file from the one that replaces it, None where there is no file."""
+    """Return an identifier that changes when a file is replaced, None where there is no file."""
     try:
         found = path.lstat()
     except OSError:

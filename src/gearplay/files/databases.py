@@ -11,7 +11,7 @@ from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenEr
 
 @contextmanager
 def told_of(path: Path, what: str, cure: str, *, foreign: bool = False) -> Iterator[None]:
-    """Tell of an error of SQLite within the block, also one that a library wraps in its own.
+    """Translate an SQLite error raised in the block, also one wrapped by a library.
 
     ``what`` the file must be, ``cure`` where it is not. With ``foreign`` any other error means that it is not.
 

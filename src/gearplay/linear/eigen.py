@@ -60,7 +60,7 @@ def solve_at_rest(
     """Return the modes of M x'' + C x' + K x = 0, M diagonal, shapes those without damping.
 
     Free motions are the null space of K; of the others the frequencies are the singular values of M^-1/2 P where K = P'P, so that
-    low ones beside high ones keep their digits as they do in P.
+    low ones keep their digits in the presence of high ones, as they do in P.
     ``condensed`` is the system without massless coordinates, which it must have where there are any: as many modes are returned
     as coordinates have mass.
 
@@ -111,7 +111,7 @@ def _squares(pull: Floats, push: Floats) -> tuple[Floats, Floats]:
 
 
 class Relaxing(NamedTuple):
-    """Massless coordinates r beside the modes q: q'' + C_qq q' + C_qr r' + ... = 0 and C_rq q' + C_rr r' + K_rr r = 0."""
+    """Massless coordinates r coupled to the modes q: q'' + C_qq q' + C_qr r' + ... = 0 and C_rq q' + C_rr r' + K_rr r = 0."""
 
     stiffness: Floats
     damping: Floats

@@ -52,7 +52,7 @@ class LinearSystem:
 
     @property
     def linear(self) -> Linear:
-        """What the kernels know."""
+        """Linear system in the layout of the kernels."""
         return self.equilibrium.linear
 
     @cached_property

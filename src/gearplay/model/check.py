@@ -233,7 +233,7 @@ def _sets(case: Case) -> Iterator[Finding]:
 
 
 def _passing(found: SetFrequencies) -> str:
-    """Say the sidebands of the mesh frequency that a sensor on the ground records, of a carrier that turns."""
+    """Return the text on mesh sidebands that a sensor on the ground records; empty for a carrier that does not turn."""
     if found.carrier_passing == 0.0:
         return ""
     return (

@@ -69,7 +69,7 @@ def _undamped(case: Case) -> Iterator[Finding]:
 
 
 def _start_shock(case: Case) -> Iterator[Finding]:
-    """Compare what a ramp of the driving speed asks for with the steady load, both at the driving rotor."""
+    """Compare the torque that a ramp of the driving speed requires with the steady load, both at the driving rotor."""
     names = list(case.rotors)
     _, ratios = rolling.rolling_ratios(case)
     for name, rotor in case.rotors.items():

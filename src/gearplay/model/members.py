@@ -17,9 +17,9 @@ TABLES: Final = ("rotors", "sleeves", "supports")
 
 
 def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a case with the parts that its planetary sets stand for, instead of those of sets as they were.
+    """Return the fields of a case with the parts of its planetary sets, replacing the parts of the sets as they were before.
 
-    A set at fault stands for nothing: its own validation says why.
+    An invalid set is not expanded: its own validation reports the fault.
     """
     sets = given.get("planetary")
     if not isinstance(sets, Mapping) or not sets:

@@ -185,8 +185,8 @@ OUT_OF_TIME = "not reached within run.max_wall_time, the limit of all values tog
 def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
     """Return the start that the end of the value before is for a changed case, or None and why it can be none.
 
-    Rotations and speeds relative to the nominal ones go on; a prescribed shaft with a ramp begins at its start speed. Where the
-    change itself presses contacts deeper by more than `REMARKABLE`, the words beside the state say so.
+    Rotations and speeds relative to the nominal ones are continued; a prescribed shaft with a ramp begins at its start speed. The
+    returned text reports a change that itself presses contacts deeper by more than `REMARKABLE`.
     """
     if last is None:
         return None, f"{ANEW}as the value before failed"
@@ -222,13 +222,14 @@ def bifurcation_diagram(
     progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> Diagram:
-    """Return what a motion settles to over a parameter: ``keep`` sections after ``settle`` periods at each of its values.
+    """Return the bifurcation diagram over a parameter: ``keep`` sections after ``settle`` periods at each of its values.
 
-    ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value goes on from
-    the end of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which start was
-    drawn; without, each starts as its case says. It does so too, and ``starts`` says why, after a value that failed, and where
-    the changed case is another mechanism, its gears could not mesh, or the motion from the carried state cannot be followed.
-    What excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
+    ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value continues
+    from the final state of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which
+    start was drawn; without, each starts as its case specifies. It does so too, with the reason in ``starts``, after a value
+    that failed, and where the changed case is another mechanism, its gears could not mesh, or the motion from the carried state
+    cannot be followed.
+    The excitation restarts at each value, so a run continues to the end of the common period, where there is one.
 
     Raises `InputError` for directions, signals or a case that cannot be.
     """

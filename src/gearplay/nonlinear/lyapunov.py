@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
 BLOCKS = 20  # that are kept
 JUDGED = 5  # blocks of these over which the scatter is judged: long enough to be nearly independent
-DOUBLINGS = 6  # of a record whose length nobody asked for
+DOUBLINGS = 6  # of a record whose length was not given
 LEAD = 0.1  # share of the time in which the changes find their directions
 
 
@@ -37,8 +37,8 @@ class Exponents(Tabled):
     """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
 
     The intervals are Student's t over 5 stretches of the record, of four of its ``blocks`` each, shape [block, exponent],
-    see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve remembers
-    its impact speed (NaN otherwise, and where not all were asked for). ``time`` is the length of the record [s].
+    see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve
+    stores its impact speed (NaN otherwise, and where not all were requested). ``time`` is the length of the record [s].
     """
 
     answer = "exponents"

@@ -60,8 +60,8 @@ def with_repetition(
 ) -> Response:
     """Return a response as periodic where its sections repeat with the common period of the excitation.
 
-    ``samples`` has shape [period, state], ``resolution`` shape [state]. Where the record is too short to tell, the reason says
-    which period the excitation has.
+    ``samples`` has shape [period, state], ``resolution`` shape [state]. Where the record is too short to decide, the reason
+    states the period of the excitation.
     """
     n = period.repeats
     if n <= 1 or response.kind in QUIET_KINDS or response.kind == "periodic":

@@ -96,7 +96,7 @@ class LoadSharing(OfDataset):
         return found
 
     def plot(self) -> Figure:
-        """Draw factors, forces over the carrier's turn, planets beside their pins and what floats; returns the figure."""
+        """Draw factors, forces over a carrier turn, planets relative to their pins and floating members; return the figure."""
         from gearplay.planets.figures import sharing_drawing
 
         drawn: Figure = sharing_drawing(self.dataset)
@@ -126,7 +126,7 @@ class Members:
         return next(j for j, mesh in enumerate(self.case.meshes) if set(mesh.rotors) == both)
 
     def beside(self, planet: Floats, carrier: Floats, turn: Floats, k: int) -> Floats:
-        """Return how far planet k is beside its pin, wherever that is, radial and tangential [m], shape [2, time].
+        """Return the displacement of planet k from its moving pin, radial and tangential [m], shape [2, time].
 
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 class Answer(ABC):
-    """What a verb returns.
+    """Base class of the results of public functions.
 
-    Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, what came out in words;
+    Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, a summary as text;
     ``plot()``, a picture; `save`, whose file `gearplay.read_result` turns into the same object again.
     """
 

@@ -159,7 +159,7 @@ class _Zone:
 
 
 def _between(left: float, peak: float, right: float, transform: Transform) -> float:
-    """Return the place of an isolated tone beside its highest line, from the ratio of the neighbours [lines]."""
+    """Return the offset of an isolated tone from its highest line [lines], from the ratio of the neighbours."""
     trial = np.linspace(-0.5, 0.5, 41)
     shape = [np.abs(kernel(trial - j, transform.n, transform.cosines)) for j in (-1, 0, 1)]
     against = (shape[2] - shape[0]) / shape[1]
@@ -184,7 +184,7 @@ def find_tones(
     """Return the tones in and around the ``bands`` of lines, and the mean power of noise on a line of each band.
 
     Noise alone exceeds p times its mean power on one of n lines with probability n exp(-p); p follows from ``false_alarm``.
-    The strongest lines that do are taken, all tones near them are fitted again, and the search goes on in what is left
+    The strongest lines above that are taken, all tones near them are fitted again, and the search continues in the residual
     (CLEAN: Hoegbom, Astron. Astrophys. Suppl. 15 (1974) 417), up to 4 tones a band and 6 more.
     """
     floor = (RANGE * float(np.max(np.abs(transform.lines)))) ** 2

@@ -30,13 +30,13 @@ from gearplay.vocabulary.progress import Progress
 
 MOST_HELPERS = 3
 FEW = 6
-"""So few kernels are not worth a word: the first call of each compiles it."""
+"""Number of kernels below which nothing is reported: the first call of each compiles it."""
 OFTEN = 20.0  # s between words where there is no bar
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance", "linear")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_powers", "mesh_powers")
-"""Kernels that few runs need, or that only look at one: the first call of each compiles it."""
+"""Kernels that few runs need, or that only evaluate a finished run: the first call of each compiles it."""
 _OF_JOINED = ("integrate_joined", "fill_joined_states", "joined_torque")
-"""Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""
+"""Kernels outside `gearplay.kernels.joined` that only rotors behind springs need."""
 _LINEAR = {
     "contact_kinematics", "apply_forces", "linearise", "add_change", "torque_of", "torques_of", "initialise",
     "initialise_modes", "update_modes", "rates_of", "rate_of_change", "rates_at", "matrix_at", "strain_energies",
@@ -58,10 +58,10 @@ def prepare(case: Case, *, derivative: bool = False, progress: Progress | None =
     derivative
         Whether the exact derivative of the motion is needed too.
     progress
-        Told how much is compiled, and of how much, with a label that says what it is and about how long it takes; without it
-        lines on standard error do.
+        Progress callback with the compiled amount, the total and a label with the expected duration; without it progress is
+        reported on standard error.
 
-    Raises `InputError` where the derivative is wanted of fixed steps.
+    Raises `InputError` where the derivative of a run with fixed steps is requested.
 
     """
     if derivative:
@@ -192,7 +192,7 @@ def _words_for(names: Sequence[str]) -> str:
 
 
 def _said() -> Progress:
-    """Return what tells progress on standard error, in a line at once and one now and then."""
+    """Return a callback that reports progress on standard error, one line at once and one every `OFTEN` seconds."""
     began = last = time.monotonic()
 
     def tell(label: str, done: float, total: float) -> None:
@@ -236,7 +236,7 @@ def _know_types() -> None:
 
 
 def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
-    """Compile those that nobody else has claimed in a folder; yield each."""
+    """Compile the kernels that no other process has claimed in a folder; yield each."""
     for name in wanted:
         try:
             (claims / name).touch(exist_ok=False)

@@ -35,7 +35,7 @@ def end_of(course: Course) -> End:
 
 
 def start_from(end: End, packed: Packed) -> Floats:
-    """Return the state at t = 0 of a run that goes on from an end; prescribed shafts have their own speed from then on."""
+    """Return the state at t = 0 of a run that continues from an end; prescribed shafts have their own speed from then on."""
     rotors: Any = packed.system.rotors
     n = rotors.size
     y = end.state.copy()

@@ -34,7 +34,7 @@ class Deadline:
         return self._end - clock()
 
     def is_over(self) -> bool:
-        """Return whether no time is left; whoever asks ends its run then."""
+        """Return whether no time is left; the caller then ends its run."""
         over = self.left() < 0.0
         self.has_stopped |= over
         return over

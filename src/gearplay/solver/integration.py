@@ -156,7 +156,7 @@ class Course:
         keep_log: bool = True,
         reason_to_stop: Callable[["Course"], Status | None] | None = None,
     ) -> Status:
-        """Advance to t_end [s] or to the first reason to stop, which is asked for before each chunk; return the status."""
+        """Advance to t_end [s] or to the first reason to stop, evaluated before each chunk; return the status."""
         asked, self._piece_begun = reason_to_stop or Course._own_reason, self.steps
         while (reason := asked(self)) is None:
             steps = min(self.chunk, self._paced, CHUNK_STEPS)
@@ -240,7 +240,7 @@ class Course:
 
     @property
     def divergence(self) -> float:
-        """The divergence [1] summed up so far; NaN where it was not asked for."""
+        """The divergence [1] accumulated so far; NaN where it was not requested."""
         if self.tangent is None or self.tangent.totals[1] != 1.0:
             return float("nan")
         return float(self.tangent.totals[0])

@@ -76,7 +76,7 @@ def run_one(
 ) -> Trajectory:
     """Simulate one member on the caller's thread, for callers with a pool of their own; see `run_members`.
 
-    ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
+    ``origin`` is the end of an earlier run of the same mechanism, from which this one continues.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
     packed, run = pack(case), case.run
@@ -164,9 +164,9 @@ def run_batch(
 
 
 def _on_threads(calls: Sequence[Callable[[], R]], watch: Watch, threads: int) -> list[R]:
-    """Return what calls return, made on threads; Ctrl-C is the wish to stop.
+    """Return the results of calls made on threads; Ctrl-C cancels the runs.
 
-    Even one is made off the main thread, so that Ctrl-C reaches Python while the kernel works.
+    Even a single call is made off the main thread, so that Ctrl-C reaches Python while the kernel works.
     """
     with ThreadPoolExecutor(max(1, min(threads, len(calls)))) as pool:
         futures = [pool.submit(in_request(call)) for call in calls]

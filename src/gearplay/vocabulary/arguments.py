@@ -16,9 +16,9 @@ from gearplay.vocabulary.interrupts import raised_without_harm
 from gearplay.vocabulary.memory import enough_memory
 
 MOST: Final = 10**15
-"""Largest count that is taken at all; what it would cost is for the function to say."""
+"""Largest count that is accepted; its cost is checked by the function itself."""
 LOOKED_AT: Final = 100_000
-"""Numbers of a list that are looked at from each end: whoever gets a longer one refuses it for its length."""
+"""Numbers of a list that are checked from each end; functions refuse a longer list for its length."""
 LONGEST: Final = 1e9
 """Longest time [s]."""
 
@@ -42,7 +42,7 @@ class Whole:
 class Real:
     """A finite number in a range, its ends included or, ``above``, the lower one not; text where that is read further in.
 
-    A ``time`` may come as text with a unit, too; the door makes seconds of it.
+    A ``time`` may also be text with a unit, which `guarded` converts to seconds.
     """
 
     low: float
@@ -279,8 +279,8 @@ def rule_of(function: str, parameter: str) -> Any:
 def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) -> Callable[..., Any]:
     """Return a public function that checks its arguments first; ``seconds`` reads a time, by its parameter's name, from text.
 
-    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or not what their names ask for. Ctrl-C
-    comes while it works where it does no harm.
+    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or invalid. Ctrl-C interrupts it where
+    an exception does no harm.
     """
     signature = inspect.signature(function)
     parameters = signature.parameters

@@ -1,7 +1,7 @@
 """Exception classes, one per exit code of the command line.
 
-Every message follows one grammar, ``path = value: what is required. What to do.``, so that the front doors
-print it as it is and never need a traceback.
+Every message follows one grammar, ``path = value: what is required. What to do.``, so that the
+public functions and the command line print it as it is and never need a traceback.
 """
 
 from __future__ import annotations

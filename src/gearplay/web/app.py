@@ -211,7 +211,7 @@ async def _body(request: Request, most: int = LARGEST_BODY) -> bytes | None:
 
 
 def _described(case: Case, *, source: str | None = None) -> Response:
-    """Return a case with its controls; one from a file, ``source``, is made as short as a page wants it."""
+    """Return a case with its controls; one from a file, ``source``, is shortened to the limits of a page."""
     if source is not None:
         document = case.resolved()
         transient = min(case.run.transient, LONGEST_TRANSIENT)

@@ -301,7 +301,7 @@ def _group(path: str) -> str:
 
 
 def _label(path: str, name: str) -> str:
-    """Return a field's words, with the part it belongs to where its own name says too little.
+    """Return the label of a field, with the part it belongs to where its own name is ambiguous.
 
     >>> _label("meshes.0.transmission_error.0.amplitude", "amplitude"), _label("rotors.ring.load.drag", "drag")
     ('transmission error 1: amplitude', 'load: drag')

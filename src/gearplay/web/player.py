@@ -30,7 +30,7 @@ def player_page(
 
     ``mechanism`` and ``frames`` are what `mechanism_of` and `frames_of` return, ``model`` names the backlash model, ``start``
     is the time [s] from which that of the frames counts, ``magnify`` how many times larger than usual small motions are drawn,
-    ``look`` the ``sleeve`` and the ``mesh`` that are looked at.
+    ``look`` the ``sleeve`` and the ``mesh`` of the close-ups.
     """
     result = {
         "mechanism": mechanism,

@@ -19,7 +19,7 @@ MOST_UNSENT = 16  # results that one page has not read yet
 MOST_UNKEPT = 8  # results of one page on their way to the disk; the next answer waits for it
 KEPT = ("run", "bifurcation", "map")
 DONE = (*KEPT, "average")
-"""Jobs that a page may ask for; what comes of the first ones is kept."""
+"""Jobs that a page may request; the results of `KEPT` are stored."""
 LIMITS = {"run": 150.0, "average": 60.0}  # s; of the others:
 LIMIT = 600.0
 
@@ -93,14 +93,14 @@ class Wire:
         self._keep(self._await(number, job, wanted))
 
     async def _greet(self) -> None:
-        """Say whether jobs can be done at once, and if not, when they can."""
+        """Send whether jobs can run at once, and if not, as soon as they can."""
         if not self.pool.ready.is_set():
             await self._say({"type": "state", "ready": False})
             await self.pool.ready.wait()
         await self._say({"type": "state", "ready": True})
 
     def _keep(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
-        """Do something beside; a task that nobody holds may vanish."""
+        """Start a background task and hold a reference, as asyncio may drop a task without one."""
         task = asyncio.create_task(work)
         self.tasks.add(task)
         task.add_done_callback(self.tasks.discard)
@@ -134,7 +134,7 @@ class Wire:
             self.unsent -= 1
 
     async def _store(self, number: int, key: str, frame: bytes) -> None:
-        """Keep a result, or say why it is only shown."""
+        """Store a result, or send the reason why it is only shown."""
         try:
             await asyncio.to_thread(self.store.save, key, frame)
         except (InputError, OSError) as error:  # in words that name no path of the server's

@@ -8,7 +8,7 @@
 4. Two votes at least and none against decide between quasi-periodic and chaotic; everything else is undecided.
 
 Limits: a torus whose slowest beat turns less than about twice in the record is a slow drift; a transient that is chaotic to the
-end of the record is chaos; on the edge of chaos (an endless cascade of bands) quasi-periodic says no more than regular.
+end of the record is chaos; on the edge of chaos (an endless cascade of bands) quasi-periodic means no more than regular.
 """
 
 import math

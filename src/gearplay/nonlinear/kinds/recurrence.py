@@ -88,7 +88,7 @@ def forecast_error(samples: Floats, bands: int = 1) -> float:
     """Return the variance that neighbours leave of the next sample, relative to what the best linear forecast leaves.
 
     Neighbours have three coordinates, the linear forecast has six, within the ``bands`` bands. Noise, white or coloured, gives
-    about 1, chaos less. Of regular motion, which a linear law may forecast without error, it says nothing.
+    about 1, chaos less. It is meaningless for regular motion, which a linear law may forecast without error.
     """
     samples = unfolded(samples, bands)
     states, after = _before_and_after(samples, 3)

@@ -40,7 +40,7 @@ class PointResult(NamedTuple):
     reason: str = ""
 
     def to_part(self) -> dict[str, Any]:
-        """Return its JSON-able form, of six digits."""
+        """Return the JSON-able form, rounded to six digits."""
         tables = {name: _digits(getattr(self, name), 6) for name in ("ensemble", "single")}
         return {**self._asdict(), **tables, "wedged": _digits(np.array(self.wedged), 4)}
 

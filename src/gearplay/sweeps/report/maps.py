@@ -129,7 +129,7 @@ def logarithmic(norm: Any) -> bool:
 
 
 def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "neither") -> None:
-    """Draw the bar of a common scale of colour beside all panels."""
+    """Draw the colour bar of a common colour scale next to all panels."""
     bar = figure.colorbar(picture, ax=axes, pad=0.015, aspect=30, extend=extend)
     bar.set_label(plain(wrapped(label, 48)), fontsize=SMALL)
     if logarithmic(picture.norm):

@@ -26,7 +26,7 @@ PAUSE = 0.1
 """How often a wait for outcomes looks whether it is to stop [s]."""
 
 TALKATIVE = ("distributed", "tornado", "asyncio")
-"""Whose loggers tell of a connection that is lost."""
+"""Packages whose loggers report a lost connection."""
 
 
 def run_dask(
@@ -69,10 +69,10 @@ def run_dask(
 
 @contextmanager
 def _in_our_words() -> Iterator[None]:
-    """Let the library and what it runs on log nothing: of a scheduler that has gone a sentence is said.
+    """Silence the library and its dependencies: a lost scheduler is reported in one sentence.
 
-    Whatever was under way when it went logs a traceback of its own, each from another place; what a sweep needs to know
-    comes as an outcome, or as the client's status. Loggers are silenced one by one, as the library gives some a level.
+    Each pending operation would log a traceback of its own when the scheduler is lost; a sweep uses only the outcomes and
+    the client's status. Loggers are silenced one by one, as the library gives some a level.
     """
     known = [
         logging.getLogger(name)

@@ -82,7 +82,7 @@ def watched(
     progress: Progress | None,
     stop: threading.Event | None,
 ) -> Generator[list[Outcome]]:
-    """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
+    """Yield the outcomes of jobs and report progress; raise `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
     done, together = before, len(made.template.points) // made.template.points.jobs
     with closing(engine.outcomes(made, left, stop)) as finished:
