@@ -98,7 +98,7 @@ def recover(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> dict[str, Any]:
-    """Say how well a plan finds known parameters again: ``sets`` synthetic data sets of its first model.
+    """Test the recovery of known parameters by a plan on ``sets`` synthetic data sets of its first model.
 
     Evenly spread trials, as many as the plan's evaluations, are kept in ``folder`` and go on after an interruption; each
     data set has ``members`` fresh members. Returns and writes ``recovery.json``.

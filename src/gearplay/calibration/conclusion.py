@@ -46,7 +46,7 @@ class Statement:
 
 
 def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
-    """Return what the standings of the models say, by reading.
+    """Return the conclusion from the standings of the models, by reading.
 
     >>> from gearplay.calibration.model_comparison import Standing
     >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))

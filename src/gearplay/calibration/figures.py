@@ -77,7 +77,7 @@ def density_of(units: Floats) -> tuple[Floats, Floats]:
 
 
 def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str]) -> bytes:
-    """Draw what the data say of each parameter over its searched range, the models of one reading overlaid."""
+    """Draw the posterior of each parameter over its searched range, the models of one reading overlaid."""
     drawn = {span.name: span for fit in fits for span in spans[fit.model]}
     number = len(drawn)
     columns = min(number, 3)

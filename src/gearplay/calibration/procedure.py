@@ -189,7 +189,7 @@ def _stored(
 def fit_model(
     problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event | None = None
 ) -> Fit:
-    """Return what finished trials say of one model in one reading: best point, posterior, hold-out.
+    """Return the fit of one model in one reading from finished trials: best point, posterior, hold-out.
 
     Raises `SimulationError` where too few trials finished.
     """

@@ -165,7 +165,7 @@ def _version(package: str) -> str:
 
 
 def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
-    """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out.
+    """Return one fit with the additions of the report: units, bounds, verdicts, and means over the left-out conditions.
 
     Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI, 0 in SI is
     ``shown_offset``.

@@ -97,7 +97,7 @@ def _plain(seen: Seen) -> dict[str, Any]:
 
 
 def digest_of(plan: Plan) -> str:
-    """Return the digest of all that decides where a plan's trials are and what they show.
+    """Return the digest of all settings that determine a plan's trials and their results.
 
     Not their number: more of them go on from those that are there.
     """

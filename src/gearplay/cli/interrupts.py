@@ -17,11 +17,11 @@ from gearplay.vocabulary.exit_codes import INTERRUPTED
 from gearplay.vocabulary.interrupts import Again, would_harm
 
 GRACE = 3.0
-"""For so long after a Ctrl-C [s] another one is not heard: what is being kept then must not be destroyed."""
+"""Time after a Ctrl-C [s] in which another one is ignored, so that results being stored are not destroyed."""
 
 
 class CommandInterruptedError(GearplayError):
-    """Ctrl-C ended a command, which says what it kept."""
+    """Ctrl-C ended a command; the message names the stored results."""
 
     exit_code = INTERRUPTED
 

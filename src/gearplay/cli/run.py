@@ -24,7 +24,7 @@ MOST_CONTACTS = 12
 """Contacts that are listed."""
 
 PATIENCE = 1.0
-"""So long [s] after Ctrl-C may it take to compress what was computed, else it is saved as it is."""
+"""Longest time [s] for compression after Ctrl-C; a result that would take longer is saved uncompressed."""
 
 
 Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]

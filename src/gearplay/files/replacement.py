@@ -73,7 +73,7 @@ def renewed(
 
 
 def replace_old(folder: Path, place: Path, forget: Callable[[Path], None]) -> None:
-    """Put what was made in a place of its own into its folder, if it was, and end the renewal: the next one begins anew."""
+    """Move a complete result from the staging directory into its folder, if any, and end the renewal."""
     if place != folder:
         write_text(place / WHOLE, "")
         settle(folder, forget)

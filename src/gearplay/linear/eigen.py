@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 FREE = 1e-12
 """Stiffness of a motion, per that of its coordinates alone, that is rounding."""
 FREE_TURNING = 1e-10
-"""The same seen from a carrier that turns, where forces of inertia must cancel too."""
+"""The same in the frame of a turning carrier, where forces of inertia must cancel too."""
 SYMMETRIC = 1e-9
 """Relative asymmetry of a stiffness matrix that is rounding."""
 UNSTABLE = -1e-13
@@ -196,7 +196,7 @@ def _finite(ratios: NDArray[np.complex128], size: float) -> tuple[NDArray[np.com
 
 
 def solve_turning(mass: Floats, stiffness: Floats, damping: Floats, turning: Floats) -> Eigen:
-    """Return the modes of a system as seen from axes that turn.
+    """Return the modes of a system in rotating axes.
 
     ``stiffness`` and ``damping`` are K and C in fixed axes at the instant where both agree, ``turning`` the matrix W of the
     velocities W q of places at rest in the turning axes, shapes [coordinate, coordinate]. There K + C W + M W W acts on the

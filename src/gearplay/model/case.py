@@ -267,7 +267,7 @@ class Case(Part):
 
     @property
     def changed(self) -> tuple[str, ...]:
-        """Paths that were changed since the case was read from its file, for titles; no part of what the case is."""
+        """Paths that were changed since the case was read from its file, for titles; not part of the case's identity."""
         return tuple(self._changed)
 
     def with_changed(self, paths: Iterable[str]) -> Case:

@@ -31,7 +31,7 @@ MISFIT: Final = 1e-6
 
 
 def check_case(case: Source) -> list[Finding]:
-    """Return what is remarkable about a valid case, warnings first.
+    """Return the findings about a valid case, warnings first.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ SETTLED = 0.25
 
 
 def run_findings(case: Case) -> Iterator[Finding]:
-    """Yield what is remarkable about the start of a valid case's run, and about teeth that lose nothing."""
+    """Yield findings about the start of a valid case's run, and about teeth without losses."""
     if any(
         rolling.mesh_frequency(case, j) > 0.0 for j in range(len(case.meshes))
     ):  # else there is nothing to settle to

@@ -126,7 +126,7 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
 
 
 class Starts:
-    """The starts of a case's members: what they have in common is found once."""
+    """Initial states of a case's members, with their common data computed once."""
 
     def __init__(self, case: "Case", packed: Packed) -> None:
         case = case.operating

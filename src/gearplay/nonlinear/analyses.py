@@ -41,7 +41,7 @@ def bifurcation(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Diagram:
-    """Return what a motion settles to over a field of a case: signals once per period after it has settled.
+    """Return the bifurcation diagram over a field of a case: signals once per period of the settled motion.
 
     Parameters
     ----------

@@ -227,7 +227,7 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
 
 
 def _states(grid: Grid, values: Floats, pair: PairCoordinates | None) -> Floats:
-    """Return the values of the state's entry that those of a grid stand for."""
+    """Return the values of the state's entry for the values of a grid."""
     return values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
 
 

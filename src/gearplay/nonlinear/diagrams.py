@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 REMARKABLE = 20e-6
-"""Rise of a penetration [m] by a step of the parameter alone from which on the result says so: contacts may throw it back."""
+"""Increase of a penetration [m] due to a parameter step alone above which the result reports it: contacts may rebound."""
 
 
 @dataclass(frozen=True, repr=False)

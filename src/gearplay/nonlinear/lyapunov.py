@@ -140,7 +140,7 @@ def lyapunov_exponents(
 
 
 class _Following:
-    """A motion with small changes that are made orthonormal again and again: what they grew by, piece by piece."""
+    """A motion with tangent vectors that are repeatedly orthonormalised, and their growth in each piece."""
 
     def __init__(
         self,
@@ -173,7 +173,7 @@ class _Following:
         self.speeds: list[Floats] = []
 
     def follow(self, span: float) -> Fault | None:
-        """Go on until the record is ``span`` [s] long, a multiple of what it was; return what it is too short for."""
+        """Extend the record to ``span`` [s], a multiple of its length; return the reason if it is still too short."""
         pieces = round(span / self.piece)
         for at in range(len(self.grown), pieces):
             self.course.advance(self.begin + (at + 1) * self.piece)

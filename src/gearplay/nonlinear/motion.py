@@ -152,7 +152,7 @@ class Motion(Answer):
         return found
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
-        """Draw how far each statistic changes with the numbers of the method, in standard errors, and what is chance."""
+        """Draw the change of each statistic with the numerical settings, in standard errors, and the limit of chance."""
         drawn = ax if ax is not None else new_axes(7.5, 1.2 + 0.16 * len(self.comparisons))
         shown = [c for c in self.comparisons if math.isfinite(c.t)][::-1]
         names = [plain(f"{c.statistic}, {c.change}") for c in shown]

@@ -18,7 +18,7 @@ AUTO = "auto"
 MOST_MESH_PERIODS = 20
 """Mesh periods of a common period that sections are taken by without being asked; a longer one is that of hunting teeth."""
 LEAST_REPEATED = 100
-"""Sections that must be seen a second time."""
+"""Number of sections that must recur."""
 QUIET_KINDS = ("at rest", "chaotic")
 """Kinds that a repetition with the excitation does not change."""
 

@@ -1,4 +1,4 @@
-"""How slowly a motion swings, and whether a record is long enough for what is said of it to hold beyond the record."""
+"""Slowest oscillations of a motion, and the record length required for conclusions that hold beyond the record."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -70,7 +70,7 @@ class LoadSharing(OfDataset):
 
     @property
     def message(self) -> str:
-        """The largest factor, and how far it swings, in words."""
+        """The factors of the planets, the largest one and its peak as text."""
         factor = self.dataset["load_sharing_factor"].values
         words = (
             f"load sharing of {self.dataset.attrs['set']}: factors "

@@ -44,7 +44,7 @@ def _method(case: Case) -> str:
 
 
 def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
-    """Return the attributes that say where a result comes from and how it went."""
+    """Return the provenance and status attributes of a result."""
     worst = worst_of(runs)
     return provenance(case) | {
         KIND: "run",

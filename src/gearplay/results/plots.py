@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Plotter:
-    """Pictures of a result; every method returns the axes it drew on. Called itself it draws the one that says most.
+    """Pictures of a result; every method returns the axes it drew on. Called itself it draws the default picture.
 
     A figure of its own is titled with the case, what was changed of it, the element and the stretch of time; axes that are
     given get a title of the element alone.

@@ -27,7 +27,7 @@ CLOSEST = 3.0  # lines between two expected frequencies, a Hann window's main lo
 
 @dataclass(frozen=True)
 class LineRow:
-    """One expected line: what was found of it, with standard uncertainties (68 %; 1.96 times them cover 95 %).
+    """Result for one expected line, with standard uncertainties (68 %; 1.96 times them cover 95 %).
 
     ``expected``, ``frequency``, ``frequency_uncertainty`` [Hz]; ``amplitude``, ``amplitude_uncertainty`` and ``limit``, the
     smallest amplitude distinguishable from noise [unit]; ``phase``, ``phase_uncertainty`` [rad], of a cosine at the

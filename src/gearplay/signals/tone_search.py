@@ -56,7 +56,7 @@ class _Zone:
         self.amplitudes: list[complex] = []
 
     def noise(self) -> Floats:
-        """Return the expected power of noise on each line: the local median of what is left, over ln 2.
+        """Return the expected power of noise on each line: the local median of the residual, over ln 2.
 
         A line's power is exponentially distributed, its median ln 2 times its mean; tones left over hardly move a median.
         """
@@ -95,7 +95,7 @@ class _Zone:
         return slice(int(max(0, low)), int(max(0, high + 1)))
 
     def _add(self, member: int, sign: float) -> None:
-        """Add a tone to what is left, in all zones, or take it off, as far as its side lobes matter."""
+        """Add a tone to the residual, in all zones, or subtract it, as far as its side lobes matter."""
         reach, middle = LOBES[len(self.transform.cosines)], round(self.places[member])
         low, high = max(1, middle - reach), min(self.transform.lines.size - 2, middle + reach)
         place, amplitude = np.array([self.places[member]]), np.array([self.amplitudes[member]])
@@ -132,7 +132,7 @@ class _Zone:
         )
 
     def fit(self, group: list[int], *, steps: int = 30) -> None:
-        """Fit a group of tones at once to what the others leave."""
+        """Fit a group of tones jointly to the residual of the others."""
         for i in group:
             self._add(i, 1.0)
         seen = self.lines_of(group)

@@ -116,7 +116,7 @@ class KeptMotion:
         return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays) * len(self.marks)
 
     def note(self, course: Course) -> None:
-        """Keep the state in which a run is about to begin or pauses, where one is due, and say when to look again."""
+        """Store a checkpoint of a run at its begin or a pause, if one is due; set the run's steps until the next pause."""
         if not self._arrays:
             self._arrays = tuple(_states(course.run))
         if course.steps >= self._due or course.time in self.ends:

@@ -49,7 +49,7 @@ _ready_linear: set[frozenset[str]] = set()
 
 
 def prepare(case: Case, *, derivative: bool = False, progress: Progress | None = None) -> None:
-    """Compile what a case needs, on all cores, or see that it has been compiled: some 15 s once after an installation.
+    """Compile the kernels that a case needs, on all cores, unless compiled already: some 15 s once after an installation.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
 
 
 def _tell_not_kept() -> None:
-    """Say once, on standard error, that compiled code cannot be kept, and what to do."""
+    """Warn once, on standard error, that compiled code cannot be cached, with the cure."""
     global _not_kept_told
     if not_kept and not _not_kept_told:
         _not_kept_told = True
@@ -180,7 +180,7 @@ def _length(names: Sequence[str]) -> int:
 
 
 def _words_for(names: Sequence[str]) -> str:
-    """Return what is compiled: how many kernels, and whether they are those of the derivative of the motion."""
+    """Return the label of a compilation: number of kernels, and number of those for the derivative of the motion."""
     derivative = [
         name for name in names
         if name.rpartition(".")[2] in DERIVATIVE or name.rpartition(".")[0].rpartition(".")[2] in _OF_DERIVATIVE
@@ -247,7 +247,7 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
 
 
 def _helper_count(wanted: Sequence[str]) -> int:
-    """Return how many processes may help: none where what they compile would be lost."""
+    """Return the number of helper processes: none where their compiled code could not be cached."""
     possible = sys.executable and code_folder() is not None and not not_kept
     return min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if possible else 0
 

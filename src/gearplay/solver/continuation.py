@@ -54,6 +54,6 @@ def ramp_speeds(y: Floats, packed: Packed) -> None:
 
 
 def go_on_from(course: Course, end: End) -> None:
-    """Let a run that has not begun remember what the one before it did."""
+    """Transfer the elements' memory and the stored impact speeds of the previous run to a run that has not begun."""
     course.run.branch.memory[:] = end.memory
     course.set_impact_speeds(end.impact_speeds)

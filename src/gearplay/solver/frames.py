@@ -66,7 +66,7 @@ class CarrierFrames:
 
     @property
     def turning(self) -> bool:
-        """Whether any rotor is seen from a carrier that turns."""
+        """Whether the frame of any rotor is a turning carrier."""
         return bool(np.any(self.speeds))
 
     def beside_seat(self, i: int, centre: Floats, hub: Floats, angle: Floats) -> Floats:
@@ -180,7 +180,7 @@ def _groups(system: System, carriers: dict[int, tuple[int, tuple[float, float]]]
 
 
 def _is_coaxial(system: System, group: set[int], arms: dict[int, Floats], carrier: int) -> bool:
-    """Return whether all of a group that is not carried lies on the carrier's axis, as its meshes say."""
+    """Return whether all rotors of a group that are not carried lie on the carrier's axis, according to its meshes."""
     for mesh in system.records[MESH]:
         a, b = int(mesh["a"]), int(mesh["b"])
         if a not in group:

@@ -29,7 +29,7 @@ MOST_WRITTEN = 1e7
 
 
 def _load(case: Case, packed: Packed) -> None:
-    """Compile what the case needs, and load what every run begins with, before threads share it."""
+    """Compile the kernels of the case and load the data common to all runs, before threads share them."""
     prepare_packed(packed, fixed=case.run.fixed_step is not None)
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 

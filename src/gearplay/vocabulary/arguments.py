@@ -114,7 +114,7 @@ class Calls:
 
 @dataclass(frozen=True)
 class Has:
-    """Something of ours, known by what it has; or one of other types that are read."""
+    """An object of gearplay, recognised by its attributes, or one of the other accepted types."""
 
     name: str
     words: str

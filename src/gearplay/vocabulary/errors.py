@@ -179,7 +179,7 @@ class GearplayError(Exception):
 
 
 class InputError(GearplayError):
-    """The input does not say what is needed; carries every `Fault` found.
+    """Invalid or missing input; carries every `Fault` found.
 
     Parameters
     ----------

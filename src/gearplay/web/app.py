@@ -178,7 +178,7 @@ def _file(data: bytes, form: str) -> Response:
 
 
 async def _unless_gone(request: Request, pool: Pool, job: Job) -> bytes:
-    """Return what comes of a job; one whose client leaves is cancelled."""
+    """Return the result of a job; cancel it when its client disconnects."""
     try:
         while not job.done.done():
             if await request.is_disconnected():

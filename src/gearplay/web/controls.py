@@ -173,7 +173,7 @@ def _components(
 
 
 def _items_of(annotation: Any) -> tuple[Any, ...]:
-    """Return what the items of a tuple are annotated with, which may be optional or annotated itself."""
+    """Return the annotation of a tuple's items; the tuple may be optional or annotated itself."""
     if get_origin(annotation) is tuple:
         return get_args(annotation)
     return next((items for inner in get_args(annotation) if (items := _items_of(inner))), ())

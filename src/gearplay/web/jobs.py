@@ -73,7 +73,7 @@ def models_of(job: Job, case: Case) -> list[Case]:
 
 
 def note_of(job: Job) -> str:
-    """Return what the page's user has changed, in the page's words, as a label among the results that are kept."""
+    """Return the user's changes in the page's wording, as the label of a stored result."""
     note = job.get("note")
     return note[:LONGEST_NOTE] if isinstance(note, str) else ""
 

@@ -78,7 +78,7 @@ def _factor(unit: str, quantity: Quantity) -> float | None:
 
 
 def _nothing(channels: list[Channel], name: str) -> Fault:
-    """Return what is wrong with a file without a spectrum to show."""
+    """Return the error for a file without a spectrum to show."""
     bare = [each.name for each in channels if not each.unit]
     if bare:
         rule = f"its channel {bare[0]!r} says no unit"

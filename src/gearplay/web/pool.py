@@ -15,7 +15,7 @@ Tell = Callable[[dict[str, Any]], None]
 LONGEST_FRAME = 512 * 1024**2  # bytes
 GRACE = 10.0  # s that a worker has to stop a job that is cancelled
 WORDS, RESULT = b"w", b"r"
-"""First byte of what a worker sends: JSON words, or a result."""
+"""First byte of a worker's message: JSON, or a result."""
 
 
 class QueueFullError(Exception):

@@ -37,7 +37,7 @@ class Wire:
         self.storing = asyncio.Semaphore(MOST_UNKEPT)
 
     async def serve(self) -> None:
-        """Answer until the page is gone; what it still wanted is cancelled."""
+        """Serve the page until it disconnects; then cancel its pending jobs."""
         greeting = self._keep(self._greet())
         try:
             while True:
@@ -107,7 +107,7 @@ class Wire:
         return task
 
     async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
-        """Send what comes of a job and keep it, at once; it ends for the page before its answer is out."""
+        """Send the result of a job and store it concurrently; the job ends for the page before the result is sent."""
         try:
             frame = await job.done
         except JobError as error:

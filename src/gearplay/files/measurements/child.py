@@ -13,7 +13,7 @@ from gearplay.files.record import Channel, Record
 
 
 def load(question: dict[str, Any]) -> None:
-    """Import what a kind of file is read by."""
+    """Import the libraries for a kind of file."""
     import_module(f"gearplay.files.measurements.{FORMATS[question['kind']].module}")
     with contextlib.suppress(ImportError), warnings.catch_warnings():  # reading says which is missing
         warnings.simplefilter("ignore")

@@ -1,4 +1,4 @@
-"""UFF 58 and 58b by pyuff; end marks and declared ordinates are compared with what was read."""
+"""UFF 58 and 58b by pyuff; end marks and declared ordinates are compared with the data read."""
 
 import re
 from dataclasses import dataclass

@@ -206,7 +206,7 @@ def _unclear(scaled: Floats, evidence: Evidence) -> Response | None:
 
 
 def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Response:
-    """Return the kind of a motion that does not repeat: transient, or what the three tests vote for."""
+    """Return the kind of a motion that does not repeat: transient, or the majority of three tests."""
     # Signals that are clear of the noise, or the clearest, each of standard deviation 1.
     sizes, apart = np.std(scaled, axis=0), np.std(unfolded(scaled, int(evidence["order"])), axis=0)
     kept = apart >= min(CLEAR, float(apart.max()))
