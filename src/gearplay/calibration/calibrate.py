@@ -45,7 +45,7 @@ def calibrate(
     folder
         Where trials, report and document are kept; it is made if it is not there.
     records
-        Folder of the plan's records; beside the plan if not given.
+        Folder of the plan's records; the plan's folder if not given.
     progress
         Called with what is running, how much is done, and of how much.
     stop

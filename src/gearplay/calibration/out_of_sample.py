@@ -79,7 +79,7 @@ class Drift:
 
 
 def later_than(simulation: Simulation) -> float:
-    """Return the transient [s] after which a motion must look the same as after the plan's."""
+    """Return the transient [s] after which the observations must be the same as after the plan's."""
     return simulation.transient + 3.0 * max(simulation.transient, simulation.duration)
 
 

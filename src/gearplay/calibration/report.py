@@ -93,7 +93,7 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
 def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
     """Return the answer in sentences: the intervals against the values of the case, which model, how well.
 
-    The model is left out where there is only one; a last sentence says of a fit whose motion has not settled.
+    The model is left out where there is only one; a last sentence reports a fit whose motion has not settled.
     """
     reading = fits[0].reading
     own = [fit for fit in fits if fit.reading == reading]

@@ -16,7 +16,7 @@ EVEN = ", even"
 """End of the name of a study of evenly spread trials of a model."""
 FILE = "trials.sqlite"
 AFTER = ("evaluations", "polish", "check_members")
-"""What a plan's effort says of the end of a search and of what comes after it."""
+"""Settings of a plan's effort that affect the end of a search and the steps after it."""
 
 
 class StudyStore:

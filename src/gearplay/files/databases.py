@@ -1,4 +1,4 @@
-"""Causes of SQLite errors in words: disk, lock of another process, damaged content."""
+"""Messages for causes of SQLite errors: disk, lock of another process, damaged content."""
 
 import sqlite3
 from collections.abc import Iterator

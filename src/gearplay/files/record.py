@@ -125,7 +125,7 @@ class Record:
 
     @property
     def message(self) -> str:
-        """What was recorded, in words."""
+        """Summary of the record as text."""
         longest = max((channel.duration for channel in self.channels), default=0.0)
         count = f"{len(self.channels)} channel{'s' if len(self.channels) != 1 else ''}"
         return f"{self.source or 'record'}: {count}, {longest:.4g} s"

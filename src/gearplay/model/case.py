@@ -216,7 +216,7 @@ class Case(Part):
             return given
         pair = given.get(FIELD)
         if pair is not None and not any(given.get(name) for name in PARTS):
-            with suppress(ValidationError):  # a pair at fault is said by its own validation
+            with suppress(ValidationError):  # an invalid pair is reported by its own validation
                 valid = pair if isinstance(pair, TorsionalPair) else TorsionalPair.model_validate(pair)
                 return {**given, **valid.parts(), FIELD: valid}
             return {**given, "rotors": {}}

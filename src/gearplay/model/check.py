@@ -41,7 +41,7 @@ def check_case(case: Source) -> list[Finding]:
     Returns
     -------
     list of Finding
-        Each with ``severity``, ``path`` and words; warnings first.
+        Each with ``severity``, ``path`` and a message; warnings first.
 
     Raises
     ------

@@ -44,7 +44,7 @@ def damping_findings(case: Case) -> Iterator[Finding]:
 
 
 def _finding(mesh: Mesh, load: float, deflection: float, depth: float) -> tuple[str, str] | None:
-    """Return severity and words, with ``{where}`` for the meshes; None where nothing is remarkable."""
+    """Return severity and message, with ``{where}`` for the meshes; None without a finding."""
     given, full = mesh.damping.depth is not None, f"{1e6 * depth:.3g} um"
     if load == 0.0:
         if given:

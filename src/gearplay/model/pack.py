@@ -1,4 +1,4 @@
-"""Packing: from a validated case in full words to records in kernel symbols."""
+"""Packing: from a validated case with full names to records with kernel symbols."""
 
 import math
 from collections.abc import Mapping

@@ -262,7 +262,7 @@ def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -
 def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") -> Any:
     """Return the figure of basins of attraction: each start in the pale colour of its motion.
 
-    ``labels`` are the words of both axes; values are shown as they are, in SI.
+    ``labels`` are the labels of both axes; values are shown in SI.
     """
     from matplotlib.colors import BoundaryNorm, ListedColormap
 

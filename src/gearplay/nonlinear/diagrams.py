@@ -61,7 +61,7 @@ class Diagram(Answer):
 
     @property
     def ds(self) -> "xr.Dataset":
-        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` and ``start`` in words."""
+        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` and ``start`` as text."""
         import xarray as xr
 
         name = self.path.rpartition(".")[2]
@@ -113,7 +113,7 @@ class Diagram(Answer):
 
     @property
     def interruptions(self) -> tuple[str, ...]:
-        """Where a carried state was not carried, or was pressed deeper by the step itself, in words: one a value."""
+        """Texts, one per value, where a state could not be carried or the step itself pressed a contact deeper."""
         unit = unit_at(self.case, self.path)
         return tuple(
             f"{way} at {value:.6g} {unit}: {start}"

@@ -65,7 +65,7 @@ class Exponents(Tabled):
 
     @property
     def message(self) -> str:
-        """The largest exponent in words."""
+        """The largest exponent as text."""
         value, half = self.largest
         words = "zero within its interval"
         if value > half:
@@ -225,7 +225,7 @@ def _orthonormalise(flow: Flow, course: Course) -> Floats:
     places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.impact_contacts])])
     sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
-    changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve
+    changes[:] = 0.0  # the impact speed of an open sleeve is not a state
     changes[:, places] = directions.T * sizes
     with np.errstate(divide="ignore"):
         return np.asarray(np.log(np.abs(np.diagonal(lengths))))

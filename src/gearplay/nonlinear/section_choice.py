@@ -42,7 +42,7 @@ def chosen_period(packed: Packed, which: str | float) -> SectionPeriod:
             common = section_period(packed, "common")
         except InputError:
             if which == AUTO:
-                with suppress(InputError):  # the common one is said to be missing, where the mesh's is too
+                with suppress(InputError):  # the common one is reported missing, where the mesh's is too
                     return SectionPeriod(section_period(packed, "mesh"))
                 raise
     if which == AUTO:

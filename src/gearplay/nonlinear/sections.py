@@ -33,7 +33,7 @@ CHANGES = {"onset": 1.0, "release": 0.0}
 class Section(Answer):
     """A motion sampled at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI.
 
-    ``ended`` says why there are fewer instants than were requested, "" where there are not.
+    ``ended`` is the reason for fewer instants than requested, "" if there are all.
     """
 
     answer = "section"

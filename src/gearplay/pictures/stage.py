@@ -58,7 +58,7 @@ class Stage:
     times
         How many times larger than usual small motions are drawn.
     sleeve, mesh
-        Names of those to look at closely; the first if not given.
+        Names of the elements of the close-ups; the first if not given.
     start
         Time [s] from which that of the frames counts.
 

@@ -219,7 +219,7 @@ def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing
     total = sun.sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         factor = len(sun) * sun / np.where(total == 0.0, np.nan, total)
-    # Weighed by the load: a share of nothing says nothing.
+    # Weighted by the load: the share of a zero load is meaningless.
     weight = np.abs(total) / max(float(np.sum(np.abs(total))), 1e-300)
     mean = np.nansum(factor * weight, axis=1)
     spread = np.sqrt(np.nansum(weight * (factor - mean[:, None]) ** 2, axis=1))

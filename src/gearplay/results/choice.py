@@ -64,7 +64,7 @@ def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "h
     result
         What was simulated.
     names
-        Signals, ``ax`` or ``ring.ax``; of none those that say most.
+        Signals, ``ax`` or ``ring.ax``; the most informative ones if empty.
     at
         An element; all that have the signal if None.
     kind

@@ -98,7 +98,7 @@ def close_up(result: "Result", one: tuple[str, str], window: Window, member: int
 
 
 def _name(ax: Any, signal: str, label: str, unit: str) -> None:
-    """Name a panel's signal: in words above, short with its unit at the axis, where little has room."""
+    """Label a panel's signal: in full in the title, short with its unit at the axis."""
     ax.set_ylabel(axis_label(signal.replace("_", " "), unit), fontsize=SMALL)
     ax.set_title(
         plain(wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64)), fontsize=SMALL, loc="left"

@@ -20,7 +20,7 @@ from gearplay.signals.tone_fit import (
 Floats = NDArray[np.float64]
 
 SIDE = 64  # lines on each side from which the noise around a line is taken
-MARGIN = 24  # lines beyond a searched band in which neighbours are looked for
+MARGIN = 24  # lines beyond a searched band in which neighbours are searched
 RANGE = 1e-10  # of the strongest line: below lies rounding
 LOBES = {
     1: 20_000,
@@ -63,7 +63,7 @@ class _Zone:
         from scipy.ndimage import median_filter
 
         power = np.abs(self.left) ** 2
-        for place in self.places:  # lines that the fit took part of say less than the noise
+        for place in self.places:  # lines reduced by the fit are lower than the noise
             power[self._near(place, LOBE)] = np.nan
         kept = np.isfinite(power)
         level = np.full(power.size, self.floor)

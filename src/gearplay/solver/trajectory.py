@@ -253,7 +253,7 @@ class Trajectory:
 
     @property
     def message(self) -> str:
-        """The status in words, and what casts doubt on the run."""
+        """The status and the warnings of the run as text."""
         place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
         if self.left_mesh:
             place += f" It is {self.left_mesh}."

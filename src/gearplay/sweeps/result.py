@@ -41,7 +41,7 @@ class SweepResult(OfDataset):
 
     @cached_property
     def plan(self) -> SweepPlan:
-        """What was asked for."""
+        """The plan of the sweep."""
         return load_sweep(json.loads(self.dataset.attrs["plan"]))
 
     @property

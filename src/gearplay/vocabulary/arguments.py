@@ -79,7 +79,7 @@ class Real:
 
 @dataclass(frozen=True)
 class Kind:
-    """Something of one of several types, in words."""
+    """A value of one of several types, with a text for messages."""
 
     types: tuple[type, ...]
     words: str
@@ -249,7 +249,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "engine": Has("outcomes", "an Engine"),
         **dict.fromkeys(
             (
-                *("case", "rig", "source"),  # read by their own doors
+                *("case", "rig", "source"),  # checked by their own functions
                 *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,

@@ -238,7 +238,7 @@ class SimulationError(GearplayError):
 
 
 class ResourceError(GearplayError):
-    """The work asked for is over a limit on memory, disk, steps or time.
+    """The requested work exceeds a limit on memory, disk, steps or time.
 
     Examples
     --------

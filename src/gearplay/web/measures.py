@@ -50,5 +50,5 @@ def reduction_of(case: Case, measure: str, of: str) -> dict[str, Any]:
 
 
 def words_of(measure: str, of: str) -> str:
-    """Return a measure in words."""
+    """Return the label of a measure."""
     return f"{(OF_ROTOR | OF_CONTACT)[measure]} of {of}"

@@ -142,14 +142,14 @@ class Pool:
                 continue
             self.workers.add(worker)
             try:
-                await worker.read()  # it says that it is ready
+                await worker.read()  # the ready message
                 self.ready.set()
                 while worker.served < self.renew:
                     await self._until_work(worker)
                     await self._serve(worker, self.waiting.popleft())
             except (asyncio.IncompleteReadError, ConnectionError):
                 await asyncio.sleep(0.2)
-            except Exception as fault:  # whatever a worker says, its keeper goes on with another
+            except Exception as fault:  # after any failure of a worker its keeper starts another
                 _report(fault)
                 await asyncio.sleep(0.2)
             finally:

@@ -127,7 +127,7 @@ class Wire:
                 storing = self._keep(self._store(number, key, frame))
                 storing.add_done_callback(lambda _: self.storing.release())
                 await self._send(number, key, frame)
-            else:  # may be asked for as a file as soon as it is shown
+            else:  # may be requested as a file as soon as it is shown
                 await self._store(number, key, frame)
                 await self._send(number, key, frame)
         finally:
@@ -137,7 +137,7 @@ class Wire:
         """Store a result, or send the reason why it is only shown."""
         try:
             await asyncio.to_thread(self.store.save, key, frame)
-        except (InputError, OSError) as error:  # in words that name no path of the server's
+        except (InputError, OSError) as error:  # with a message that names no path of the server
             why = error.faults[0].rule if isinstance(error, InputError) else "must be writable"
             words = f"This is shown, but not kept among the results: the server's folder {why}."
             await self._say({"type": "unkept", "id": number, "error": words})

@@ -50,7 +50,7 @@ class PeriodicOrbit(Orbit, Tabled):
 
     @property
     def message(self) -> str:
-        """Order, stability and the largest multiplier in words."""
+        """Order, stability and the largest multiplier as text."""
         largest = (
             f"largest multiplier {abs(self.multipliers[0]):.4g}" if self.multipliers.size else "no multiplier"
         )

@@ -23,7 +23,7 @@ PATIENCE = 10.0
 UNATTENDED = 5.0
 """How long a cluster may be without an outcome before it is asked whether it has workers at all [s]."""
 PAUSE = 0.1
-"""How often a wait for outcomes looks whether it is to stop [s]."""
+"""Interval [s] at which a wait for outcomes checks for cancellation."""
 
 TALKATIVE = ("distributed", "tornado", "asyncio")
 """Packages whose loggers report a lost connection."""
@@ -111,7 +111,7 @@ def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | N
 
 
 def _workers_of(client: Any) -> int:
-    """Return how many threads a cluster has, one where it cannot say."""
+    """Return the number of threads of a cluster, 1 where it is unknown."""
     try:
         return sum(client.nthreads().values())
     except Exception:  # it has just gone, which is seen elsewhere

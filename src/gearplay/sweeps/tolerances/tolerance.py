@@ -36,7 +36,7 @@ class Cut:
 
 @dataclass(frozen=True)
 class Answers:
-    """All that a sample says of one measure and its limit."""
+    """Results of a sample for one measure and its limit."""
 
     distribution: Distribution
     exceedance: Exceedance
