@@ -33,9 +33,9 @@ def calibrate(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Calibration:
-    """Fit the free parameters of every model of a plan to its records, and say which model explains them.
+    """Fit the free parameters of every model of a plan to its records, and compare the models.
 
-    Finished trials (``trials.sqlite``) and parts are kept in the folder, so the same call goes on after an interruption, to
+    Finished trials (``trials.sqlite``) and parts are stored in the folder, so the same call resumes after an interruption, with
     the same trials. The report is written there.
 
     Parameters
@@ -45,7 +45,7 @@ def calibrate(
     folder
         Where trials, report and document are kept; it is made if it is not there.
     records
-        Folder of the plan's records; beside the plan if not given.
+        Folder of the plan's records; the plan's folder if not given.
     progress
         Called with what is running, how much is done, and of how much.
     stop
@@ -98,7 +98,7 @@ def recover(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> dict[str, Any]:
-    """Say how well a plan finds known parameters again: ``sets`` synthetic data sets of its first model.
+    """Test the recovery of known parameters by a plan on ``sets`` synthetic data sets of its first model.
 
     Evenly spread trials, as many as the plan's evaluations, are kept in ``folder`` and go on after an interruption; each
     data set has ``members`` fresh members. Returns and writes ``recovery.json``.

@@ -8,7 +8,7 @@ from gearplay.calibration.model_comparison import OPEN, Duel, Standing, duels
 
 @dataclass(frozen=True)
 class ReadingStatement:
-    """What one reading of the ordinate says: the model that beats every other there, or that it cannot be told."""
+    """Conclusion for one reading of the ordinate: the model that beats every other, or that the data cannot decide."""
 
     reading: str
     models: tuple[str, ...]
@@ -16,7 +16,7 @@ class ReadingStatement:
 
     @property
     def winner(self) -> str:
-        """The model that wins all its duels, or that it cannot be told; a model alone has beaten nobody."""
+        """The model that wins all its pairwise comparisons, else `OPEN`; also `OPEN` for a single model."""
         for model in self.models:
             own = [duel for duel in self.duels if model in (duel.first, duel.second)]
             if own and all(duel.winner == model for duel in own):
@@ -25,7 +25,7 @@ class ReadingStatement:
 
     @property
     def words(self) -> str:
-        """The statement in one sentence."""
+        """The conclusion in one sentence."""
         if len(self.models) < 2:
             return f"{OPEN}: {self.models[0]} is the only model, so there is nothing to compare."
         if self.winner == OPEN:
@@ -35,9 +35,9 @@ class ReadingStatement:
 
 @dataclass(frozen=True)
 class Statement:
-    """The statement of every reading, and over all of them.
+    """The conclusions of each reading, and the overall one.
 
-    ``overall`` is a model's name only where it beats every other model in every reading, else that it cannot be told.
+    ``overall`` is a model's name only where it beats every other model in every reading, else `OPEN`.
     """
 
     readings: tuple[ReadingStatement, ...]
@@ -46,7 +46,7 @@ class Statement:
 
 
 def statement_of(standings: Mapping[str, Sequence[Standing]]) -> Statement:
-    """Return what the standings of the models say, by reading.
+    """Return the conclusion from the standings of the models, by reading.
 
     >>> from gearplay.calibration.model_comparison import Standing
     >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))

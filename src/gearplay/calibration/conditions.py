@@ -25,7 +25,7 @@ ACCELERATIONS = {
 
 
 def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, Observed]]]:
-    """Return the measured numbers by condition and target; records are looked for in ``folder``.
+    """Return the measured numbers by condition and target; records are searched in ``folder``.
 
     A record is averaged over the plan's sampling intervals and cut into pieces as long as a simulated record: the
     pieces are its ensemble, so that noise-like content, whose lines depend on the length, is compared like with like.

@@ -26,7 +26,7 @@ from gearplay.pictures.words import plain, short, wrapped
 
 Floats = NDArray[np.float64]
 MARKERS = "os^Dv<>Pp*X"
-MOST_PAIRS = 8  # parameters in a pair plot; of more, those that the data tell best
+MOST_PAIRS = 8  # parameters in a pair plot; of more, the best identified ones
 BAND = math.log10(0.9), math.log10(1.1)  # decades
 WIDEST = 2.0  # decades: what lies further off is drawn at the edge
 
@@ -77,7 +77,7 @@ def density_of(units: Floats) -> tuple[Floats, Floats]:
 
 
 def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str]) -> bytes:
-    """Draw what the data say of each parameter over its searched range, the models of one reading overlaid."""
+    """Draw the posterior of each parameter over its searched range, the models of one reading overlaid."""
     drawn = {span.name: span for fit in fits for span in spans[fit.model]}
     number = len(drawn)
     columns = min(number, 3)
@@ -121,7 +121,7 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
 
 
 def pairs_of(fit: Fit) -> list[int]:
-    """Return the places of the parameters for a pair plot, in order: at most `MOST_PAIRS`, those that the data tell best."""
+    """Return the indices of the parameters for a pair plot, in order: at most `MOST_PAIRS`, the best identified ones."""
     spread = np.std(np.array(fit.sample), axis=0)
     return sorted(int(i) for i in np.argsort(spread, kind="stable")[:MOST_PAIRS])
 

@@ -153,7 +153,7 @@ class Duel:
 
     @property
     def winner(self) -> str:
-        """The better model, or that it cannot be told: odds beyond 20 : 1, and predictions ahead by two standard errors."""
+        """The better model, by odds beyond 20 : 1 and predictions ahead by two standard errors; else `OPEN`."""
         for name, sign in ((self.first, 1.0), (self.second, -1.0)):
             odds = sign * self.log_odds - CLEAR * self.log_odds_error > STRONG
             ahead = sign * self.predictive > CLEAR * self.predictive_error
@@ -163,7 +163,7 @@ class Duel:
 
     @property
     def words(self) -> str:
-        """The duel in one sentence."""
+        """The comparison in one sentence."""
         outcome = f"{self.winner} explains the data better" if self.winner != OPEN else OPEN
         return (
             f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {_shown(self.log_odds_error)}"

@@ -22,7 +22,7 @@ AMPLITUDE, DISPLACEMENT, FREQUENCY, VALUE = "amplitude", "displacement", "freque
 
 @dataclass(frozen=True)
 class Observed:
-    """One number seen: in SI, with the standard error [decades] of the ensemble's mean."""
+    """One observed value in SI, with the standard error [decades] of the ensemble's mean."""
 
     value: float
     error: float

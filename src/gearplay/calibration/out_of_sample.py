@@ -50,7 +50,7 @@ def best_point(
 
 
 def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
-    """Return what a point shows in members that had no part in choosing it."""
+    """Return the observations at a point for out-of-sample members."""
     return _seen(problem, unit, CHECK_SEED, problem.plan.effort.check_members, stop)
 
 
@@ -68,7 +68,7 @@ def _seen(
 
 @dataclass(frozen=True)
 class Drift:
-    """A datum that is another after a longer transient [s]: log10 of what it is then over what it is now [decades]."""
+    """A datum that changes with a longer transient [s]: log10 of the ratio of later to present value [decades]."""
 
     condition: str
     target: str
@@ -79,14 +79,14 @@ class Drift:
 
 
 def later_than(simulation: Simulation) -> float:
-    """Return the transient [s] after which a motion must look the same as after the plan's."""
+    """Return the transient [s] after which the observations must be the same as after the plan's."""
     return simulation.transient + 3.0 * max(simulation.transient, simulation.duration)
 
 
 def drifts(
     problem: Problem, comparison: Comparison, unit: tuple[float, ...], stop: threading.Event | None
 ) -> list[Drift]:
-    """Return what has changed clearly after a longer transient, most first: nothing where the start is forgotten.
+    """Return the data that change clearly with a longer transient, the largest first: none without memory of the start.
 
     The same initial states go on, on a longer record where each member's housing has its own. What they leave behind is no
     property of the mechanism, and no fit should rest on it.
@@ -94,7 +94,7 @@ def drifts(
     later = later_than(problem.plan.simulation)
     try:
         seen = [_seen(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
-    except SimulationError:  # so late nobody asked for it: the fit stands
+    except SimulationError:  # only the check is missing: the fit stands
         return []
     logs, errors = comparison.logs_of(seen)
     found = [
@@ -107,7 +107,7 @@ def drifts(
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One condition simulated at the trial that all the others prefer: its choice and the factor know nothing of it.
+    """One condition simulated at the best trial of all the others: neither the choice nor the factor depends on it.
 
     The search that made the trials was guided by all conditions.
 

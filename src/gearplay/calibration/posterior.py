@@ -94,7 +94,7 @@ class Surrogate:
 
 @dataclass(frozen=True)
 class Interval:
-    """One parameter's median and 90 % interval in SI (or as a factor), and whether the data tell it."""
+    """One parameter's median and 90 % interval in SI (or as a factor), and whether it is identified."""
 
     name: str
     low: float
@@ -108,7 +108,7 @@ class Interval:
 
     @property
     def identified(self) -> bool:
-        """Whether the data tell the parameter to within a quarter (`KNOWN`)."""
+        """Whether the half-width of the parameter's interval is at most a quarter (`KNOWN`)."""
         return self.half_width <= KNOWN
 
 

@@ -43,7 +43,7 @@ PICTURE = 400  # posterior points kept for pictures
 
 
 class PartStore(Protocol):
-    """Keeps finished parts, so that a stopped calibration goes on where it was."""
+    """Store of finished parts, from which a stopped calibration is resumed."""
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the part stored under a key, or None."""
@@ -189,7 +189,7 @@ def _stored(
 def fit_model(
     problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event | None = None
 ) -> Fit:
-    """Return what finished trials say of one model in one reading: best point, posterior, hold-out.
+    """Return the fit of one model in one reading from finished trials: best point, posterior, hold-out.
 
     Raises `SimulationError` where too few trials finished.
     """

@@ -16,7 +16,7 @@ PACKAGE = "gearplay.calibration"
 
 
 def plan_folder(source: str | os.PathLike[str]) -> Path:
-    """Return where a plan's records are looked for: beside the plan, or among the package's own."""
+    """Return the folder of a plan's records: the plan's own, or that of the bundled records."""
     if os.fspath(source) in bundled(PACKAGE, "plans"):
         return Path(str(files(PACKAGE) / "plans"))
     return Path(source).parent

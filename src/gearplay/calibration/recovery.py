@@ -43,7 +43,7 @@ class Recovery:
 
 
 def synthetic(problem: Problem, number: int, *, members: int, noise: float) -> tuple[tuple[float, ...], Seen]:
-    """Return a true point and what a test there would have shown: fresh members, and noise [decades] on every number."""
+    """Return a true point and synthetic data there: out-of-sample members, and noise [decades] on every number."""
     plan = problem.plan
     generator = np.random.default_rng([plan.effort.seed, TRUE_SEED, number])
     unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(problem.parameters)))

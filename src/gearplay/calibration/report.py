@@ -93,7 +93,7 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
 def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
     """Return the answer in sentences: the intervals against the values of the case, which model, how well.
 
-    The model is left out where there is only one; a last sentence says of a fit whose motion has not settled.
+    The model is left out where there is only one; a last sentence reports a fit whose motion has not settled.
     """
     reading = fits[0].reading
     own = [fit for fit in fits if fit.reading == reading]
@@ -146,7 +146,7 @@ def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
 
 
 def _sentences(statement: Statement) -> list[str]:
-    """Return the whole statement line by line: over all readings, then each reading with its evidence."""
+    """Return the conclusion as lines: over all readings, then each reading with its evidence."""
     lines = [
         statement.words[:1].upper() + statement.words[1:] if statement.overall == OPEN else statement.words
     ]
@@ -165,7 +165,7 @@ def _version(package: str) -> str:
 
 
 def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
-    """Return one fit with what the report adds: units, bounds, verdicts, and means over the conditions left out.
+    """Return one fit with the additions of the report: units, bounds, verdicts, and means over the left-out conditions.
 
     Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI, 0 in SI is
     ``shown_offset``.

@@ -123,7 +123,7 @@ class Calibration(Answer):
 
 
 def _stored(path: Path) -> dict[str, Any]:
-    """Return what a file holds as JSON; `InputError` where that is no table with a digest."""
+    """Return the JSON content of a file; `InputError` where it is no table with a digest."""
     try:
         plain = path.is_file() and path.stat().st_size <= LARGEST
         stored = json.loads(path.read_text(encoding="utf-8")) if plain else None

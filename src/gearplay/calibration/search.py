@@ -1,7 +1,7 @@
 """Parameter search: a space-filling start, then optuna's TPE alternating with proposals of an emulator.
 
 The point of trial n is a function of the plan's seed, n and the trials before it, and only finished trials are
-stored: a search that was killed goes on to the same list of trials. No point is tried again, which would show the same.
+stored: a killed search resumes to the same list of trials. No point is repeated, as its result would be the same.
 """
 
 import threading
@@ -50,7 +50,7 @@ class Search:
         return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
     def tell(self, trial: Trial) -> None:
-        """Take in a finished trial, at the place where it was simulated: all that a search that goes on knows of it."""
+        """Add a finished trial, at the point where it was simulated: the only data that a resumed search has of it."""
         import optuna
 
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
@@ -106,7 +106,7 @@ class Search:
         study = self._studies[turn]
         study.sampler = sampler
         asked = study.ask(self._space())
-        # It is known only once it has been simulated, at its rounded place (`tell`).
+        # It is added only after it has been simulated, at its rounded place (`tell`).
         study.tell(asked, state=optuna.trial.TrialState.FAIL)
         return tuple(float(asked.params[name]) for name in self.names)
 

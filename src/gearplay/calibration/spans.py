@@ -116,7 +116,7 @@ def spans_of(plan: Plan, fits: Sequence[Fit]) -> Spans:
 
 
 def _drawn(case: Case, parameter: Parameter) -> float:
-    """Return what the case of the first condition has where a parameter is free [SI]; NaN where it has nothing."""
+    """Return the value of a free parameter in a case [SI], 1 for a scale factor; NaN where the case has no number there."""
     if parameter.mode == "scale":
         return 1.0
     try:

@@ -16,7 +16,7 @@ EVEN = ", even"
 """End of the name of a study of evenly spread trials of a model."""
 FILE = "trials.sqlite"
 AFTER = ("evaluations", "polish", "check_members")
-"""What a plan's effort says of the end of a search and of what comes after it."""
+"""Settings of a plan's effort that affect the end of a search and the steps after it."""
 
 
 class StudyStore:
@@ -97,7 +97,7 @@ def _plain(seen: Seen) -> dict[str, Any]:
 
 
 def digest_of(plan: Plan) -> str:
-    """Return the digest of all that decides where a plan's trials are and what they show.
+    """Return the digest of all settings that determine a plan's trials and their results.
 
     Not their number: more of them go on from those that are there.
     """

@@ -25,7 +25,7 @@ from gearplay.vocabulary.progress import Tick
 Floats = NDArray[np.float64]
 Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
 DECIMALS = 6  # of a trial's place in the unit cube
-DIGITS = 5  # of what is seen; an ensemble tells two or three
+DIGITS = 5  # significant, of observed values; an ensemble determines two or three
 STARTUP, SEARCH, POLISH = "startup", "search", "polish"
 """What a trial is for; the last have members of their own number."""
 
@@ -65,7 +65,7 @@ def placed(unit: Sequence[float]) -> tuple[float, ...]:
 
 
 class TrialStore(Protocol):
-    """Keeps finished trials, so that a stopped calibration goes on where it was."""
+    """Store of finished trials, from which a stopped calibration is resumed."""
 
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""
@@ -181,8 +181,8 @@ class Problem:
     ) -> Trial:
         """Return the finished trial at a point; a simulation that fails is a trial with its reason.
 
-        Its place is rounded to `DECIMALS` before it is simulated, and what is seen to `DIGITS` afterwards, so that trials can
-        be kept in little room and a search goes on from them to the same numbers.
+        Its place is rounded to `DECIMALS` before it is simulated, and the observed values to `DIGITS` afterwards, so that trials
+        take little space and a resumed search gives the same numbers.
         """
         place = placed(unit)
         try:
@@ -192,7 +192,7 @@ class Problem:
 
 
 def rounded(seen: Seen) -> Seen:
-    """Return what was seen with `DIGITS` significant digits, its errors with three."""
+    """Return the observed values with `DIGITS` significant digits, their errors with three."""
     return {
         condition: {
             target: {

@@ -114,7 +114,7 @@ def analyze(
 
 
 def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[Any, str | None]:
-    """Return the record in a file, or the run in a file as one, and the channel of a run that says most."""
+    """Return the record in a file, or the run in a file as one, and the most informative channel of a run."""
     from gearplay.files.measurements import read_measurement
 
     if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:

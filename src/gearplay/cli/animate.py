@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gearplay.vocabulary.progress import Progress
 
 FORMS = {".html": 900, ".gif": 120, ".mp4": 240}
-"""What is written, and how many frames of it if not told."""
+"""Extensions of the formats, with the default number of frames."""
 MOST = 2000
 
 

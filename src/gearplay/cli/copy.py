@@ -15,7 +15,7 @@ PLACES: Final = {
     "sweep": ("gearplay.sweeps", "plans"),
     "calibration": ("gearplay.calibration", "plans"),
 }
-"""Kinds of what comes with the package: where their files are."""
+"""Folders of the bundled files by kind."""
 FIRST_STEPS: Final = {
     "case": "gearplay check {0}; gearplay run {0} --out run.nc",
     "sweep": "gearplay sweep {0} --dry-run",

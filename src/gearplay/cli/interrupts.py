@@ -17,11 +17,11 @@ from gearplay.vocabulary.exit_codes import INTERRUPTED
 from gearplay.vocabulary.interrupts import Again, would_harm
 
 GRACE = 3.0
-"""For so long after a Ctrl-C [s] another one is not heard: what is being kept then must not be destroyed."""
+"""Time after a Ctrl-C [s] in which another one is ignored, so that results being stored are not destroyed."""
 
 
 class CommandInterruptedError(GearplayError):
-    """Ctrl-C ended a command, which says what it kept."""
+    """Ctrl-C ended a command; the message names the stored results."""
 
     exit_code = INTERRUPTED
 
@@ -69,7 +69,7 @@ def interruptible() -> Iterator[threading.Event]:
         raise KeyboardInterrupt
 
     def lost(unraisable: Any) -> None:
-        """Take the interrupt that a library could not pass on: it comes again."""
+        """Schedule again an interrupt that a library could not propagate."""
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             sys.__unraisablehook__(unraisable)
             return
@@ -77,7 +77,7 @@ def interruptible() -> Iterator[threading.Event]:
         again.soon()
 
     def silent(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        """Print no traceback of an interrupt: Cython prints one of what it is about to lose."""
+        """Suppress the traceback of a `KeyboardInterrupt`: Cython prints one before it discards the exception."""
         if not issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
 

@@ -37,7 +37,7 @@ COMMANDS: Final = (
     "serve",
     "schema",
 )
-"""Modules of `gearplay.cli`, each with ``register(app)``; they import what is heavy only when they run."""
+"""Modules of `gearplay.cli`, each with ``register(app)``; they import heavy libraries only when they run."""
 
 FIRST_STEP: Final = """\
 Begin with: gearplay run han2021 --set sleeves.ring.radial_clearance=50um

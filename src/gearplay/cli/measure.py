@@ -76,7 +76,7 @@ def _summary(record: Any, out: Path) -> dict[str, Any]:
 
 
 def _sensor(record: Any, name: str) -> dict[str, Any]:
-    """Return what is remarkable of one sensor's channels: rms and peak [m/s^2], what was cut off."""
+    """Return a summary of one sensor's channels: rms and peak [m/s^2], clipped samples."""
     ideal, recorded = (record.channel(f"{name}.{which}") for which in ("acceleration", "recorded"))
     return {
         "place": record.attributes[f"{name}_place"],

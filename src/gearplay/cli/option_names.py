@@ -18,7 +18,7 @@ PHRASES: Final = {
 
 
 def commanded(error: GearplayError) -> GearplayError:
-    """Return an error as a user of the command line reads it; the same one where nothing in it is said differently.
+    """Return an error with the option names of the command line; the same object where nothing changes.
 
     >>> from gearplay.vocabulary.errors import Fault
     >>> print(commanded(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))

@@ -38,7 +38,7 @@ def pictures_in(folder: Path) -> list[str]:
 
 
 def say(text: str) -> None:
-    """Print a message for people on standard error; where that cannot be written, nobody reads it."""
+    """Print a message on standard error; ignore a failure to write it."""
     with contextlib.suppress(OSError):
         _write(sys.stderr, text)
 

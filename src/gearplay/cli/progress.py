@@ -66,7 +66,7 @@ def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
 
 
 def compile_kernels(case: Case, *, quiet: bool, derivative: bool = False) -> None:
-    """Compile what a case needs, with progress: a bar on a terminal, else one line."""
+    """Compile the kernels that a case needs, with progress: a bar on a terminal, else one line."""
     from gearplay.solver.compiling import prepare
 
     with progress_bar(quiet=quiet) as bar:

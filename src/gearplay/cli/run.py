@@ -24,7 +24,7 @@ MOST_CONTACTS = 12
 """Contacts that are listed."""
 
 PATIENCE = 1.0
-"""So long [s] after Ctrl-C may it take to compress what was computed, else it is saved as it is."""
+"""Longest time [s] for compression after Ctrl-C; a result that would take longer is saved uncompressed."""
 
 
 Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]
@@ -152,7 +152,7 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
 
 
 def _mark(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file from the one that replaces it, None where there is no file."""
+    """Return an identifier that changes when a file is replaced, None where there is no file."""
     try:
         found = path.lstat()
     except OSError:

@@ -93,7 +93,7 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
-    """Yield a temporary name beside ``path``; on success sync it and give it the name ``path``, else remove it.
+    """Yield a temporary name in the folder of ``path``; on success sync the file and rename it to ``path``, else remove it.
 
     Without ``overwrite`` a file that is there by then is kept: of two processes that write the same name one is refused. A new
     file has the mode that the umask leaves, a replaced one keeps its own.
@@ -125,7 +125,7 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
 
 
 def _name_beside(path: Path) -> str:
-    """Return a name beside ``path`` that nobody else uses."""
+    """Return a unique name in the folder of ``path``."""
     stem = path.name if len(os.fsencode(path.name)) < 200 else "result"  # a name has 255 bytes
     return str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
 

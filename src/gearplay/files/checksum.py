@@ -4,7 +4,7 @@ import hashlib
 from typing import Final
 
 MARK: Final = b"gearplay sha256:"
-"""Stands at the end before the SHA-256 of all before; HDF5 does not look beyond its own end."""
+"""Marker at the end of a file, before the SHA-256 of all bytes before it; HDF5 reads only up to its own end."""
 LENGTH: Final = len(MARK) + hashlib.sha256().digest_size
 """Of mark and digest [bytes]."""
 

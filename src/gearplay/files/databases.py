@@ -1,4 +1,4 @@
-"""Causes of SQLite errors in words: disk, lock of another process, damaged content."""
+"""Messages for causes of SQLite errors: disk, lock of another process, damaged content."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenEr
 
 @contextmanager
 def told_of(path: Path, what: str, cure: str, *, foreign: bool = False) -> Iterator[None]:
-    """Tell of an error of SQLite within the block, also one that a library wraps in its own.
+    """Translate an SQLite error raised in the block, also one wrapped by a library.
 
     ``what`` the file must be, ``cure`` where it is not. With ``foreign`` any other error means that it is not.
 

@@ -14,9 +14,9 @@ NAME = ".lock"
 
 @contextmanager
 def locked(folder: Path, *, part: str = "") -> Iterator[None]:
-    """Hold a folder, or with ``part`` one part of it beside others; `InputError` where another process does.
+    """Lock a folder, or with ``part`` one part of it independently; `InputError` where another process holds the lock.
 
-    The system drops the lock with its process, so a killed one leaves nothing behind that hinders.
+    The system releases the lock with its process, so a killed process leaves no stale lock.
     """
     make_folder(folder)
     handles: list[int] = []

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SEAL = "digest"
-"""Attribute that says that a file has a digest at its end."""
+"""Attribute of a file that has a digest at its end."""
 QUICK = 10e6
-"""Numbers [bytes] that are written in well under a second: nobody is kept waiting by these."""
+"""Size [bytes] that is written in well under a second, without a thread."""
 PACKED_PER_SECOND = 30e6
 """Numbers [byte/s] that are compressed in a second, about."""
 MOST_PER_BYTE = 2000
@@ -48,7 +48,7 @@ def check_ending(path: str | os.PathLike[str]) -> None:
 def write_dataset(
     dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, within: float = math.inf
 ) -> None:
-    """Write a dataset atomically, as its ending says: netCDF-4, CSV or MAT; Ctrl-C is not kept waiting while that is done.
+    """Write a dataset atomically in the format of its extension: netCDF-4, CSV or MAT; Ctrl-C is not delayed meanwhile.
 
     It is compressed, except where that would take longer than ``within`` [s].
 

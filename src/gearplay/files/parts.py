@@ -37,17 +37,17 @@ class FolderStore:
 
 
 def digest_of(part: Any, *, in_order: bool = True) -> str:
-    """Return the digest of what is JSON-able; without ``in_order`` the order of its keys does not matter."""
+    """Return the digest of a JSON-able object; without ``in_order`` the order of its keys does not matter."""
     return hashlib.sha256(json.dumps(part, sort_keys=not in_order).encode()).hexdigest()
 
 
 def with_digest(part: dict[str, Any], *, in_order: bool = True) -> dict[str, Any]:
-    """Return a part with its digest behind."""
+    """Return a part with its digest appended."""
     return {**part, DIGEST: digest_of(part, in_order=in_order)}
 
 
 def without_digest(stored: dict[str, Any], *, in_order: bool = True) -> dict[str, Any] | None:
-    """Return what was stored with its digest; None where it has none or was changed.
+    """Return a stored part without its digest; None where the digest is missing or does not match.
 
     >>> without_digest({**with_digest({"a": 1}), "a": 2}), without_digest({"a": 2})
     (None, None)

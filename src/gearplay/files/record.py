@@ -33,11 +33,11 @@ class Channel:
     sampling
         Sampling rate [Hz].
     unit
-        As the source writes it, ``m/s^2`` or ``V``; empty where it does not say.
+        As in the source, ``m/s^2`` or ``V``; empty where the source has none.
     start
         Time of the first sample [s].
     attributes
-        What else the source says of the channel, as text.
+        Further metadata of the channel in the source, as text.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class Record:
     format
         The kind of file, "simulated" for the virtual rig.
     attributes
-        What else the source says, as text.
+        Further metadata of the source, as text.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Record:
 
     @property
     def message(self) -> str:
-        """What was recorded, in words."""
+        """Summary of the record as text."""
         longest = max((channel.duration for channel in self.channels), default=0.0)
         count = f"{len(self.channels)} channel{'s' if len(self.channels) != 1 else ''}"
         return f"{self.source or 'record'}: {count}, {longest:.4g} s"

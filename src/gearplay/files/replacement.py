@@ -14,7 +14,7 @@ from gearplay.vocabulary.errors import ResourceError, TakenError
 Done = TypeVar("Done")
 
 PLACE, OF, WHOLE = ".new", ".of", ".whole"
-"""The place in the folder; what a renewal that has not ended is of, there or in the folder itself; the mark of a whole one."""
+"""Name of the staging directory; of the file with the identity of an unfinished result; of the mark of a complete result."""
 
 
 def renewal(
@@ -26,17 +26,17 @@ def renewal(
     forget: Callable[[Path], None],
     anew: bool = False,
 ) -> Path:
-    """Return where to work for a folder, which the caller holds: in it, or, to replace a whole result, in a place of its own.
+    """Return the working directory of a folder locked by the caller: itself, or a staging directory if its result is complete.
 
-    ``of`` tells plans apart: what was begun for the same one and has not come to `replace_old` goes on, in either place. A result
-    is whole where a file of the names ``whole`` is there; ``forget`` removes what a folder holds of a result. What was made whole
-    and not put into its place is put there first. With ``anew`` nothing goes on: see `renewed`.
+    ``of`` identifies the plan: unfinished work of the same plan, not yet passed to `replace_old`, is resumed in either place. A
+    result is complete where a file of the names ``whole`` exists; ``forget`` removes a folder's result. A complete result that is
+    still in staging replaces the old one first. With ``anew`` nothing is resumed: see `renewed`.
     """
     settle(folder, forget)
     if not overwrite or (_is_of(folder, of) and not anew):
         return folder
     if not any((folder / name).exists() for name in whole):
-        (folder / OF).unlink(missing_ok=True)  # before: nothing that is half forgotten goes on
+        (folder / OF).unlink(missing_ok=True)  # first: a half removed result must not be resumed
         forget(folder)
         write_text(folder / OF, of)
         return folder
@@ -58,9 +58,9 @@ def _is_of(place: Path, of: str) -> bool:
 def renewed(
     begin: Callable[..., Path], work: Callable[[Path], Done], *, overwrite: bool
 ) -> tuple[Path, Done]:
-    """Return where ``work`` was done, and what it returned; ``begin`` is `renewal`, with ``anew`` where what goes on is refused.
+    """Return the directory of ``work`` and its result; ``begin`` is `renewal`, repeated with ``anew`` after a `TakenError`.
 
-    It is refused with a `TakenError`: what was begun was damaged since, or another plan's came there.
+    `TakenError` means that the unfinished result cannot be resumed: it is damaged, or belongs to another plan.
     """
     place = begin()
     try:
@@ -73,7 +73,7 @@ def renewed(
 
 
 def replace_old(folder: Path, place: Path, forget: Callable[[Path], None]) -> None:
-    """Put what was made in a place of its own into its folder, if it was, and end the renewal: the next one begins anew."""
+    """Move a complete result from the staging directory into its folder, if any, and end the renewal."""
     if place != folder:
         write_text(place / WHOLE, "")
         settle(folder, forget)

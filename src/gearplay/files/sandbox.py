@@ -31,13 +31,13 @@ Read = TypeVar("Read")
 
 
 class UnansweredError(Exception):
-    """The process crashed, was ended for its silence, or ran out of memory; its text says which, as a predicate."""
+    """The process crashed, exceeded its time limit, or ran out of memory; the message is a predicate that names the cause."""
 
 
 class Reader:
     """Process that reads one file after another; it is started anew after it ended.
 
-    The question is a line of JSON, the answer a line of JSON and bytes. The program says first that it is ready.
+    The request is a line of JSON, the reply a line of JSON and bytes. The program first sends a line when it is ready.
     """
 
     def __init__(self, program: str = "from gearplay.files.sandbox import serve; serve()") -> None:
@@ -109,7 +109,7 @@ class Reader:
             )
             _hear(self.process)
         except BaseException:
-            self._end()  # what it says late would be taken for an answer
+            self._end()  # a late line would be taken for a reply
             raise
         return self.process
 
@@ -145,7 +145,7 @@ def _ended_after(patience: float, process: subprocess.Popen[bytes]) -> Iterator[
 
 
 def _hear(process: subprocess.Popen[bytes]) -> None:
-    """Wait for a line that says nothing but that the process is ready; it is ended where it keeps silent."""
+    """Wait for the line that the process sends when it is ready; kill the process after `_STARTING` seconds."""
     assert process.stdout is not None
     with _ended_after(_STARTING, process):
         process.stdout.readline()
@@ -167,7 +167,7 @@ def _said(pipe: IO[bytes]) -> dict[str, Any]:
 
 
 def _refusal(error: MeasurementError | InputError) -> dict[str, Any]:
-    """Return the answer that says why a file was not read."""
+    """Return the reply with the reason why a file was not read."""
     if isinstance(error, MeasurementError):
         return {"refused": str(error)}
     faults = [(f.path, f.value, True, f.rule, f.cure) for f in error.faults if f.value is not NO_VALUE]
@@ -214,7 +214,7 @@ def _most_memory(size: int) -> float:
 
 
 def _limit(size: int, patience: float) -> None:
-    """Limit address space and processor time of this process; the latter ends it where nobody is left to do so."""
+    """Limit address space and processor time of this process; the latter ends it after the parent process has died."""
     with contextlib.suppress(ImportError, OSError, ValueError):  # a system without such limits
         import resource
 

@@ -51,7 +51,7 @@ def modes(
         Speed of the leading rotor [rad/s] or with a unit, for trains with carriers: modes are then seen from the turning carrier,
         with gyroscopic and centrifugal forces. None is at rest.
     progress
-        Told of kernels that are compiled, once after an installation.
+        Progress callback for the compilation of kernels, once after an installation.
 
     Returns
     -------
@@ -216,7 +216,7 @@ def frequency_response(
 
 
 def _check_length(name: str, given: Any) -> None:
-    """Raise `ResourceError` for more numbers than anybody can look at, before any is read."""
+    """Raise `ResourceError` for more than `MOST` numbers, before any is read."""
     count = len(given) if hasattr(given, "__len__") and not isinstance(given, str) else 1
     if count > MOST:
         raise ResourceError(

@@ -39,7 +39,7 @@ class Campbell(OfDataset):
 
     @property
     def message(self) -> str:
-        """How many crossings there are, in words."""
+        """Number of crossings as text."""
         ds = self.dataset
         return (
             f"{ds.sizes['mode']} modes over {ds.sizes['speed']} speeds of {ds.attrs['lead']}: "

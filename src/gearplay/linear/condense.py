@@ -36,7 +36,7 @@ class Condensed(NamedTuple):
 def condense(stiffness: Floats, springs: Springs | None, light: NDArray[np.bool_]) -> Condensed | int:
     """Return the system on the coordinates that are not ``light``; or the place of a light one that nothing elastic holds.
 
-    With ``springs`` each light coordinate is condensed in P and N, so that soft springs keep their digits beside stiff ones.
+    With ``springs`` each light coordinate is condensed in P and N, so that soft springs keep their digits next to stiff ones.
 
     >>> row = np.array([[1.0, -1.0, 0.0], [0.0, -3.0, 3.0]])  # stiffnesses 1 and 9 in series: 0.9
     >>> found = condense(row.T @ row, (row, np.zeros((0, 3))), np.array([False, True, False]))

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 FREE = 1e-12
 """Stiffness of a motion, per that of its coordinates alone, that is rounding."""
 FREE_TURNING = 1e-10
-"""The same seen from a carrier that turns, where forces of inertia must cancel too."""
+"""The same in the frame of a turning carrier, where forces of inertia must cancel too."""
 SYMMETRIC = 1e-9
 """Relative asymmetry of a stiffness matrix that is rounding."""
 UNSTABLE = -1e-13
@@ -60,7 +60,7 @@ def solve_at_rest(
     """Return the modes of M x'' + C x' + K x = 0, M diagonal, shapes those without damping.
 
     Free motions are the null space of K; of the others the frequencies are the singular values of M^-1/2 P where K = P'P, so that
-    low ones beside high ones keep their digits as they do in P.
+    low ones keep their digits in the presence of high ones, as they do in P.
     ``condensed`` is the system without massless coordinates, which it must have where there are any: as many modes are returned
     as coordinates have mass.
 
@@ -111,7 +111,7 @@ def _squares(pull: Floats, push: Floats) -> tuple[Floats, Floats]:
 
 
 class Relaxing(NamedTuple):
-    """Massless coordinates r beside the modes q: q'' + C_qq q' + C_qr r' + ... = 0 and C_rq q' + C_rr r' + K_rr r = 0."""
+    """Massless coordinates r coupled to the modes q: q'' + C_qq q' + C_qr r' + ... = 0 and C_rq q' + C_rr r' + K_rr r = 0."""
 
     stiffness: Floats
     damping: Floats
@@ -196,7 +196,7 @@ def _finite(ratios: NDArray[np.complex128], size: float) -> tuple[NDArray[np.com
 
 
 def solve_turning(mass: Floats, stiffness: Floats, damping: Floats, turning: Floats) -> Eigen:
-    """Return the modes of a system as seen from axes that turn.
+    """Return the modes of a system in rotating axes.
 
     ``stiffness`` and ``damping`` are K and C in fixed axes at the instant where both agree, ``turning`` the matrix W of the
     velocities W q of places at rest in the turning axes, shapes [coordinate, coordinate]. There K + C W + M W W acts on the

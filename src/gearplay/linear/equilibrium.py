@@ -68,7 +68,7 @@ class Linear:
         return state
 
     def ride(self, state: Floats) -> Floats:
-        """Give centres the velocities of places on carriers that turn steadily; return accelerations, shape [coordinate]."""
+        """Set the centres' velocities to those of steadily rotating carriers; return their accelerations, shape [coordinate]."""
         frames, n = self.smooth.frames, self.rotors
         whole = np.zeros(3 * n)
         for i in np.flatnonzero(frames.speeds):
@@ -78,7 +78,7 @@ class Linear:
         return whole[self.free]
 
     def acting(self, riding: Floats) -> float:
-        """Return the size of the loads [J], torques, weights and inertia forces times the natural sizes of their coordinates."""
+        """Return the scale of the loads [J]: the largest sum of load and inertia force times its coordinate's natural size."""
         rotors: Any = self.system.rotors
         weights = np.abs(self.system.gravity)
         loads = np.stack([rotors.mass * weights[0], rotors.mass * weights[1], np.abs(rotors.torque)], axis=1)
@@ -86,7 +86,7 @@ class Linear:
         return float(np.max(self.smooth.packed.natural[self.free] * whole, initial=0.0))
 
     def forces(self, state: Floats) -> Floats | None:
-        """Return those on the free coordinates [N, N m], shape [coordinate]; None where a pair cannot mesh."""
+        """Return the forces on the free coordinates [N, N m], shape [coordinate]; None where a pair cannot mesh."""
         if rates_at(self.system, self.active_set, state, self.branch, self.loads, self.rates) != 0:
             return None
         found: Floats = self.units * self.rates[3 * self.rotors + self.free]
@@ -122,7 +122,7 @@ class Linear:
     def springs(self) -> tuple[Floats, Floats] | None:
         """Return P and N of the stiffness matrix P'P - N'N, shapes [spring, coordinate]; None where it is not symmetric.
 
-        Element by element, so that soft springs keep their digits beside stiff ones; `matrix` has been there.
+        Element by element, so that soft springs keep their digits in the presence of stiff ones; call `matrix` first.
         """
         natural = self.smooth.packed.natural
         pull, push = [np.zeros((0, self.free.size))], [np.zeros((0, self.free.size))]
@@ -135,7 +135,7 @@ class Linear:
                 return None
             columns = np.array([at[place] for place in places], dtype=int)
             count, labels = connected_components(own != 0.0, directed=False)
-            for part in range(count):  # springs along and about an axis do not know each other
+            for part in range(count):  # springs along and about an axis are uncoupled
                 mine = np.flatnonzero(labels == part)
                 sizes, ways = np.linalg.eigh(0.5 * (own + own.T)[np.ix_(mine, mine)])
                 real = np.abs(sizes) > ROUNDING * np.abs(sizes).max(initial=0.0)

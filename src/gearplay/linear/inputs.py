@@ -32,7 +32,7 @@ class Excitation(NamedTuple):
 
 
 def excitation_of(system: LinearSystem, force: str) -> Excitation:
-    """Return what a unit input does. Raises `InputError` for an input that there is not."""
+    """Return the excitation of a unit input. Raises `InputError` for an unknown input."""
     label, _, kind = force.rpartition(".")
     none = np.zeros(len(system.coordinates), dtype=complex)
     if kind == ERROR:

@@ -32,7 +32,7 @@ class Modes(OfDataset):
 
     @property
     def message(self) -> str:
-        """How many modes there are and what they stand on, in words."""
+        """Number and range of the modes, contacts closed by the load, and warnings as text."""
         ds = self.dataset
         frequency = ds["frequency"].values
         free = int(np.sum(frequency == 0.0))

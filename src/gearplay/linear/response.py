@@ -56,7 +56,7 @@ class FrequencyResponse(OfDataset):
 
     @property
     def message(self) -> str:
-        """Where each output answers most, in words."""
+        """Frequency of the largest response of each output as text."""
         words = ", ".join(f"{name} most at {frequency:.6g} Hz" for name, frequency in self.resonances.items())
         over = ""
         if self.parameter is not None:

@@ -52,7 +52,7 @@ class LinearSystem:
 
     @property
     def linear(self) -> Linear:
-        """What the kernels know."""
+        """Linear system in the layout of the kernels."""
         return self.equilibrium.linear
 
     @cached_property
@@ -149,7 +149,7 @@ class LinearSystem:
         return shares
 
     def line_of_action(self, label: str) -> tuple[Floats, float, float]:
-        """Return what a unit error of the teeth of a mesh presses: its gradient, shape [coordinate], stiffness and damping.
+        """Return the input of a unit tooth error of a mesh: its gradient, shape [coordinate], stiffness and damping.
 
         Of the flank that the load closes: penetration [m] by the coordinates, N/m, N s/m. Raises `InputError` for a mesh that
         there is not, or whose flanks are open.

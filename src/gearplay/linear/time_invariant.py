@@ -26,9 +26,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Smooth:
-    """A case without what varies in time, ready for the kernels.
+    """A case without time-varying terms, in the layout of the kernels.
 
-    ``speeds`` are the rotors' nominal speeds [rad/s], 0 unless a speed was asked for; ``controlled`` are the rotors whose servo
+    ``speeds`` are the rotors' nominal speeds [rad/s], 0 unless a speed was given; ``controlled`` are the rotors whose servo
     became a spring, ``carriers`` the rotor that carries each, -1 for none, ``frames`` the carriers from which nothing varies.
     """
 
@@ -97,7 +97,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
         speeds = rolling.rolling_ratios(hot)[1] * speed
         rotors: Any = packed.system.rotors
         rotors.nominal_speed[:] = speeds
-        rotors.torque += rotors.drag * speeds  # the load asked for is kept at every speed
+        rotors.torque += rotors.drag * speeds  # the given load is kept at every speed
     frames = CarrierFrames(packed.system)
     for i, carrier in enumerate(carriers):
         if carrier >= 0 and frames.speeds[i] != speeds[carrier]:

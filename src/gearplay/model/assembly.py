@@ -151,7 +151,7 @@ class Assembly:
     def join(
         self, axis: int, factors: Mapping[int, float], stiffness: float, damping: float, *, rest: float = 0.0
     ) -> None:
-        """Say that the element just added is, but for its contacts, springs and dampers, of which this is one (`Spring`)."""
+        """Add a `Spring` of the last element, which consists of contacts, springs and dampers only."""
         self.springs.append(Spring(len(self.entries) - 1, axis, factors, stiffness, damping, rest))
 
     def _add_switch(self, entry: Any, contact: int, role: int, hides: bool) -> None:
@@ -184,7 +184,7 @@ class Assembly:
         base: Floats,
         record: Floats,
     ) -> System:
-        """Return the packed system: modes of contacts come first, and the records of a kind know their elements' places."""
+        """Return the packed system: modes of contacts come first; records of a kind hold the indices of their elements."""
         joined = join_rotors(rotors, self.entries, self.springs, gravity)
         rows = [
             SimpleNamespace(**vars(row) | {"mode": row.mode + len(self.contacts)}) for row in self.entries

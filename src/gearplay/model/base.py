@@ -24,7 +24,7 @@ DensityFrequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
 Density = Annotated[float, Measure(q.SPECTRAL_DENSITY, "one-sided spectral density", gt=0.0)]
 
 DENSITY = "base.acceleration.density"
-"""Where a case says it."""
+"""Path of a field within a case."""
 FINE = 16
 """Steps of a made record in a period of its highest frequency; its spline is then true to 1e-4."""
 FEWEST_LINES = 16

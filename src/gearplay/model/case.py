@@ -83,7 +83,7 @@ class Run(Part):
 
 
 class ChangedPaths(tuple[str, ...]):
-    """Paths beside a case: two cases that came to be by different changes are equal."""
+    """Changed paths of a case; all instances compare equal, so that equality of cases does not depend on their changes."""
 
     __slots__ = ()
 
@@ -130,7 +130,7 @@ class Case(Part):
     Raises
     ------
     pydantic.ValidationError
-        For values that cannot be; `gearplay.load_case` says it in words.
+        For invalid values; `gearplay.load_case` raises `InputError` with a message instead.
 
     Examples
     --------
@@ -216,7 +216,7 @@ class Case(Part):
             return given
         pair = given.get(FIELD)
         if pair is not None and not any(given.get(name) for name in PARTS):
-            with suppress(ValidationError):  # a pair at fault is said by its own validation
+            with suppress(ValidationError):  # an invalid pair is reported by its own validation
                 valid = pair if isinstance(pair, TorsionalPair) else TorsionalPair.model_validate(pair)
                 return {**given, **valid.parts(), FIELD: valid}
             return {**given, "rotors": {}}
@@ -253,7 +253,7 @@ class Case(Part):
         return self
 
     def _check_pair(self) -> None:
-        """Refuse parts beside a torsional pair that are not those that it stands for."""
+        """Refuse parts given in addition to a torsional pair that differ from the parts it expands to."""
         if self.torsional_pair is None:
             return
         own = self.torsional_pair.parts()
@@ -267,7 +267,7 @@ class Case(Part):
 
     @property
     def changed(self) -> tuple[str, ...]:
-        """Paths that were changed since the case was read from its file, for titles; no part of what the case is."""
+        """Paths that were changed since the case was read from its file, for titles; not part of the case's identity."""
         return tuple(self._changed)
 
     def with_changed(self, paths: Iterable[str]) -> Case:
@@ -296,7 +296,7 @@ class Case(Part):
 
     @property
     def policy(self) -> Policy:
-        """How the case is to be computed: the fields of its run that say nothing of the mechanism or the record."""
+        """Numerical settings of the case: the fields of its run that describe neither the mechanism nor the record."""
         return Policy(**{name: getattr(self.run, name) for name in Policy.model_fields})
 
     def identity(self) -> dict[str, Any]:

@@ -31,7 +31,7 @@ MISFIT: Final = 1e-6
 
 
 def check_case(case: Source) -> list[Finding]:
-    """Return what is remarkable about a valid case, warnings first.
+    """Return the findings about a valid case, warnings first.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def check_case(case: Source) -> list[Finding]:
     Returns
     -------
     list of Finding
-        Each with ``severity``, ``path`` and words; warnings first.
+        Each with ``severity``, ``path`` and a message; warnings first.
 
     Raises
     ------
@@ -246,7 +246,7 @@ def _sets(case: Case) -> Iterator[Finding]:
 
 
 def _passing(found: SetFrequencies) -> str:
-    """Say the sidebands of the mesh frequency that a sensor on the ground records, of a carrier that turns."""
+    """Return the text on mesh sidebands that a sensor on the ground records; empty for a carrier that does not turn."""
     if found.carrier_passing == 0.0:
         return ""
     return (

@@ -26,7 +26,7 @@ STEEP: Final = 0.05
 
 
 def damping_findings(case: Case) -> Iterator[Finding]:
-    """Yield what the damping of the teeth of a valid case is under its load, the same words for several meshes once."""
+    """Yield findings about the tooth damping of a valid case under its load; equal texts of several meshes once."""
     case = case.operating
     loads, deflections, depths = tooth_loads(case), tooth_deflections(case), damping_depths(case)
     found: dict[tuple[str, str], list[int]] = {}
@@ -44,7 +44,7 @@ def damping_findings(case: Case) -> Iterator[Finding]:
 
 
 def _finding(mesh: Mesh, load: float, deflection: float, depth: float) -> tuple[str, str] | None:
-    """Return severity and words, with ``{where}`` for the meshes; None where nothing is remarkable."""
+    """Return severity and message, with ``{where}`` for the meshes; None without a finding."""
     given, full = mesh.damping.depth is not None, f"{1e6 * depth:.3g} um"
     if load == 0.0:
         if given:

@@ -17,7 +17,7 @@ FEWEST_SAMPLES: Final = 10
 
 
 def element_findings(case: Case) -> Iterator[Finding]:
-    """Yield what is remarkable about the elements of a valid case."""
+    """Yield findings about the elements of a valid case."""
     yield from _supports(case)
     for index, coupling in enumerate(case.couplings):
         bends = coupling.lateral_stiffness > 0.0 or coupling.lateral_damping > 0.0

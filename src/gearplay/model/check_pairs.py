@@ -63,7 +63,7 @@ def installed_contact_ratio(case: Case, j: int) -> float:
 
 
 def _ratio(case: Case, j: int) -> str:
-    """Say the contact ratio, and what cuts the path of contact."""
+    """Yield notes on the contact ratio and the limits of the path of contact."""
     mesh = case.meshes[j]
     start, end, line = geometry.mesh_contact_path(case, j, installed_distance(case, j))
     said = f"contact ratio {installed_contact_ratio(case, j):.4g}"

@@ -20,7 +20,7 @@ SETTLED = 0.25
 
 
 def run_findings(case: Case) -> Iterator[Finding]:
-    """Yield what is remarkable about the start of a valid case's run, and about teeth that lose nothing."""
+    """Yield findings about the start of a valid case's run, and about teeth without losses."""
     if any(
         rolling.mesh_frequency(case, j) > 0.0 for j in range(len(case.meshes))
     ):  # else there is nothing to settle to
@@ -69,7 +69,7 @@ def _undamped(case: Case) -> Iterator[Finding]:
 
 
 def _start_shock(case: Case) -> Iterator[Finding]:
-    """Compare what a ramp of the driving speed asks for with the steady load, both at the driving rotor."""
+    """Compare the torque that a ramp of the driving speed requires with the steady load, both at the driving rotor."""
     names = list(case.rotors)
     _, ratios = rolling.rolling_ratios(case)
     for name, rotor in case.rotors.items():

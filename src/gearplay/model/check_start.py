@@ -116,7 +116,7 @@ def _twisting(case: Case, path: str, joint: Joint, omega: dict[str, float]) -> I
 
 
 def _blow(case: Case, packed: Packed, j: int, speed: float) -> str:
-    """Return words for the force of flanks that meet at a speed [m/s], undamped and without other forces."""
+    """Return a text on the force of flanks that meet at a speed [m/s], undamped and without other forces."""
     m, rotors = packed.system.records[MESH][j], packed.system.rotors
     free = sum(radius**2 * float(rotors[i].inv_inertia) for i, radius in ((m.a, m.rho_a), (m.b, m.rho_b)))
     if free <= 0.0:
@@ -150,7 +150,7 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
 
 
 def _cure(case: Case, given: list[str]) -> str:
-    """Return words for a speed with which the train would roll, in place of one of those that are given."""
+    """Return a text with a speed at which the train would roll, as a replacement of a given one."""
     places = {name: i for i, name in enumerate(case.rotors)}
     rolls = matrix_of(rolling.conditions(case, places, held=True), len(places))
     nominal = rolling.nominal_speeds(case)

@@ -27,7 +27,7 @@ FIT: Final = 0.01
 
 
 def teeth_findings(case: Case) -> Iterator[Finding]:
-    """Yield what is remarkable about the teeth of a valid case."""
+    """Yield findings about the teeth of a valid case."""
     seen: set[str] = set()
     for j, mesh in enumerate(case.meshes):
         for name in (mesh.driver, mesh.driven):
@@ -42,7 +42,7 @@ def teeth_findings(case: Case) -> Iterator[Finding]:
 
 
 def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
-    """Say where a gear cannot have full involute flanks."""
+    """Yield a finding for each gear that cannot have full involute flanks."""
     z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
     path, degrees = f"rotors.{geometry.rotor_of(case, name)}.teeth", math.degrees(alpha)
     if geometry.gear_of(case, name).internal:
@@ -66,7 +66,7 @@ def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
 
 
 def _pointed(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
-    """Say where the flanks of a tooth meet before its tip circle."""
+    """Yield a finding for each gear whose flanks of a tooth meet before its tip circle."""
     z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
     internal = geometry.gear_of(case, name).internal
     if tip_thickness(z, internal, alpha) <= 0.0:
@@ -112,7 +112,7 @@ def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
 
 
 def _fouling(case: Case, j: int) -> Iterator[Finding]:
-    """Say where the tips of an internal pair meet away from the line of action."""
+    """Yield a finding for each internal pair whose tips meet away from the line of action."""
     mesh = case.meshes[j]
     ring = geometry.ring_of(case, mesh)
     if ring is None:
@@ -148,7 +148,7 @@ def fouls(z_1: int, z_2: int, alpha: float) -> bool:
 
 
 def _planets(case: Case) -> Iterator[Finding]:
-    """Say where planets on a carrier overlap, or cannot all mesh with sun and ring; those of a table cannot be so."""
+    """Yield findings for planets that overlap or cannot all mesh with sun and ring; planets of a table are validated."""
     at = geometry.centres(case)
     carried: dict[str, list[str]] = {}
     for name in case.rotors:

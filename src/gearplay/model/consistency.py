@@ -192,7 +192,7 @@ def _pair_faults(
 
 
 def _in_full(rotors: Mapping[str, Rotor | Raw], name: str | None) -> str | None:
-    """Return the name of a gear with that of a shaft's only gear, which need not be said."""
+    """Return the full name of a gear, with the default for a shaft's only gear."""
     gears = _read(rotors[name], "gears") if name is not None and name in rotors else None
     return f"{name}.{next(iter(gears))}" if isinstance(gears, Mapping) and len(gears) == 1 else name
 

@@ -8,7 +8,7 @@ from gearplay.model.fields import Measure, Part
 from gearplay.vocabulary import quantities as q
 
 REFERENCE: Final = 293.15
-"""Temperature at which lengths hold where nothing else is said [K]: 20 degC, ISO 1."""
+"""Default temperature at which lengths hold [K]: 20 degC, ISO 1."""
 
 Temperature = Annotated[float, Measure(q.TEMPERATURE, "temperature", gt=0.0)]
 Expansion = Annotated[float, Measure(q.EXPANSION, "coefficient of linear expansion", ge=-1e-4, le=1e-3)]

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 def refuse_senseless(name: str, field: str, value: str) -> NoReturn:
-    """Raise `InputError` for a load of a rotor of which nothing says which way it turns."""
+    """Raise `InputError` for a load that depends on the sense of rotation of a rotor whose sense is undetermined."""
     rule = "it opposes the nominal sense of rotation, but nothing says which way this rotor turns"
     cure = "Drive the train, give an initial.omega, or use a torque drive of the wanted sign."
     raise InputError(Fault(f"rotors.{name}.load.{field}", value, rule, cure))

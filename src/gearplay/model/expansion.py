@@ -153,7 +153,7 @@ def _expanded_sleeve(case: "Case", name: str, sleeve: "Sleeve", factors: _Factor
 
 
 def told_lengths(case: "Case") -> dict[str, str]:
-    """Return what temperature does to the lengths of a case, in words, by field; nothing where nothing changes."""
+    """Return texts on the thermal changes of a case's lengths, by field; empty where nothing changes."""
     hot = case.operating
     if hot is case:
         return {}

@@ -40,7 +40,7 @@ def unit_at(case: Case, path: str) -> str:
 
 
 def measure_in(annotations: Sequence[Any]) -> Measure | None:
-    """Return the first `Measure` of a type, however deep: in a tuple, or beside None."""
+    """Return the first `Measure` of a type, at any depth: in a tuple, or in a union with None."""
     for each in annotations:
         found = each if isinstance(each, Measure) else measure_in(get_args(each))
         if found is not None:

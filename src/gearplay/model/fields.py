@@ -1,7 +1,7 @@
 """Field types of case files: quantities, names, lists, unions by kind.
 
 A `Measure` takes a number in SI or text with a unit and holds its bounds, its description and its part of the
-JSON schema together. Nothing here knows rotors or meshes.
+JSON schema together. Nothing in this module depends on rotors or meshes.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class HertzStiffness(Measure):
-    """A contact stiffness [N/m^exponent] whose unit follows the field `exponent` beside it."""
+    """A contact stiffness [N/m^exponent] whose unit follows the field `exponent` of the same table."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read_beside)
@@ -207,7 +207,7 @@ def _plain_number(value: Any) -> float:
 
 @dataclass(frozen=True)
 class Listed:
-    """Take a TOML list as a tuple, and say how long it has to be.
+    """Validator that takes a TOML list as a tuple and checks its length.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Counted:
-    """Refuse a table of names by its size before any entry is looked at.
+    """Validator that checks the size of a table of names before any entry is validated.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ class Finding:
     Parameters
     ----------
     severity
-        ``warning`` for numbers that probably are not meant, ``note`` for what is good to know.
+        ``warning`` for numbers that are probably unintended, ``note`` for information.
     path
         Field or part of the case it is about.
     message

@@ -38,7 +38,7 @@ def toothings(case: "Case", rotor: str) -> "dict[str, Gear | Rotor]":
 
 
 def full_name(case: "Case", name: str) -> str:
-    """Return the full name of a gear that a mesh calls, with that of a shaft's only gear, which need not be said."""
+    """Return the full name of a gear named by a mesh, with the default for a shaft's only gear."""
     return next(iter(toothings(case, name))) if name in case.rotors else name
 
 

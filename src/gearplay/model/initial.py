@@ -28,7 +28,7 @@ ROUNDING = 1e-14  # m, depth to which flanks may be inside each other
 
 
 class _Seats:
-    """Where centres are and how they move at the start: their own displacements, beside those of the pins that carry them."""
+    """Initial displacements and velocities of centres, relative to the pins that carry them."""
 
     def __init__(self, case: "Case", packed: Packed, spins: dict[str, float]) -> None:
         self._system, names, centres = packed.system, list(case.rotors), geometry.centres(case)
@@ -126,7 +126,7 @@ def initial_state(case: "Case", packed: Packed, *, member: int = 0) -> Floats:
 
 
 class Starts:
-    """The starts of a case's members: what they have in common is found once."""
+    """Initial states of a case's members, with their common data computed once."""
 
     def __init__(self, case: "Case", packed: Packed) -> None:
         case = case.operating
@@ -153,7 +153,7 @@ class Starts:
     def state(self, member: int) -> Floats:
         """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].
 
-        Member 0 starts as the case says, drive flanks just touching where no angle is given. Every other member draws,
+        Member 0 starts as specified by the case, drive flanks just touching where no angle is given. Every other member draws,
         from (run.seed, member), shaft positions within 0.9 of each clearance circle, velocities of 1 mm/s standard deviation
         there and on supports, and a place between the flanks, in the order of `traversal`. What would put flanks into each other
         is drawn in, down to the start of member 0. A rotor whose ``initial`` gives an angle keeps it.
@@ -203,6 +203,6 @@ class Starts:
         return bool(np.all(self._depths(y, memory) <= self._allowed))
 
     def _depths(self, y: Floats, memory: Floats) -> Floats:
-        """Return how far the deeper flank of every mesh is inside the other [m], shape [mesh]; negative for gaps."""
+        """Return the larger of the two flank penetrations of every mesh [m], shape [mesh]; negative for gaps."""
         found = [gaps_of_mesh(self.packed, j, y, memory) for j in range(len(self._order))]
         return np.array([max(p_d, -b_t - p_d) for p_d, b_t in found])

@@ -1,6 +1,6 @@
 """Groups of rotors joined by springs for closed-form propagation, and their vibration modes.
 
-Elements that act as springs and dampers between coordinates say so (`Spring`); what else acts at all times has no closed form.
+Elements that act as springs and dampers between coordinates register a `Spring`; any other permanent action has no closed form.
 Rotors that the first join, and none of which the second moves, are a group. Along each axis its coordinates make chains, whose
 first-order equations are split into vibrations here, once, when a case is packed (`gearplay.kernels.joined`).
 """
@@ -89,7 +89,7 @@ class JoinedRows:
 def join_rotors(
     rotors: Sequence[Any], entries: Sequence[Any], springs: Sequence[Spring], gravity: Floats
 ) -> JoinedRows:
-    """Return the groups of rotors that fly together; their rotors and the elements that join them are marked."""
+    """Return the groups of rotors propagated together in free motion; mark their rotors and the elements that join them."""
     tables, group = JoinedRows(places=np.tile(np.array([-1, 0], dtype=np.int64), 3 * len(rotors))), 0
     for members in _groups(rotors, entries, springs):
         chains = _chains_of(rotors, members, [s for s in springs if set(s.factors) & members], gravity)
@@ -277,7 +277,7 @@ def _drift(k: Floats, c: Floats, whole: Floats) -> Vibration | None:
 
 
 def _add(tables: JoinedRows, rotors: Sequence[Any], chain: Chain) -> None:
-    """Append a chain to the tables, and let its rotors know its fastest swing."""
+    """Append a chain to the tables, and store its fastest oscillation in its rotors."""
     count = len(chain.pull)
     row = SimpleNamespace(
         first=len(tables.coordinates),

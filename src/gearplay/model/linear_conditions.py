@@ -23,7 +23,7 @@ def matrix_of(rows: Iterable[Row], count: int) -> Floats:
 
 
 def vanishing(matrix: Floats) -> Level:
-    """Return the conditions that sums of speeds vanish."""
+    """Return the conditions matrix @ speeds = 0."""
     return matrix, np.zeros(len(matrix))
 
 
@@ -33,7 +33,7 @@ def picked(places: Mapping[str, int], speeds: Mapping[str, float]) -> Level:
 
 
 def solved_by_rank(levels: Iterable[Level], count: int) -> Floats:
-    """Return the least-squares solution of each level in turn, among those of the levels before; the least one of those left.
+    """Return the minimum-norm solution of prioritised least-squares problems, each solved within the solutions of those before.
 
     >>> solved_by_rank([(np.array([[1.0, 1.0]]), np.array([2.0])), (np.array([[1.0, 0.0]]), np.array([5.0]))], 2).round(12)
     array([ 5., -3.])

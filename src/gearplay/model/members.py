@@ -17,9 +17,9 @@ TABLES: Final = ("rotors", "sleeves", "supports")
 
 
 def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a case with the parts that its planetary sets stand for, instead of those of sets as they were.
+    """Return the fields of a case with the parts of its planetary sets, replacing the parts of the sets as they were before.
 
-    A set at fault stands for nothing: its own validation says why.
+    An invalid set is not expanded: its own validation reports the fault.
     """
     sets = given.get("planetary")
     if not isinstance(sets, Mapping) or not sets:
@@ -41,7 +41,7 @@ def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_members(given: Mapping[str, Any], sets: Iterable[str]) -> dict[str, Any]:
-    """Return the fields of a case without the parts that its planetary sets stand for."""
+    """Return the fields of a case without the expanded parts of its planetary sets."""
     case, sets = dict(given), set(sets)
     if not sets:
         return case
@@ -54,7 +54,7 @@ def without_members(given: Mapping[str, Any], sets: Iterable[str]) -> dict[str, 
 
 
 def assumed_members(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return raw rotors that sets at fault would stand for, so that what names them is not at fault as well."""
+    """Return raw rotors of invalid sets, so that references to them are not reported as faults too."""
     sets = given.get("planetary")
     found: dict[str, Any] = {}
     for name, raw in sets.items() if isinstance(sets, Mapping) else ():

@@ -208,7 +208,7 @@ PressureAngle = Annotated[
     Measure(q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)),
 ]
 FRICTION_SPEED = 1e-3
-"""Sliding speed [m/s] within which friction is smoothed where nothing else is said."""
+"""Sliding speed [m/s] within which friction is smoothed by default."""
 
 
 class Mesh(Part):

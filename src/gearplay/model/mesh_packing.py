@@ -26,8 +26,8 @@ Floats = NDArray[np.float64]
 def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
     """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2.
 
-    A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count. 0 beside an inertia
-    of 0.
+    A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count. 0 if an inertia
+    is 0.
     """
     mesh = case.meshes[j]
     if mesh.damping.ratio is None:

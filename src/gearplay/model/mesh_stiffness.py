@@ -20,7 +20,7 @@ FINEST = 1024.0
 
 
 class PackedStiffness(NamedTuple):
-    """K(psi) as the kernels want it."""
+    """Mesh stiffness K(psi) in the layout of the kernels."""
 
     kind: int
     mean: float  # N/m; of a square wave the value with two pairs in mesh

@@ -57,8 +57,8 @@ def _literal(text: str) -> Any:
 def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | None:
     """Set the value at `path` in a raw case; return the fault where the path leads nowhere.
 
-    Tables that a file may leave out are made on the way; whether the last name is a field is for validation
-    to say, which knows the nearest one.
+    Tables that a file may leave out are created on the way; whether the last name is a field is checked in validation,
+    which also suggests the nearest one.
     """
     parts = [part.strip() for part in numbered(document, path).split(".")]
     if len(parts) > DEEPEST or not all(parts):

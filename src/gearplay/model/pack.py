@@ -1,4 +1,4 @@
-"""Packing: from a validated case in full words to records in kernel symbols."""
+"""Packing: from a validated case with full names to records with kernel symbols."""
 
 import math
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Packed:
-    """A case ready for the kernels, with what the solver needs beside the equations."""
+    """A case in the layout of the kernels, with the solver's data that are not part of the equations."""
 
     system: System
     labels: Mapping[str, tuple[str, ...]]  # of rotors and elements, by dimension of a result
@@ -71,7 +71,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         if given.unbalance is not None:
             r.unbalance, r.unbalance_phase = given.unbalance.amount, given.unbalance.phase
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
-        # Of a rotor that is carried it acts beside the pin: in its sleeve, or its support.
+        # Of a carried rotor it acts relative to the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
         r.drive, r.controller, r.excitation, r.group = layout.DRIVE_NONE, -1, -1, -1
         if drive is None or drive.kind == "position":
@@ -219,11 +219,11 @@ def pack(
 ) -> Packed:
     """Translate a case for the kernels: for one member's run of ``span`` [s], transient included, else of the case's own.
 
-    Both matter only where the housing has a random record. ``turning`` is the case whose motion says which flanks drive and how
-    deep teeth are pressed, the case itself if not given. ``moves`` is whether the motion over time is computed; where it is not,
-    free coordinates may be without mass: their inverse mass is 1, so that their rates are the forces on them.
+    Both matter only where the housing has a random record. ``turning`` is the case whose motion determines which flanks drive and
+    how deep teeth are pressed, the case itself if not given. ``moves`` is whether the motion over time is computed; where it is
+    not, free coordinates may be without mass: their inverse mass is 1, so that their rates are the forces on them.
 
-    Raises `InputError` where drives contradict each other, given centres cannot mesh or what moves has no mass.
+    Raises `InputError` where drives contradict each other, given centres cannot mesh or a moving coordinate has no mass.
     """
     case = case.operating
     if moves:

@@ -191,7 +191,7 @@ class Planetary(Part):
             yield Problem(at, rule, "Take fewer planets, or smaller ones")
 
     def parts(self, name: str) -> tuple[dict[str, Rotor], dict[str, Sleeve], dict[str, Support], list[Mesh]]:
-        """Return the rotors, sleeves and supports by name and the meshes that the set called ``name`` stands for."""
+        """Return the rotors, sleeves and supports by name and the meshes of the expanded set ``name``."""
         called = {member: f"{name}.{member}" for member in MEMBERS}
         rotors = {
             called["sun"]: self.sun.rotor(self.position, teeth=self.sun.teeth, runout=self.sun.runout),

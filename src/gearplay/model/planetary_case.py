@@ -16,7 +16,7 @@ def planetary(
     case: Mapping[str, Any] | None = None,
     **fields: Any,
 ) -> Case:
-    """Return a case of one planetary set: what the table ``[planetary.NAME]`` of a case file says.
+    """Return a case of one planetary set, as the table ``[planetary.NAME]`` of a case file defines it.
 
     Parameters
     ----------

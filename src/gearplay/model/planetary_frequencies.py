@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SetFrequencies:
-    """Frequencies [Hz] at which things happen in a planetary set of N planets at nominal speed.
+    """Characteristic frequencies [Hz] of a planetary set of N planets at nominal speed.
 
-    ``mesh`` is that of every mesh, z_s |f_s - f_c|; ``sun`` the rate at which one tooth of the sun meets planets, N |f_s - f_c|,
-    ``ring`` one of the ring, N |f_r - f_c|, ``planet`` one of a planet the sun, mesh / z_p; ``carrier`` |f_c|,
-    ``carrier_passing`` N |f_c|, at which planets pass a place on the ground. f are turns per second of sun, ring and carrier.
+    ``mesh`` is the mesh frequency z_s |f_s - f_c|, the same for all meshes. One tooth of the sun meets planets at ``sun``,
+    N |f_s - f_c|, one of the ring at ``ring``, N |f_r - f_c|; one tooth of a planet meets the sun at ``planet``, mesh / z_p.
+    ``carrier`` is |f_c|, ``carrier_passing`` N |f_c|, at which planets pass a fixed place on the ground. f_s, f_r and f_c are
+    turns per second of sun, ring and carrier.
     """
 
     mesh: float
@@ -29,7 +30,7 @@ class SetFrequencies:
     carrier_passing: float
 
     def orders(self) -> dict[str, float]:
-        """Return lines to look for in a spectrum [Hz], by name: with the carrier's sidebands of the mesh."""
+        """Return the expected spectral lines [Hz] by name, with the mesh sidebands at the carrier passing frequency."""
         lines = {
             "carrier": self.carrier,
             "carrier passing": self.carrier_passing,

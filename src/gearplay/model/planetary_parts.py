@@ -22,7 +22,7 @@ PlanetNumber = Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number o
 
 
 def problems_of(make: Callable[[], object]) -> list[Problem]:
-    """Return what is wrong with a part that is made of fields of the same names."""
+    """Return the problems of a part that is made of fields of the same names."""
     try:
         make()
     except ValidationError as error:
@@ -31,7 +31,7 @@ def problems_of(make: Callable[[], object]) -> list[Problem]:
 
 
 class Member(Part):
-    """What a sun, a ring or a carrier has in common with any rotor, and what holds it."""
+    """Fields of a sun, a ring or a carrier in common with any rotor, and its bearing."""
 
     mass: Annotated[
         float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)

@@ -129,7 +129,7 @@ def replace(case: Source, changes: Mapping[str, Any]) -> Case:
             return Case.model_validate(opened).with_changed(
                 [*case.changed, *(numbered(case, path) for path in paths)]
             )
-    return _changed(case.resolved(), wanted)  # says what is at fault
+    return _changed(case.resolved(), wanted)  # reports the fault
 
 
 def _other_pair(case: Case, changes: Mapping[str, Any]) -> tuple[Case, dict[str, Any]]:

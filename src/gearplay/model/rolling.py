@@ -144,7 +144,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
 
 
 def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, whatever ``initial`` says.
+    """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, without ``initial``.
 
     A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
     Without a ramp these are the ``nominal`` speeds. `matching.matching_speeds` counts ``initial.omega`` too.
@@ -168,8 +168,8 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
 def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
     """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
 
-    It leads that has the highest nominal speed; in a train that no speed is prescribed of, the one with a torque, or the first
-    that is not kept from turning. Fixed rotors and torsional springs hold, as far as the train can turn beside them.
+    The leading rotor has the highest nominal speed; in a train without a prescribed speed it is the one with a torque, or the
+    first that is free to turn. Fixed rotors and torsional springs hold, as far as the train can still turn.
     """
     names, speeds = list(case.rotors), nominal_speeds(case)
     if np.any(speeds):

@@ -22,7 +22,7 @@ class Support(Part):
     """Springs and dampers on a rotor's centre, unstressed at its nominal place, and on its rotation, unstressed at theta = 0.
 
     ``stiffness`` frees the centre, as a sleeve does, and adds to one. On a carrier x and y are its axes at rotation 0 and turn
-    with it; rates and the angle are relative to it. ``offset`` is where it is unstressed, beside the nominal centre.
+    with it; rates and the angle are relative to it. ``offset`` is its unstressed position relative to the nominal centre.
     """
 
     stiffness: (
@@ -63,7 +63,7 @@ class Support(Part):
     ) -> None:
         """Add its element to a mechanism: that of rotor ``name`` of ``mass`` [kg] and ``inertia`` [kg m^2].
 
-        ``beside`` [N s/m] adds to its damping along both axes.
+        ``beside`` [N s/m] is added to its damping along both axes.
         """
         record = blank(support.RECORD)
         record.stiffness_x, record.stiffness_y = self.stiffness or (0.0, 0.0)

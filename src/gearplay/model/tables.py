@@ -16,11 +16,11 @@ EQUAL: Final = 1e-6
 
 
 FILLED: Final = ("values", "sampling", "start")
-"""Fields of a record that its file says."""
+"""Fields of a record that are read from its file."""
 
 
 def without_replaced(document: dict[str, Any], paths: Iterable[str]) -> None:
-    """Remove from the records of a raw case what a changed ``file`` says anew; ``paths`` are those of all changes."""
+    """Remove the fields that a changed ``file`` defines from the records of a raw case; ``paths`` are those of all changes."""
     for path in paths:
         *way, last = (part.strip() for part in path.split("."))
         place: Any = document

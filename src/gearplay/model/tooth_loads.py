@@ -51,7 +51,7 @@ def tooth_loads(case: "Case") -> Floats:
     ]
     conditions = rolling.rolling_conditions(case) * mobility
     sizes = np.linalg.norm(conditions, axis=1)
-    sizes[sizes == 0.0] = np.inf  # between prescribed rotations: no torque says what acts there
+    sizes[sizes == 0.0] = np.inf  # between prescribed rotations: no torque determines the load there
     matrix, target = (conditions / sizes[:, None]).T, mobility * _torques(case)
     if light.any():
         levels = [(matrix[light], target[light]), (matrix[~light], target[~light])]

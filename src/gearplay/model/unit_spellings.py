@@ -23,9 +23,9 @@ def spelled(unit: str, si_unit: str) -> str:
     Parameters
     ----------
     unit
-        As it was written.
+        The unit as written in the input.
     si_unit
-        Unit of the quantity that is wanted: revolutions a minute have spellings that mean other things elsewhere.
+        SI unit of the expected quantity: some spellings of revolutions per minute have another meaning for other quantities.
 
     Examples
     --------

@@ -41,7 +41,7 @@ def bifurcation(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Diagram:
-    """Return what a motion settles to over a field of a case: signals once per period after it has settled.
+    """Return the bifurcation diagram over a field of a case: signals once per period of the settled motion.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def bifurcation(
     directions
         "up", "down" or both: the ways along the values.
     carry
-        Whether each value goes on from the one before it, so that jumps show where a branch ends.
+        Whether each value continues from the final state of the one before it, so that jumps show where a branch ends.
     threads
         Threads; the cores by default. It changes nothing in the result.
     keep_load
@@ -189,7 +189,7 @@ def motion(
     case
         A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
     periods
-        Sections that are looked at, 100 or more.
+        Number of sections that are evaluated, 100 or more.
     settle
         Periods before.
     period

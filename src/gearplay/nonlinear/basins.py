@@ -227,7 +227,7 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
 
 
 def _states(grid: Grid, values: Floats, pair: PairCoordinates | None) -> Floats:
-    """Return the values of the state's entry that those of a grid stand for."""
+    """Return the values of the state's entry for the values of a grid."""
     return values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
 
 
@@ -262,7 +262,7 @@ def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -
 def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") -> Any:
     """Return the figure of basins of attraction: each start in the pale colour of its motion.
 
-    ``labels`` are the words of both axes; values are shown as they are, in SI.
+    ``labels`` are the labels of both axes; values are shown in SI.
     """
     from matplotlib.colors import BoundaryNorm, ListedColormap
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 REMARKABLE = 20e-6
-"""Rise of a penetration [m] by a step of the parameter alone from which on the result says so: contacts may throw it back."""
+"""Increase of a penetration [m] due to a parameter step alone above which the result reports it: contacts may rebound."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +61,7 @@ class Diagram(Answer):
 
     @property
     def ds(self) -> "xr.Dataset":
-        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` and ``start`` in words."""
+        """A variable for each signal over ``direction``, the field's name and ``section``; ``reason`` and ``start`` as text."""
         import xarray as xr
 
         name = self.path.rpartition(".")[2]
@@ -113,7 +113,7 @@ class Diagram(Answer):
 
     @property
     def interruptions(self) -> tuple[str, ...]:
-        """Where a carried state was not carried, or was pressed deeper by the step itself, in words: one a value."""
+        """Texts, one per value, where a state could not be carried or the step itself pressed a contact deeper."""
         unit = unit_at(self.case, self.path)
         return tuple(
             f"{way} at {value:.6g} {unit}: {start}"
@@ -185,8 +185,8 @@ OUT_OF_TIME = "not reached within run.max_wall_time, the limit of all values tog
 def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
     """Return the start that the end of the value before is for a changed case, or None and why it can be none.
 
-    Rotations and speeds relative to the nominal ones go on; a prescribed shaft with a ramp begins at its start speed. Where the
-    change itself presses contacts deeper by more than `REMARKABLE`, the words beside the state say so.
+    Rotations and speeds relative to the nominal ones are continued; a prescribed shaft with a ramp begins at its start speed. The
+    returned text reports a change that itself presses contacts deeper by more than `REMARKABLE`.
     """
     if last is None:
         return None, f"{ANEW}as the value before failed"
@@ -222,13 +222,14 @@ def bifurcation_diagram(
     progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> Diagram:
-    """Return what a motion settles to over a parameter: ``keep`` sections after ``settle`` periods at each of its values.
+    """Return the bifurcation diagram over a parameter: ``keep`` sections after ``settle`` periods at each of its values.
 
-    ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value goes on from
-    the end of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which start was
-    drawn; without, each starts as its case says. It does so too, and ``starts`` says why, after a value that failed, and where
-    the changed case is another mechanism, its gears could not mesh, or the motion from the carried state cannot be followed.
-    What excites begins anew at each value, so a run goes on to the end of the common period, where there is one.
+    ``family`` returns the case at a value, ``period`` is that of `stroboscopic_section`. With ``carry`` each value continues
+    from the final state of the one before it, upwards and downwards, so that a jump shows where a branch ends and not which
+    start was drawn; without, each starts as its case specifies. It does so too, with the reason in ``starts``, after a value
+    that failed, and where the changed case is another mechanism, its gears could not mesh, or the motion from the carried state
+    cannot be followed.
+    The excitation restarts at each value, so a run continues to the end of the common period, where there is one.
 
     Raises `InputError` for directions, signals or a case that cannot be.
     """

@@ -79,5 +79,5 @@ def bifurcation_drawing(
 
 
 def _label(name: str, unit: str) -> str:
-    """Return the words of an axis with its unit, [1] where there is none."""
+    """Return the label of an axis with its unit, [1] where there is none."""
     return axis_label(name, unit) if unit not in ("", "1") else f"{plain(name)} [1]"

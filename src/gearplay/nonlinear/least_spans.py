@@ -1,4 +1,4 @@
-"""Shortest record length for a statement about the motion."""
+"""Shortest record length for a conclusion about the motion."""
 
 from contextlib import suppress
 

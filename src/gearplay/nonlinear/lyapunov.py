@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
 BLOCKS = 20  # that are kept
 JUDGED = 5  # blocks of these over which the scatter is judged: long enough to be nearly independent
-DOUBLINGS = 6  # of a record whose length nobody asked for
+DOUBLINGS = 6  # of a record whose length was not given
 LEAD = 0.1  # share of the time in which the changes find their directions
 
 
@@ -37,8 +37,8 @@ class Exponents(Tabled):
     """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
 
     The intervals are Student's t over 5 stretches of the record, of four of its ``blocks`` each, shape [block, exponent],
-    see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve remembers
-    its impact speed (NaN otherwise, and where not all were asked for). ``time`` is the length of the record [s].
+    see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve
+    stores its impact speed (NaN otherwise, and where not all were requested). ``time`` is the length of the record [s].
     """
 
     answer = "exponents"
@@ -65,7 +65,7 @@ class Exponents(Tabled):
 
     @property
     def message(self) -> str:
-        """The largest exponent in words."""
+        """The largest exponent as text."""
         value, half = self.largest
         words = "zero within its interval"
         if value > half:
@@ -140,7 +140,7 @@ def lyapunov_exponents(
 
 
 class _Following:
-    """A motion with small changes that are made orthonormal again and again: what they grew by, piece by piece."""
+    """A motion with tangent vectors that are repeatedly orthonormalised, and their growth in each piece."""
 
     def __init__(
         self,
@@ -173,7 +173,7 @@ class _Following:
         self.speeds: list[Floats] = []
 
     def follow(self, span: float) -> Fault | None:
-        """Go on until the record is ``span`` [s] long, a multiple of what it was; return what it is too short for."""
+        """Extend the record to ``span`` [s], a multiple of its length; return the reason if it is still too short."""
         pieces = round(span / self.piece)
         for at in range(len(self.grown), pieces):
             self.course.advance(self.begin + (at + 1) * self.piece)
@@ -225,7 +225,7 @@ def _orthonormalise(flow: Flow, course: Course) -> Floats:
     places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.impact_contacts])])
     sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
-    changes[:] = 0.0  # nothing remembers the impact speed of an open sleeve
+    changes[:] = 0.0  # the impact speed of an open sleeve is not a state
     changes[:, places] = directions.T * sizes
     with np.errstate(divide="ignore"):
         return np.asarray(np.log(np.abs(np.diagonal(lengths))))

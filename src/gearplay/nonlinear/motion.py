@@ -38,7 +38,7 @@ ARTEFACT = "numerical artefact"
 TRUSTED = 1e4  # allowed local errors that a settled state may differ by at the section
 LONGEST = 40.0  # s over which the exponent is measured
 FEWEST = 20  # periods of it at least
-SWINGS, PARTS = 8, 32  # periods, and instants in each, over which the motion within a period is looked at
+SWINGS, PARTS = 8, 32  # periods, and instants in each, at which the motion within a period is evaluated
 DOUBT = 1e-3  # chance of calling any statistic changed that is not
 ROUNDING, SAMPLED, PLAIN = 1e-6, 1e-3, 0.02
 """Relative differences that mean nothing: of what does not scatter at all, of samples farther apart, of plain steps, which see
@@ -62,12 +62,12 @@ class Comparison:
 
 @dataclass(frozen=True, repr=False)
 class Motion(Answer):
-    """The kind of a motion, why, and the evidence.
+    """Kind of a motion, the reason for it, and the evidence.
 
-    ``kind`` is that of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance, the
-    output step or the method; ``exponent`` is the largest Lyapunov exponent [1/s] with the half-width of its 95 % interval (NaN
-    for a case with ``run.fixed_step``, whose motion has no exact derivative), ``period`` [s] that of the section. ``limit`` is
-    the t from which on a comparison counts as changed.
+    ``kind`` is the kind of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance,
+    the output step or the method; ``exponent`` is the largest Lyapunov exponent [1/s] with the half-width of its 95 % interval
+    (NaN for a case with ``run.fixed_step``, whose motion has no exact derivative), ``period`` [s] that of the section. ``limit``
+    is the t value above which a comparison counts as changed.
     """
 
     kind: str
@@ -136,7 +136,7 @@ class Motion(Answer):
 
     @property
     def message(self) -> str:
-        """Kind and reason in words."""
+        """Kind and reason as text."""
         order = f" of order {self.order}" if self.order and self.kind == "periodic" else ""
         return f"{self.kind}{order}. {self.reason}"
 
@@ -152,7 +152,7 @@ class Motion(Answer):
         return found
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
-        """Draw how far each statistic changes with the numbers of the method, in standard errors, and what is chance."""
+        """Draw the change of each statistic with the numerical settings, in standard errors, and the limit of chance."""
         drawn = ax if ax is not None else new_axes(7.5, 1.2 + 0.16 * len(self.comparisons))
         shown = [c for c in self.comparisons if math.isfinite(c.t)][::-1]
         names = [plain(f"{c.statistic}, {c.change}") for c in shown]

@@ -39,7 +39,7 @@ class Portrait(OfDataset):
 
     @property
     def message(self) -> str:
-        """How much it holds, in words."""
+        """Summary of the contents as text."""
         sizes, period = self.dataset.sizes, float(self.dataset.attrs["period"])
         late = str(self.dataset.attrs.get("late", ""))
         return (

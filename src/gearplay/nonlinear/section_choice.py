@@ -18,7 +18,7 @@ AUTO = "auto"
 MOST_MESH_PERIODS = 20
 """Mesh periods of a common period that sections are taken by without being asked; a longer one is that of hunting teeth."""
 LEAST_REPEATED = 100
-"""Sections that must be seen a second time."""
+"""Number of sections that must recur."""
 QUIET_KINDS = ("at rest", "chaotic")
 """Kinds that a repetition with the excitation does not change."""
 
@@ -42,7 +42,7 @@ def chosen_period(packed: Packed, which: str | float) -> SectionPeriod:
             common = section_period(packed, "common")
         except InputError:
             if which == AUTO:
-                with suppress(InputError):  # the common one is said to be missing, where the mesh's is too
+                with suppress(InputError):  # the common one is reported missing, where the mesh's is too
                     return SectionPeriod(section_period(packed, "mesh"))
                 raise
     if which == AUTO:
@@ -60,8 +60,8 @@ def with_repetition(
 ) -> Response:
     """Return a response as periodic where its sections repeat with the common period of the excitation.
 
-    ``samples`` has shape [period, state], ``resolution`` shape [state]. Where the record is too short to tell, the reason says
-    which period the excitation has.
+    ``samples`` has shape [period, state], ``resolution`` shape [state]. Where the record is too short to decide, the reason
+    states the period of the excitation.
     """
     n = period.repeats
     if n <= 1 or response.kind in QUIET_KINDS or response.kind == "periodic":

@@ -31,9 +31,9 @@ CHANGES = {"onset": 1.0, "release": 0.0}
 
 @dataclass(frozen=True, repr=False)
 class Section(Answer):
-    """A motion seen at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI.
+    """A motion sampled at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI.
 
-    ``ended`` says why there are fewer instants than were requested, "" where there are not.
+    ``ended`` is the reason for fewer instants than requested, "" if there are all.
     """
 
     answer = "section"
@@ -69,7 +69,7 @@ class Section(Answer):
 
     @property
     def message(self) -> str:
-        """How much was seen, in words."""
+        """Number of instants, names of the signals, and the reason for an early end, as text."""
         found = f"{len(self.times)} instants of {', '.join(self.names)}"
         return f"{found}. {self.ended}" if self.ended else found
 

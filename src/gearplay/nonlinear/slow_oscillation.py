@@ -1,4 +1,4 @@
-"""How slowly a motion swings, and whether a record is long enough for what is said of it to hold beyond the record."""
+"""Slowest oscillations of a motion, and the record length required for conclusions that hold beyond the record."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,10 @@ TRUSTED = 1e4  # allowed local errors that are no motion
 
 
 def slow_oscillation(samples: Floats, span: float, still: float = 0.0) -> float:
-    """Return the time [s] of a swing, half of whose series' power is slower; 0 where the series stands still.
+    """Return the median period [s] of a series: half of its power is in slower oscillations; 0 for a constant series.
 
-    ``samples``, shape [time], lie evenly over ``span`` [s]; what scatters by no more than ``still`` stands still. Swings are told
-    apart by the cosine transform: a swing of n half waves in the record takes 2 / n of it.
+    ``samples``, shape [time], are uniform over ``span`` [s]; a series that scatters by no more than ``still`` counts as constant.
+    The cosine transform separates the periods: an oscillation of n half waves in the record takes 2 / n of it.
 
     >>> at = np.arange(600) / 600.0
     >>> round(slow_oscillation(np.cos(2.0 * np.pi * 40.0 * at), 12.0), 3)  # 40 swings in 12 s
@@ -39,10 +39,10 @@ def velocities(flow: Flow) -> dict[int, str]:
 
 
 def too_few_oscillations(flow: Flow, samples: Floats, span: float) -> Fault | None:
-    """Return what is wrong where a record of ``span`` [s] does not hold `CYCLES` slow swings of a velocity, or of its square.
+    """Return the fault of a record of ``span`` [s] that does not hold `CYCLES` slow swings of a velocity, or of its square.
 
-    ``samples`` are the velocities, shape [time, velocity]. Squares tell how hard a mechanism rattles: after the start this
-    settles more slowly than any velocity, and while it has not, exponents are those of another motion.
+    ``samples`` are the velocities, shape [time, velocity]. Squares measure the intensity of rattle: after the start it
+    settles more slowly than any velocity, and before that exponents are those of another motion.
     """
     found: list[tuple[float, str]] = []
     sizes = flow.natural[flow.free]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def stored_portrait(result: Result, rotors: list[str], window: tuple[float, float]) -> "xr.Dataset":
-    """Return the paths of a stored result as a portrait's dataset: no onsets, which only the motion itself knows.
+    """Return the paths of a stored result as a portrait's dataset, without onsets, which are not stored in a result.
 
     Sections are interpolated between samples, once per period of the first mesh; there are none without meshes that turn.
     Raises `InputError` where nothing of ``rotors`` (of none, all) moves.

@@ -6,7 +6,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import replace
 
 LOOSEST: Final = 1e-9
-"""Error tolerance [1] of orbits, exponents and kinds of motion, unless the case asks for less: orbits are closed to 1e-9."""
+"""Error tolerance [1] of orbits, exponents and kinds of motion, unless that of the case is less: orbits are closed to 1e-9."""
 
 
 def sharp(case: Case) -> Case:

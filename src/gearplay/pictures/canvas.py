@@ -31,7 +31,7 @@ def make_figure(rows: int, columns: int, height: float, *, width: float = WIDTH)
 
 
 def set_color_scale(figure: Any, axes: list[Any], values: Sequence[float], label: str) -> list[Any]:
-    """Draw a bar of colour for curves of different values beside axes; return the colour of each."""
+    """Draw a colour bar next to the axes for curves of different values; return the colour of each curve."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -47,7 +47,7 @@ def pixels_of(ax: Any) -> tuple[int, int]:
     """Return how many rows and columns of cells axes can show, each at least a pixel, wherever the layout puts the axes."""
     width, height = ax.figure.get_size_inches()
     rows, columns = ax.get_gridspec().get_geometry() if ax.get_gridspec() is not None else (1, 1)
-    share = 0.5  # of a figure's place for axes that these take at least, beside labels and the bar of colour
+    share = 0.5  # least share of a figure's area for axes that the axes take, the rest being labels and the colour bar
     return int(share * DPI * height / rows), int(share * DPI * width / columns)
 
 

@@ -28,9 +28,9 @@ def extreme_places(y: Floats, stretches: int) -> NDArray[np.int64]:
 
 
 def extremes(x: Floats, y: Floats, stretches: int) -> tuple[Floats, Floats]:
-    """Return the lowest and highest point of each of at most ``stretches`` stretches of a curve, in their order.
+    """Return the minimum and maximum of each of at most ``stretches`` segments of a curve, in their order.
 
-    A curve of no more than two points a stretch comes back whole.
+    A curve of no more than two points per segment is returned unchanged.
 
     >>> extremes(np.arange(7.0), np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0, 9.0]), 3)
     (array([0., 1., 3., 4., 6.]), array([ 0.,  5.,  2., -3.,  9.]))

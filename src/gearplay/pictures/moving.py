@@ -65,7 +65,7 @@ def _grabber(figure: Any) -> Callable[[], Any]:
     figure.set_dpi(DPI)
     width, height = (
         2 * round(0.5 * DPI * each) for each in figure.get_size_inches()
-    )  # H.264 asks for even numbers
+    )  # H.264 requires even numbers
     figure.set_size_inches(width / DPI, height / DPI)
     canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()

@@ -19,8 +19,8 @@ Box = tuple[float, float, float, float]
 def apart(mechanism: Mapping[str, Any], *, gap: float = GAP, disc: float | None = None) -> dict[str, Any]:
     """Return a mechanism whose planes do not cover each other.
 
-    Its gears are moved where needed and know their ``plane`` and the radius of their drawn ``shaft`` [m]; ``axes`` are pairs of
-    places [m] where one shaft, or two that are coupled, are seen. ``gap`` is between planes, of the larger side of one.
+    Its gears are moved where needed and hold their ``plane`` and the radius of their drawn ``shaft`` [m]; ``axes`` are pairs of
+    places [m] where one shaft, or two coupled ones, are drawn. ``gap`` is between planes, of the larger side of one.
     With ``disc`` [m] rotors without teeth that carry nothing are discs of that radius, each in a plane of its own.
     """
     planes = _planes(mechanism, joined=disc is None)
@@ -96,7 +96,7 @@ def _size(gears: Sequence[Gear]) -> float:
 
 
 def _spread(gears: Sequence[Gear], axis: int, wide: float) -> list[dict[str, Any]]:
-    """Return the gears, planes that would cover one before moved beside all of those: along x (0) or down y (1)."""
+    """Return the gears; a plane that would cover an earlier one is moved past all earlier ones: along x (0) or down y (1)."""
     placed: list[Box] = []
     moved = [dict(gear) for gear in gears]
     for plane in sorted({gear["plane"] for gear in gears}):

@@ -1,7 +1,7 @@
 """The mechanism at an instant: gears with involute teeth, shafts in their sleeves, forces; small motions magnified.
 
-Beside the whole a close-up of one sleeve and of one mesh. It is made once and shows one frame after another, for pictures and for
-animations; what it draws comes from `gearplay.results.mechanism`. The page and its player draw the same (``mechanism.js``).
+The complete mechanism with close-ups of one sleeve and one mesh. It is built once and shows one frame after another, for pictures
+and animations; its data come from `gearplay.results.mechanism`. The page and its player draw the same (``mechanism.js``).
 """
 
 import math
@@ -58,7 +58,7 @@ class Stage:
     times
         How many times larger than usual small motions are drawn.
     sleeve, mesh
-        Names of those to look at closely; the first if not given.
+        Names of the elements of the close-ups; the first if not given.
     start
         Time [s] from which that of the frames counts.
 
@@ -103,7 +103,7 @@ class Stage:
             self._place(pane, i)
 
     def loudest(self) -> int:
-        """Return the frame with the largest force, the first of none."""
+        """Return the index of the frame with the largest force; 0 without contacts."""
         forces = [
             np.abs(self.frames[key]).reshape(-1, len(self.frames["t"])) for key in ("sleeves", "meshes")
         ]
@@ -188,7 +188,7 @@ class Stage:
         ax.set_ylim(MM * (y - look.half_y), MM * (y + look.half_y))
 
     def _names(self, ax: Any) -> None:
-        """Write the names of the gears beside their shafts, that of a ring in its rim."""
+        """Write the names of the gears next to their shafts, that of a ring in its rim."""
         from matplotlib.patheffects import withStroke
 
         around, hubs = ({each[key] for each in self.mechanism["carried"]} for key in ("rotor", "on"))

@@ -79,7 +79,7 @@ def tidy(ax: Any) -> Any:
 
 
 def plain_numbers(ax: Any) -> None:
-    """Have linear axes write their numbers whole: no ``1e6`` or ``+8e4`` beside the axis, which nobody reads."""
+    """Format the ticks of linear axes in full, without a common factor or offset such as ``1e6`` or ``+8e4`` at the axis."""
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(_whole_numbers()())
 

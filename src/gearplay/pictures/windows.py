@@ -13,7 +13,7 @@ Mechanism = Mapping[str, Any]
 
 
 class Look(NamedTuple):
-    """A window of the plane: its middle, half its width and height [m], words over it.
+    """A window of the plane: its middle, half its width and height [m], and its title.
 
     A close-up of a sleeve has the radius of the drawn shaft [m] and the place of the sleeve, whose bush it follows.
     """

@@ -89,5 +89,5 @@ def shown_in(unit: str, largest: float) -> tuple[str, float]:
 
 
 def axis_label(words: str, unit: str) -> str:
-    """Return an axis's words with the unit, in lines that fit a panel."""
+    """Return an axis label with the unit, in lines that fit a panel."""
     return plain("\n".join(textwrap.wrap(words if unit == "1" else f"{words} [{unit}]", 44)))

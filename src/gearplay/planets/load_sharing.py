@@ -26,7 +26,7 @@ def load_sharing(source: Source | Result, *, name: str | None = None, member: in
     Returns
     -------
     LoadSharing
-        ``.ds`` with ``share``, ``load_sharing_factor``, forces, planets beside their pins and what floats; ``.plot()``.
+        ``.ds`` with ``share``, ``load_sharing_factor``, forces, planets relative to their pins and floating members; ``.plot()``.
 
     Raises
     ------

@@ -70,7 +70,7 @@ class LoadSharing(OfDataset):
 
     @property
     def message(self) -> str:
-        """The largest factor, and how far it swings, in words."""
+        """The factors of the planets, the largest one and its peak as text."""
         factor = self.dataset["load_sharing_factor"].values
         words = (
             f"load sharing of {self.dataset.attrs['set']}: factors "
@@ -96,7 +96,7 @@ class LoadSharing(OfDataset):
         return found
 
     def plot(self) -> Figure:
-        """Draw factors, forces over the carrier's turn, planets beside their pins and what floats; returns the figure."""
+        """Draw factors, forces over a carrier turn, planets relative to their pins and floating members; return the figure."""
         from gearplay.planets.figures import sharing_drawing
 
         drawn: Figure = sharing_drawing(self.dataset)
@@ -126,7 +126,7 @@ class Members:
         return next(j for j, mesh in enumerate(self.case.meshes) if set(mesh.rotors) == both)
 
     def beside(self, planet: Floats, carrier: Floats, turn: Floats, k: int) -> Floats:
-        """Return how far planet k is beside its pin, wherever that is, radial and tangential [m], shape [2, time].
+        """Return the displacement of planet k from its moving pin, radial and tangential [m], shape [2, time].
 
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """
@@ -219,7 +219,7 @@ def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing
     total = sun.sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         factor = len(sun) * sun / np.where(total == 0.0, np.nan, total)
-    # Weighed by the load: a share of nothing says nothing.
+    # Weighted by the load: the share of a zero load is meaningless.
     weight = np.abs(total) / max(float(np.sum(np.abs(total))), 1e-300)
     mean = np.nansum(factor * weight, axis=1)
     spread = np.sqrt(np.nansum(weight * (factor - mean[:, None]) ** 2, axis=1))

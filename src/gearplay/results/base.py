@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 class Answer(ABC):
-    """What a verb returns.
+    """Base class of the results of public functions.
 
-    Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, what came out in words;
+    Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, a summary as text;
     ``plot()``, a picture; `save`, whose file `gearplay.read_result` turns into the same object again.
     """
 
@@ -42,7 +42,7 @@ class Answer(ABC):
     @property
     @abstractmethod
     def message(self) -> str:
-        """What came out, in words."""
+        """Summary of the result as text."""
 
     @classmethod
     @abstractmethod
@@ -59,7 +59,7 @@ class Answer(ABC):
         Parameters
         ----------
         path
-            The file, which appears complete or not at all; its ending says the format: ``.nc``, ``.csv`` or ``.mat``.
+            The file, written atomically; its extension sets the format: ``.nc``, ``.csv`` or ``.mat``.
         overwrite
             Whether an existing file may be replaced.
 
@@ -93,7 +93,7 @@ class Answer(ABC):
 
 @dataclass(frozen=True, repr=False)
 class OfDataset(Answer):
-    """An answer that is its dataset, with words and a picture of it."""
+    """A result that consists of its dataset, with a summary and a picture."""
 
     dataset: xr.Dataset
 

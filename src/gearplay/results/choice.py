@@ -26,7 +26,7 @@ TELLING = {
     "history": ("x", "y", "ax", "ay", "backlash", "drive_force", "back_force", "coupling_torque"),
     "spectrum": ("ax", "ay", "drive_force", "back_force", "coupling_torque"),
 }
-"""Signals that say most of an element, by the kind of picture; of a rotor that cannot move its speed."""
+"""Most informative signals of an element by the kind of picture; of a rotor that cannot move its speed."""
 
 
 def elements_at(case: Case, at: str) -> list[str]:
@@ -64,7 +64,7 @@ def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "h
     result
         What was simulated.
     names
-        Signals, ``ax`` or ``ring.ax``; of none those that say most.
+        Signals, ``ax`` or ``ring.ax``; the most informative ones if empty.
     at
         An element; all that have the signal if None.
     kind
@@ -135,7 +135,7 @@ def moves(result: "Result", signal: str, label: str) -> bool:
 
 
 def stretch(result: "Result", window: tuple[float | None, float | None] | None) -> tuple[float, float]:
-    """Return the two ends [s] of a window, those of the result where it says none.
+    """Return the two ends [s] of a window, by default those of the result.
 
     Raises `InputError` for a window that is no stretch of the result.
     """

@@ -39,7 +39,7 @@ class ContactTable:
 
     @property
     def words(self) -> str:
-        """What the numbers are of: nothing to say for one run, else how members make one number."""
+        """Note on the numbers: empty for one run, else the kind of average over members."""
         if self.members == 1:
             return ""
         return f"{self.members} members together: means over their time and impacts, the largest of all"

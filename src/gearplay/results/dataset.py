@@ -44,7 +44,7 @@ def _method(case: Case) -> str:
 
 
 def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
-    """Return the attributes that say where a result comes from and how it went."""
+    """Return the provenance and status attributes of a result."""
     worst = worst_of(runs)
     return provenance(case) | {
         KIND: "run",
@@ -114,7 +114,7 @@ def _flags(compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.int8]:
 def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":
     """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.
 
-    Values are computed when they are looked at. Every variable has ``units`` and ``long_name``; attributes hold the resolved
+    Values are computed on first access. Every variable has ``units`` and ``long_name``; attributes hold the resolved
     case and how it was computed. Statistics of couplings' contacts, where ``contact_angular`` is 1, are in rad/s, N m and rad.
     """
     import xarray as xr

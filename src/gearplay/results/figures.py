@@ -41,9 +41,9 @@ Window = tuple[float, float]
 PERIODS = 10.0
 """Mesh periods of a close-up."""
 LONG = 3.0
-"""A window so many close-ups long is drawn whole with the close-up beside it."""
+"""Length of a window, in close-ups, from which it is drawn complete with the close-up next to it."""
 ORDERS = 12.5
-"""Mesh orders of a spectrum, if not told how far it goes."""
+"""Mesh orders of a spectrum without a given upper frequency."""
 MOST_ORBITS = 9
 
 
@@ -98,7 +98,7 @@ def close_up(result: "Result", one: tuple[str, str], window: Window, member: int
 
 
 def _name(ax: Any, signal: str, label: str, unit: str) -> None:
-    """Name a panel's signal: in words above, short with its unit at the axis, where little has room."""
+    """Label a panel's signal: in full in the title, short with its unit at the axis."""
     ax.set_ylabel(axis_label(signal.replace("_", " "), unit), fontsize=SMALL)
     ax.set_title(
         plain(wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64)), fontsize=SMALL, loc="left"
@@ -125,9 +125,9 @@ def key_of(case: Any) -> str:
 
 
 def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
-    """Return a figure of the paths of centres in their clearance circles; a path that is a dot is magnified beside it.
+    """Return a figure of the paths of centres in their clearance circles; a path as small as a dot is magnified next to it.
 
-    A rotor on a carrier is seen from there. Raises `InputError` for rotors that cannot move.
+    A rotor on a carrier is drawn in the carrier's frame. Raises `InputError` for rotors that cannot move.
     """
     case = result.case
     free = free_rotors(case)
@@ -149,7 +149,7 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
 
 
 def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: int = 0) -> None:
-    """Draw the path of one centre, titled; of one on a carrier beside its pin, in the carrier's axes."""
+    """Draw the path of one centre with a title; of a carried rotor relative to its pin, in the carrier's axes."""
     sleeve = result.case.operating.sleeves.get(rotor)
     clearance = sleeve.radial_clearance if sleeve is not None else 0.0
     x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])

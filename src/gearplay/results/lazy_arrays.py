@@ -26,5 +26,5 @@ class _Computed(BackendArray):
 
 
 def lazy_array(shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"], dtype: Any = np.float64) -> Any:
-    """Return data for a variable of ``shape`` that is computed, whole, when its values are asked for; xarray keeps them then."""
+    """Return data for a variable of ``shape`` that is computed as a whole on first access and then cached by xarray."""
     return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Computed(shape, compute, np.dtype(dtype))))  # type: ignore[no-untyped-call]

@@ -50,7 +50,7 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 
 def line_marks(case: Case) -> dict[str, float]:
-    """Return what a spectrum marks [Hz], the first ones first: mesh frequencies, planetary orders, shafts, harmonics."""
+    """Return the marked lines of a spectrum [Hz] in order of priority: mesh, planetary orders, shafts, harmonics."""
     called = _named_meshes(case)
     harmonics = {
         f"{order} {name}": order * line

@@ -29,9 +29,9 @@ FRAMES = 900
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
-    """Return what the drawing of the mechanism needs: gears with teeth and rotors, sleeves, meshes, what joins them.
+    """Return the data for a drawing of the mechanism: gears with teeth and rotors, sleeves, meshes and joints.
 
-    Gears stand where they are drawn: stages that lie one behind the other beside each other.
+    Gears are placed as drawn: stages that lie one behind the other are placed side by side.
     """
     return apart(placed(case))
 
@@ -103,9 +103,9 @@ def frames_of(
     ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of an element: ``x`` of a
     rotor.
 
-    A planetary set is as its carrier sees it, which has actually turned by ``orbit`` [rad], shape [rotor, frame]; 0 for all
+    A planetary set is in the frame of its carrier, which has actually turned by ``orbit`` [rad], shape [rotor, frame]; 0 for all
     others. ``turns`` are the rotations by rolling with the leading rotor, less the carrier's, within a turn; those in ``rotors``
-    are beside them: 32 bits would not resolve a backlash after some turns. ``bushes`` are the displacements of the sleeves'
+    are relative to them: 32 bits would not resolve a backlash after some turns. ``bushes`` are the displacements of the sleeves'
     bushes from the nominal centres [m], shape [sleeve, 2, frame]. Forces are the largest since the frame before, so that a short
     impact is seen.
     """
@@ -166,7 +166,7 @@ def motion_of(
 ) -> dict[str, Floats]:
     """Return ``x``, ``y`` [m], ``vx``, ``vy`` [m/s] of a rotor's centre, shape [time].
 
-    A carried rotor is seen beside its pin, in axes that turn with the actual carrier; another rotor of a planetary set in axes
+    A carried rotor is relative to its pin, in axes that turn with the actual carrier; another rotor of a planetary set in axes
     that turn with the carrier's nominal speed. ``time`` [s] counts from the start of the run; ``signal`` returns a signal of an
     element at these times.
     """

@@ -14,12 +14,12 @@ MISSING: Final = -1
 """Status of a case that has not been run yet; 0 is done, more than 0 a failure."""
 
 MOST_REASONS: Final = 5
-"""Reasons that are told."""
+"""Number of reasons that are listed."""
 
 
 @dataclass(frozen=True)
 class Account:
-    """Cases by how they ended, and why some failed: reasons with their counts, the most frequent first.
+    """Number of cases by status, and the reasons of failures with their counts, the most frequent first.
 
     >>> print(Account.of([0, 0, 3, -1], ["", "", "Too many steps.", ""]))
     4 cases: 2 finished, 1 failed, 1 not run yet

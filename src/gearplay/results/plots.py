@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Plotter:
-    """Pictures of a result; every method returns the axes it drew on. Called itself it draws the one that says most.
+    """Pictures of a result; every method returns the axes it drew on. Called itself it draws the default picture.
 
     A figure of its own is titled with the case, what was changed of it, the element and the stretch of time; axes that are
     given get a title of the element alone.
@@ -85,9 +85,9 @@ class Plotter:
         return self._titled(axes, label, what, window_words(span) + beside, member, own=ax is None)
 
     def orbit(self, rotor: str, *, member: int = 0, ax: Axes | None = None) -> Axes:
-        """Draw the path of a rotor's centre in its clearance circle; one that is a dot is magnified beside it.
+        """Draw the path of a rotor's centre in its clearance circle; a path as small as a dot is magnified next to it.
 
-        A carried rotor, such as a planet, is drawn beside its pin, in axes that turn with the actual carrier. Raises
+        A carried rotor, such as a planet, is drawn relative to its pin, in axes that turn with the actual carrier. Raises
         `InputError` for a rotor whose centre cannot move.
         """
         free = free_rotors(self._result.case)

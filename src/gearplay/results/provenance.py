@@ -28,7 +28,7 @@ def signal_words(signal: str) -> dict[str, str]:
 
 
 def provenance(case: Case, *, title: str | None = None, name: str = "case", **more: Any) -> dict[str, Any]:
-    """Return the attributes that say where a table comes from: title, the case and its digest, version, and what more is given.
+    """Return the provenance attributes of a table: title, the case and its digest, version, and the given ones.
 
     ``name`` is what the case is to the table: "case", or "base_case" of a sweep.
     """

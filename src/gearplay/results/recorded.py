@@ -33,6 +33,6 @@ def record_of(result: Result, member: int = 0) -> Record:
 
 
 def usual_channel(result: Result) -> str:
-    """Return the name of the channel that says most: an acceleration where a centre moves, else a force or a speed."""
+    """Return the name of the most informative channel: an acceleration where a centre moves, else a force or a speed."""
     signal, label = choose(result, [], None, kind="spectrum")[0]
     return f"{label}.{signal}"

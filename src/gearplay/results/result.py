@@ -58,7 +58,7 @@ class Result(Answer):
     runs : list of Trajectory
         Members with counters, final states and the log of contacts; computed again for a result read from a file.
     status, message, success
-        The worst status of all members, in words, and whether every member reached its end.
+        The worst status of all members as text, and whether every member reached its end.
 
     Examples
     --------
@@ -131,7 +131,7 @@ class Result(Answer):
 
     @property
     def message(self) -> str:
-        """That status in words, and what casts doubt on the run."""
+        """The worst status and the warnings of the run as text."""
         return worst_of(self._runs).message if self._runs else str(self.ds.attrs["message"])
 
     @property
@@ -234,14 +234,14 @@ class Result(Answer):
         sampling: float | None = None,
         window: tuple[float, float] | None = None,
     ) -> Floats:
-        """Return one signal of one element of the member at a place, computed from the motion when it is asked for.
+        """Return one signal of one element of the member at a place, computed from the motion on request.
 
         Parameters
         ----------
         signal
             Its name: ``ax``, ``ring.ax``, ``backlash``.
         label
-            The rotor, sleeve or mesh; may be left out where only one has the signal, or its name says it.
+            The rotor, sleeve or mesh; optional where only one has the signal, or the signal's name includes it.
         member
             Place of the member, 0 for the first.
         sampling
@@ -329,7 +329,7 @@ class Result(Answer):
         rotor, label
             The element, by either name; may be left out where only one has the signal.
         window
-            A window that scipy.signal knows by name.
+            Name of a window of `scipy.signal`.
 
         Returns
         -------

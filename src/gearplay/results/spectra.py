@@ -225,9 +225,9 @@ _short_window = lru_cache(maxsize=16)(_window)
 
 
 def check_window(name: str, n: int) -> Floats:
-    """Return the periodic window of ``n`` samples that scipy.signal knows by ``name``, shape [sample].
+    """Return the periodic `scipy.signal` window ``name`` of ``n`` samples, shape [sample].
 
-    Raises `InputError` for a name that is not known, or a window that needs a parameter.
+    Raises `InputError` for an unknown name, or a window that needs a parameter.
 
     >>> check_window("hann", 4).tolist()
     [0.0, 0.5, 1.0, 0.5]

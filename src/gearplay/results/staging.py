@@ -28,7 +28,7 @@ class Motion(NamedTuple):
 def motion_in(
     result: Result, window: tuple[float, float], *, at: str | None = None, frames: int = 900
 ) -> Motion:
-    """Return the mechanism of a result and its frames within a window [s]; ``at`` names what is looked at closely.
+    """Return the mechanism of a result and its frames within a window [s]; ``at`` names the close-up.
 
     Raises `InputError` for a result that does not keep places and rotations, a window or a place that is not there.
     """

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Column(NamedTuple):
-    """How one field stands in the dataset: its dimensions, unit and words."""
+    """Column of one field in the dataset: its dimensions, unit and long name."""
 
     dims: tuple[str, ...]
     unit: str

@@ -72,7 +72,7 @@ def _set(case: Case) -> list[str]:
 
 @cache
 def _titles() -> dict[str, str]:
-    """Return the names of bundled cases by their titles."""
+    """Return the names of the bundled cases by title."""
     places = ("gearplay.model", "cases")
     found = {name: tomllib.loads(bundled_text(*places, name)).get("title", "") for name in bundled(*places)}
     return {title: name for name, title in found.items() if title}
@@ -100,7 +100,7 @@ def _shown(case: Case, path: str, value: Any) -> str:
 
 
 def window_words(window: tuple[float, float]) -> str:
-    """Return a stretch of time [s] in words, its ends as exact as its length asks for.
+    """Return a time window [s] as text, with the digits of its ends set by its length.
 
     >>> window_words((0.5, 0.6)), window_words((0.5, 0.50125))
     ('0.5 to 0.6 s', '0.5 to 0.50125 s')

@@ -89,7 +89,7 @@ def apply_chain(
     source: str = "",
     attributes: Mapping[str, str] | None = None,
 ) -> Record:
-    """Return what the rig's sensors and collector record of given accelerations.
+    """Return the record of given accelerations by the rig's sensors and data collector.
 
     Parameters
     ----------

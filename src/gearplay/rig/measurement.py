@@ -48,7 +48,7 @@ def measure(
     progress: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> Record:
-    """Simulate a case and return what the rig's sensors and collector would have recorded.
+    """Simulate a case and return the record of the rig's sensors and data collector.
 
     Parameters
     ----------

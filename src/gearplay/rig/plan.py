@@ -47,7 +47,7 @@ data sheet. A calibration certificate goes before any of these.
 
 
 class Accelerometer(Part):
-    """A piezoelectric accelerometer on a rotor's shaft: what is not given comes from the table of sensors.
+    """A piezoelectric accelerometer on a rotor's shaft, with defaults from the table of sensors.
 
     It measures the acceleration of the rotor's centre along its axis, without gravity: the amplifier blocks
     constant voltages.

@@ -26,7 +26,7 @@ MOST_SAMPLES = 60_000_000
 class ShaftAngle:
     """Angle of a shaft over time: rising ``angle`` [rad] at ``time`` [s], both of shape [point], a cubic spline between.
 
-    ``source`` says in words where it comes from.
+    ``source`` is its origin as text.
     """
 
     time: Floats

@@ -114,7 +114,7 @@ def _mark(ax: "Axes", table: LineTable) -> None:
 
 
 def _from_zero(ax: "Axes", values: Floats) -> None:
-    """Let an ordinate begin at 0, where a curve that is all 0 would not be seen: it is said."""
+    """Start an ordinate at 0, and note a curve that is 0 everywhere, as it would not be visible."""
     ax.set_ylim(bottom=0.0)
     if not np.any(np.asarray(values) > 0.0):
         ax.text(0.5, 0.5, "0 throughout", transform=ax.transAxes, ha="center", va="center", fontsize=9)

@@ -27,10 +27,10 @@ CLOSEST = 3.0  # lines between two expected frequencies, a Hann window's main lo
 
 @dataclass(frozen=True)
 class LineRow:
-    """One expected line: what was found of it, with standard uncertainties (68 %; 1.96 times them cover 95 %).
+    """Result for one expected line, with standard uncertainties (68 %; 1.96 times them cover 95 %).
 
     ``expected``, ``frequency``, ``frequency_uncertainty`` [Hz]; ``amplitude``, ``amplitude_uncertainty`` and ``limit``, the
-    smallest amplitude that would have been told from noise [unit]; ``phase``, ``phase_uncertainty`` [rad], of a cosine at the
+    smallest amplitude distinguishable from noise [unit]; ``phase``, ``phase_uncertainty`` [rad], of a cosine at the
     first sample; ``prominence`` the line's height over the rms noise of a line [1]; ``noise`` the one-sided density
     nearby [unit^2/Hz]. Without a line (``found`` false) the numbers of the line are nan and ``remark`` says why.
     """
@@ -203,7 +203,7 @@ def _holds(band: tuple[int, int], tone: Tone) -> bool:
 
 
 def _sharp(tone: Tone, strangers: list[Tone]) -> bool:
-    """Tell a line from a hump, which many tones of like height make up, none of them expected."""
+    """Return whether a tone is a sharp line and not part of a hump: many unexpected tones of similar height."""
     near = sum(abs(t.amplitude) ** 2 for t in strangers if abs(t.place - tone.place) <= NEAR)
     return tone.explained >= SHARP and abs(tone.amplitude) ** 2 >= ALONE * near
 

@@ -136,7 +136,7 @@ def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.0
     """
     _band(spectrum, low, high)
     frequency, inside = smoothed(spectrum, low, high, width)
-    # A true hump has lower sides; without one the band's highest value is all there is to say.
+    # A true hump has lower sides; without a hump the result is the band's highest value.
     tops = [i for i in range(1, inside.size - 1) if inside[i] >= inside[i - 1] and inside[i] > inside[i + 1]]
     at = max(tops, key=lambda i: inside[i]) if tops else int(np.argmax(inside))
     place = 0.0

@@ -79,7 +79,7 @@ def spectrogram(
     kind
         "amplitude" or "density".
     window
-        Window that scipy.signal knows by name.
+        Name of a window of `scipy.signal`.
     segment
         Length of a segment [samples].
     overlap

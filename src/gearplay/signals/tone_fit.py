@@ -86,7 +86,7 @@ def _jacobian(places: Floats, amplitudes: Complexes, at: Indices, transform: Tra
 
 
 def _norms(jacobian: Complexes) -> Floats:
-    """Return the columns' norms; a weak tone beside a strong one would else drown in the algebra's tolerance."""
+    """Return the column norms for scaling: next to a strong tone a weak one would be lost in the solver's tolerance otherwise."""
     norm = np.sqrt(np.sum(np.abs(jacobian) ** 2, axis=0))
     return np.asarray(np.where(norm > 0.0, norm, 1.0))
 

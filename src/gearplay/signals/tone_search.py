@@ -20,7 +20,7 @@ from gearplay.signals.tone_fit import (
 Floats = NDArray[np.float64]
 
 SIDE = 64  # lines on each side from which the noise around a line is taken
-MARGIN = 24  # lines beyond a searched band in which neighbours are looked for
+MARGIN = 24  # lines beyond a searched band in which neighbours are searched
 RANGE = 1e-10  # of the strongest line: below lies rounding
 LOBES = {
     1: 20_000,
@@ -56,14 +56,14 @@ class _Zone:
         self.amplitudes: list[complex] = []
 
     def noise(self) -> Floats:
-        """Return the expected power of noise on each line: the local median of what is left, over ln 2.
+        """Return the expected power of noise on each line: the local median of the residual, over ln 2.
 
         A line's power is exponentially distributed, its median ln 2 times its mean; tones left over hardly move a median.
         """
         from scipy.ndimage import median_filter
 
         power = np.abs(self.left) ** 2
-        for place in self.places:  # lines that the fit took part of say less than the noise
+        for place in self.places:  # lines reduced by the fit are lower than the noise
             power[self._near(place, LOBE)] = np.nan
         kept = np.isfinite(power)
         level = np.full(power.size, self.floor)
@@ -95,7 +95,7 @@ class _Zone:
         return slice(int(max(0, low)), int(max(0, high + 1)))
 
     def _add(self, member: int, sign: float) -> None:
-        """Add a tone to what is left, in all zones, or take it off, as far as its side lobes matter."""
+        """Add a tone to the residual, in all zones, or subtract it, as far as its side lobes matter."""
         reach, middle = LOBES[len(self.transform.cosines)], round(self.places[member])
         low, high = max(1, middle - reach), min(self.transform.lines.size - 2, middle + reach)
         place, amplitude = np.array([self.places[member]]), np.array([self.amplitudes[member]])
@@ -132,7 +132,7 @@ class _Zone:
         )
 
     def fit(self, group: list[int], *, steps: int = 30) -> None:
-        """Fit a group of tones at once to what the others leave."""
+        """Fit a group of tones jointly to the residual of the others."""
         for i in group:
             self._add(i, 1.0)
         seen = self.lines_of(group)
@@ -159,7 +159,7 @@ class _Zone:
 
 
 def _between(left: float, peak: float, right: float, transform: Transform) -> float:
-    """Return the place of an isolated tone beside its highest line, from the ratio of the neighbours [lines]."""
+    """Return the offset of an isolated tone from its highest line [lines], from the ratio of the neighbours."""
     trial = np.linspace(-0.5, 0.5, 41)
     shape = [np.abs(kernel(trial - j, transform.n, transform.cosines)) for j in (-1, 0, 1)]
     against = (shape[2] - shape[0]) / shape[1]
@@ -184,7 +184,7 @@ def find_tones(
     """Return the tones in and around the ``bands`` of lines, and the mean power of noise on a line of each band.
 
     Noise alone exceeds p times its mean power on one of n lines with probability n exp(-p); p follows from ``false_alarm``.
-    The strongest lines that do are taken, all tones near them are fitted again, and the search goes on in what is left
+    The strongest lines above that are taken, all tones near them are fitted again, and the search continues in the residual
     (CLEAN: Hoegbom, Astron. Astrophys. Suppl. 15 (1974) 417), up to 4 tones a band and 6 more.
     """
     floor = (RANGE * float(np.max(np.abs(transform.lines)))) ** 2

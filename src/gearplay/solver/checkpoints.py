@@ -32,10 +32,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SHORTEST, SHARE = 256, 256
-"""Steps from one kept state to the next: at least so many, and this part of all taken so far."""
+"""Steps between checkpoints: the least number, and the divisor of all steps taken so far."""
 FEWEST_SAMPLES = 20_000
-"""Of a piece that is worth a thread of its own."""
-# What a run is asked for and what it says, not what it is.
+"""Least number of samples of a piece for a separate thread."""
+# Fields that hold requests and outputs of a run, not its state.
 _ASKED = (
     "columns",
     "wanted_rotors",
@@ -89,7 +89,7 @@ class _Mark:
 
 
 class KeptMotion:
-    """A run's motion, from which signals are computed when they are asked for.
+    """Checkpointed motion of a run, from which signals are computed on request.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class KeptMotion:
         return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays) * len(self.marks)
 
     def note(self, course: Course) -> None:
-        """Keep the state in which a run is about to begin or pauses, where one is due, and say when to look again."""
+        """Store a checkpoint of a run at its begin or a pause, if one is due; set the run's steps until the next pause."""
         if not self._arrays:
             self._arrays = tuple(_states(course.run))
         if course.steps >= self._due or course.time in self.ends:
@@ -151,7 +151,7 @@ class KeptMotion:
         idle: list[Course] = []
 
         def look() -> None:
-            if stop.is_set() or time.monotonic() > until:  # the former is for nobody to see
+            if stop.is_set() or time.monotonic() > until:  # after ``stop`` the message is discarded
                 raise out_of_time(count, len(places))
 
         def fill(piece: tuple[_Mark, int, int]) -> None:
@@ -199,9 +199,9 @@ class KeptMotion:
         step: float,
         look: Callable[[], None],
     ) -> None:
-        """Fill samples ``first`` to ``last`` - 1 of a course's rows, following the motion on from a mark.
+        """Fill samples ``first`` to ``last`` - 1 of the rows of an integration run, replayed from a checkpoint.
 
-        ``look`` is called about every 50 ms and raises where nobody waits for them any more.
+        ``look`` is called about every 50 ms and raises where the request was cancelled or its time is over.
         """
         (mark, first, last), run = piece, course.run
         forces = run.counts[kernel.FORCES]
@@ -235,7 +235,7 @@ def out_of_time(count: int, columns: int) -> ResourceError:
 
 
 class KeptSamples:
-    """Samples of a kept motion, computed when they are asked for: one signal alone, or all at once.
+    """Samples of a checkpointed motion, computed on request: one signal alone, or all at once.
 
     Parameters
     ----------

@@ -30,13 +30,13 @@ from gearplay.vocabulary.progress import Progress
 
 MOST_HELPERS = 3
 FEW = 6
-"""So few kernels are not worth a word: the first call of each compiles it."""
+"""Number of kernels below which nothing is reported: the first call of each compiles it."""
 OFTEN = 20.0  # s between words where there is no bar
 _OF_DERIVATIVE = ("tangent", "tangent_state", "saltation", "slopes", "unbalance", "linear")
 _SELDOM = ("accelerate", "applied_torque", "shaft_power", "fill_powers", "mesh_powers")
-"""Kernels that few runs need, or that only look at one: the first call of each compiles it."""
+"""Kernels that few runs need, or that only evaluate a finished run: the first call of each compiles it."""
 _OF_JOINED = ("integrate_joined", "fill_joined_states", "joined_torque")
-"""Kernels beside those of `gearplay.kernels.joined` that only rotors behind springs need."""
+"""Kernels outside `gearplay.kernels.joined` that only rotors behind springs need."""
 _LINEAR = {
     "contact_kinematics", "apply_forces", "linearise", "add_change", "torque_of", "torques_of", "initialise",
     "initialise_modes", "update_modes", "rates_of", "rate_of_change", "rates_at", "matrix_at", "strain_energies",
@@ -49,7 +49,7 @@ _ready_linear: set[frozenset[str]] = set()
 
 
 def prepare(case: Case, *, derivative: bool = False, progress: Progress | None = None) -> None:
-    """Compile what a case needs, on all cores, or see that it has been compiled: some 15 s once after an installation.
+    """Compile the kernels that a case needs, on all cores, unless compiled already: some 15 s once after an installation.
 
     Parameters
     ----------
@@ -58,10 +58,10 @@ def prepare(case: Case, *, derivative: bool = False, progress: Progress | None =
     derivative
         Whether the exact derivative of the motion is needed too.
     progress
-        Told how much is compiled, and of how much, with a label that says what it is and about how long it takes; without it
-        lines on standard error do.
+        Progress callback with the compiled amount, the total and a label with the expected duration; without it progress is
+        reported on standard error.
 
-    Raises `InputError` where the derivative is wanted of fixed steps.
+    Raises `InputError` where the derivative of a run with fixed steps is requested.
 
     """
     if derivative:
@@ -165,7 +165,7 @@ def _compile(wanted: Sequence[str], progress: Progress | None) -> None:
 
 
 def _tell_not_kept() -> None:
-    """Say once, on standard error, that compiled code cannot be kept, and what to do."""
+    """Warn once, on standard error, that compiled code cannot be cached, with the cure."""
     global _not_kept_told
     if not_kept and not _not_kept_told:
         _not_kept_told = True
@@ -180,7 +180,7 @@ def _length(names: Sequence[str]) -> int:
 
 
 def _words_for(names: Sequence[str]) -> str:
-    """Return what is compiled: how many kernels, and whether they are those of the derivative of the motion."""
+    """Return the label of a compilation: number of kernels, and number of those for the derivative of the motion."""
     derivative = [
         name for name in names
         if name.rpartition(".")[2] in DERIVATIVE or name.rpartition(".")[0].rpartition(".")[2] in _OF_DERIVATIVE
@@ -192,7 +192,7 @@ def _words_for(names: Sequence[str]) -> str:
 
 
 def _said() -> Progress:
-    """Return what tells progress on standard error, in a line at once and one now and then."""
+    """Return a callback that reports progress on standard error, one line at once and one every `OFTEN` seconds."""
     began = last = time.monotonic()
 
     def tell(label: str, done: float, total: float) -> None:
@@ -236,7 +236,7 @@ def _know_types() -> None:
 
 
 def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
-    """Compile those that nobody else has claimed in a folder; yield each."""
+    """Compile the kernels that no other process has claimed in a folder; yield each."""
     for name in wanted:
         try:
             (claims / name).touch(exist_ok=False)
@@ -247,7 +247,7 @@ def _share(claims: Path, wanted: Sequence[str]) -> Iterator[str]:
 
 
 def _helper_count(wanted: Sequence[str]) -> int:
-    """Return how many processes may help: none where what they compile would be lost."""
+    """Return the number of helper processes: none where their compiled code could not be cached."""
     possible = sys.executable and code_folder() is not None and not not_kept
     return min(worker_count() - 1, MOST_HELPERS, len(wanted) // FEW) if possible else 0
 

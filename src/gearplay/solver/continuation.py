@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class End:
-    """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; what each element remembers,
+    """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; the memory of each element,
     as how far a line of centres has followed an orbiting gear, shape [element, memory]; the stored impact speeds [m/s], shape
     [impact speed].
     """
@@ -35,7 +35,7 @@ def end_of(course: Course) -> End:
 
 
 def start_from(end: End, packed: Packed) -> Floats:
-    """Return the state at t = 0 of a run that goes on from an end; prescribed shafts have their own speed from then on."""
+    """Return the state at t = 0 of a run that continues from an end; prescribed shafts have their own speed from then on."""
     rotors: Any = packed.system.rotors
     n = rotors.size
     y = end.state.copy()
@@ -54,6 +54,6 @@ def ramp_speeds(y: Floats, packed: Packed) -> None:
 
 
 def go_on_from(course: Course, end: End) -> None:
-    """Let a run that has not begun remember what the one before it did."""
+    """Transfer the elements' memory and the stored impact speeds of the previous run to a run that has not begun."""
     course.run.branch.memory[:] = end.memory
     course.set_impact_speeds(end.impact_speeds)

@@ -17,7 +17,7 @@ clock: Callable[[], float] = time.monotonic
 class Deadline:
     """End of the time that a request may take, ``limit`` [s] after its first run began; None for no limit.
 
-    Compilation, which comes before the first run, does not count. ``has_stopped`` says whether a run was ended by it.
+    Compilation, which comes before the first run, does not count. ``has_stopped`` is whether it ended a run.
     """
 
     def __init__(self, limit: float | None) -> None:
@@ -34,7 +34,7 @@ class Deadline:
         return self._end - clock()
 
     def is_over(self) -> bool:
-        """Return whether no time is left; whoever asks ends its run then."""
+        """Return whether no time is left; the caller then ends its run."""
         over = self.left() < 0.0
         self.has_stopped |= over
         return over

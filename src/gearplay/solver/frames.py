@@ -2,7 +2,7 @@
 
 Rotors that meshes, bushes, supports and bending couplings join belong together. Where they are one coaxial set about one turning
 carrier their motion is seen from it: centres and velocities are turned back by the carrier's nominal rotation, so that a motion
-that repeats beside the carrier repeats. All others are seen as they are.
+that is periodic relative to the carrier is periodic. All other rotors are in fixed axes.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ COAXIAL = 1e-9
 class CarrierFrames:
     """Frames of the rotors of a system.
 
-    ``speeds`` are those of their frames [rad/s], 0 for fixed ones, shape [rotor]; ``arms`` their nominal centres beside the axis
+    ``speeds`` are those of their frames [rad/s], 0 for fixed ones, shape [rotor]; ``arms`` their nominal centres from the axis
     of the frame [m], shape [rotor, 2]; ``breaks`` whether something that turns with no frame acts on a rotor's set:
     gravity, the housing's motion, a support or a bush on the ground that is not alike in all directions, shape [rotor].
 
     ``hubs`` is the rotor that carries each, -1 for none, ``leads`` the carrier of its coaxial set, or a turning one that
-    carries it, shape [rotor]; ``places`` its nominal centre beside that of its carrier [m], ``seats`` the centre of its bush or
-    support beside its nominal centre [m], in axes that turn with the carrier, shape [rotor, 2].
+    carries it, shape [rotor]; ``places`` its nominal centre from that of its carrier [m], ``seats`` the centre of its bush or
+    support from its nominal centre [m], in axes that turn with the carrier, shape [rotor, 2].
     """
 
     def __init__(self, system: System) -> None:
@@ -66,11 +66,11 @@ class CarrierFrames:
 
     @property
     def turning(self) -> bool:
-        """Whether any rotor is seen from a carrier that turns."""
+        """Whether the frame of any rotor is a turning carrier."""
         return bool(np.any(self.speeds))
 
     def beside_seat(self, i: int, centre: Floats, hub: Floats, angle: Floats) -> Floats:
-        """Return the centre of carried rotor i beside its seat [m], in axes that turn with the carrier, shape [2, ...].
+        """Return the centre of carried rotor i relative to its seat [m], in axes that turn with the carrier, shape [2, ...].
 
         R(-angle) (P_i + d_i - P_hub - d_hub) - (P_i - P_hub) - seat, with displacements d ``centre`` and ``hub`` [m],
         shape [2, ...], and the carrier's actual rotation ``angle`` [rad].
@@ -83,7 +83,7 @@ class CarrierFrames:
     def rate_beside_seat(
         self, i: int, beside: Floats, velocity: Floats, hub: Floats, angle: Floats, speed: Floats
     ) -> Floats:
-        """Return the rate [m/s] of ``beside``, as `beside_seat` returned it.
+        """Return the rate [m/s] of ``beside``, the relative centre returned by `beside_seat`.
 
         From velocities ``velocity`` and ``hub`` [m/s] and the carrier's ``speed`` [rad/s].
         """
@@ -130,7 +130,7 @@ def turned(vectors: Floats, angle: Floats) -> Floats:
 
 
 def _seats(system: System) -> Floats:
-    """Return where bushes, else supports, are beside the nominal centres of their rotors [m], shape [rotor, 2]."""
+    """Return the positions of bushes, else supports, from the nominal centres of their rotors [m], shape [rotor, 2]."""
     found = np.zeros((system.rotors.size, 2))
     for records in (system.records[SUPPORT], system.records[SLEEVE]):
         for each in records:
@@ -180,7 +180,7 @@ def _groups(system: System, carriers: dict[int, tuple[int, tuple[float, float]]]
 
 
 def _is_coaxial(system: System, group: set[int], arms: dict[int, Floats], carrier: int) -> bool:
-    """Return whether all of a group that is not carried lies on the carrier's axis, as its meshes say."""
+    """Return whether all rotors of a group that are not carried lie on the carrier's axis, according to its meshes."""
     for mesh in system.records[MESH]:
         a, b = int(mesh["a"]), int(mesh["b"])
         if a not in group:

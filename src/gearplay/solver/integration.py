@@ -21,9 +21,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FIRST_STEPS, CHUNK_STEPS = 8, 20_000
-"""Between two looks at the clock and at reasons to stop: the first time, and at most."""
+"""Steps between two checks of the clock and of the reasons to stop: initial and largest number."""
 CHUNK_TIME = 0.05
-"""About the time [s] between two looks: signals that are sampled on the way may make a step a thousand times longer."""
+"""Approximate time [s] between two checks: signals sampled on the way may make a step a thousand times longer."""
 MOST_GROWTH = 16.0
 """How many times as many steps the next chunk may have."""
 LOG_CAPACITY = 16_384
@@ -96,7 +96,7 @@ class Course:
     ) -> None:
         self.case, self.packed, self.stop = case, packed, stop
         self.chunk = CHUNK_STEPS
-        """Steps between two looks at reasons to stop, at most; fewer where they take long."""
+        """Largest number of steps between two checks of the reasons to stop; fewer where steps take long."""
         self._paced = FIRST_STEPS
         self.deadline = deadline_of(case.run.max_wall_time)
         self.system, settings = packed.system, case.run
@@ -156,7 +156,7 @@ class Course:
         keep_log: bool = True,
         reason_to_stop: Callable[["Course"], Status | None] | None = None,
     ) -> Status:
-        """Advance to t_end [s] or to the first reason to stop, which is asked for before each chunk; return the status."""
+        """Advance to t_end [s] or to the first reason to stop, evaluated before each chunk; return the status."""
         asked, self._piece_begun = reason_to_stop or Course._own_reason, self.steps
         while (reason := asked(self)) is None:
             steps = min(self.chunk, self._paced, CHUNK_STEPS)
@@ -240,7 +240,7 @@ class Course:
 
     @property
     def divergence(self) -> float:
-        """The divergence [1] summed up so far; NaN where it was not asked for."""
+        """The divergence [1] accumulated so far; NaN where it was not requested."""
         if self.tangent is None or self.tangent.totals[1] != 1.0:
             return float("nan")
         return float(self.tangent.totals[0])

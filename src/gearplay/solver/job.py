@@ -75,7 +75,7 @@ class Job:
         return (starts or Starts(self.case, packed)).of_member(self.member)
 
     def begin(self, packed: Packed) -> Course:
-        """Return the motion, not yet begun."""
+        """Return the integration run in its initial state."""
         start = self.first_state(packed)
         if self.sample:
             samples = max(1, int(self.duration * self.sampling + 0.5))
@@ -145,7 +145,7 @@ class Job:
 
 
 class Watch:
-    """Shared by the runs of one call: progress, limits, and the wish to stop."""
+    """State shared by the runs of one call: progress, limits and cancellation."""
 
     def __init__(self, total: float, progress: Tick | None, stop: threading.Event) -> None:
         self.stop, self.total, self.progress = stop, total, progress

@@ -77,7 +77,7 @@ def check_estimate(wanted: Estimate) -> None:
 
 
 def check_work(what: str, packed: Packed, *, seconds: float, numbers: float = 0.0) -> None:
-    """Raise `ResourceError` for a study of motions, ``seconds`` of them with ``numbers`` kept, that nobody should start."""
+    """Raise `ResourceError` for an analysis of ``seconds`` of motion with ``numbers`` stored that is over the limits."""
     steps, held = STEPS_PER_SECOND * max(1, packed.system.records[MESH].size) * seconds, 8.0 * numbers
     if held > MAX_BYTES or steps > MAX_STEPS:
         raise ResourceError(

@@ -32,9 +32,9 @@ class Observables:
 
     Names are those of a result, ``element.signal`` or a signal of all its elements; those that need forces are not among them.
     ``mesh.x`` is the displacement along the line of action in half backlashes, 1 + drive_penetration / (backlash / 2): above 1
-    the drive flank is pressed, below -1 the back flank, in between the teeth are free; of a torsional pair ``x`` says it.
-    Rotations and speeds count from the nominal ones; centres of planetary sets are seen from their turning carriers, of carried
-    rotors beside their pins, in axes that turn with the actual carrier.
+    the drive flank is pressed, below -1 the back flank, in between the teeth are free; of a torsional pair it is ``x``.
+    Rotations and speeds count from the nominal ones; centres of planetary sets are in the frame of their turning carriers, of
+    carried rotors relative to their pins, in axes that turn with the actual carrier.
 
     Raises `InputError` for a name that is no such signal.
     """
@@ -88,7 +88,7 @@ class Observables:
         return np.array([found[at] if half is None else 1.0 + found[at] / half for _, at, half in self.shown])
 
     def _beside_seats(self, t: float, y: Floats, seen: Floats) -> Floats:
-        """Return ``seen`` with centres and velocities of the carried rotors that are asked for beside their seats."""
+        """Return ``seen`` with centres and velocities of the requested carried rotors relative to their seats."""
         rotors: Any = self.packed.system.rotors
         n, found = rotors.size, seen.copy() if self.carried else seen
         for i in self.carried:

@@ -46,7 +46,7 @@ def note_pace(folder: Path, length: int, seconds: float, shared: float) -> None:
 
 
 def duration_words(seconds: float) -> str:
-    """Return a rough time in words, to one digit.
+    """Return an approximate time as text, to one digit.
 
     >>> duration_words(0.4), duration_words(26.0), duration_words(75.0), duration_words(214.0)
     ('a second', '30 s', 'a minute', '4 min')

@@ -29,7 +29,7 @@ MOST_WRITTEN = 1e7
 
 
 def _load(case: Case, packed: Packed) -> None:
-    """Compile what the case needs, and load what every run begins with, before threads share it."""
+    """Compile the kernels of the case and load the data common to all runs, before threads share them."""
     prepare_packed(packed, fixed=case.run.fixed_step is not None)
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
@@ -76,7 +76,7 @@ def run_one(
 ) -> Trajectory:
     """Simulate one member on the caller's thread, for callers with a pool of their own; see `run_members`.
 
-    ``origin`` is the end of an earlier run of the same mechanism, from which this one goes on.
+    ``origin`` is the end of an earlier run of the same mechanism, from which this one continues.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
     packed, run = pack(case), case.run
@@ -164,9 +164,9 @@ def run_batch(
 
 
 def _on_threads(calls: Sequence[Callable[[], R]], watch: Watch, threads: int) -> list[R]:
-    """Return what calls return, made on threads; Ctrl-C is the wish to stop.
+    """Return the results of calls made on threads; Ctrl-C cancels the runs.
 
-    Even one is made off the main thread, so that Ctrl-C reaches Python while the kernel works.
+    Even a single call is made off the main thread, so that Ctrl-C reaches Python while the kernel works.
     """
     with ThreadPoolExecutor(max(1, min(threads, len(calls)))) as pool:
         futures = [pool.submit(in_request(call)) for call in calls]

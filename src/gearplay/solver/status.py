@@ -6,7 +6,7 @@ from gearplay.kernels import run as kernel
 
 
 class Status(IntEnum):
-    """How a run ended; everything but DONE leaves what was computed so far."""
+    """Status at the end of a run; a run with any status other than DONE keeps the results so far."""
 
     DONE = kernel.DONE
     PAUSED = kernel.PAUSED

@@ -164,7 +164,7 @@ def _doubt(mesh: str, share: float) -> str:
 
 
 class Samples(Protocol):
-    """The samples of a run, shape [time, column], written while it ran or computed when they are asked for."""
+    """The samples of a run, shape [time, column], stored during the run or computed on request."""
 
     @property
     def left(self) -> float:
@@ -253,7 +253,7 @@ class Trajectory:
 
     @property
     def message(self) -> str:
-        """The status in words, and what casts doubt on the run."""
+        """The status and the warnings of the run as text."""
         place = "" if self.success else f" Stopped at t = {self.reached:.9g} s."
         if self.left_mesh:
             place += f" It is {self.left_mesh}."
@@ -281,8 +281,8 @@ class Trajectory:
     def mean_acceleration(self, rotor: str) -> Floats:
         """Return the mean acceleration of a rotor's centre in each sampling interval [m/s^2], shape [2, time - 1].
 
-        Along x and y in space, as a sensor on the rotor feels it: the increments of its velocity beside the housing and of the
-        housing's own velocity, over the interval. Exact whatever happens in between, so that impacts of 0.1 ms do not alias.
+        Along x and y in space, as a sensor on the rotor feels it: the increments of its velocity relative to the housing and of
+        the housing's own velocity, over the interval. Exact whatever happens in between, so that impacts of 0.1 ms do not alias.
         Needs `acceleration_signals`.
         """
         velocities = self.samples.some([self._place(name, rotor) for name in ACCELERATIONS.values()])

@@ -35,7 +35,7 @@ def terms(parameters: int, degree: int) -> NDArray[np.int64]:
 
 @lru_cache(maxsize=64)
 def products(parameters: int, degree: int) -> list[tuple[int, int, int]]:
-    """Return, for every term, the term without its last parameter, that parameter and its exponent; of the first, zeros.
+    """Return for every term: the term without its last parameter, that parameter and its exponent; zeros for the constant term.
 
     >>> products(2, 1)
     [(0, 0, 0), (0, 0, 1), (0, 1, 1)]

@@ -41,17 +41,17 @@ class SweepResult(OfDataset):
 
     @cached_property
     def plan(self) -> SweepPlan:
-        """What was asked for."""
+        """The plan of the sweep."""
         return load_sweep(json.loads(self.dataset.attrs["plan"]))
 
     @property
     def account(self) -> Account:
-        """How many cases ended how."""
+        """Number of cases by status."""
         return Account.of(self.dataset["status"].values, self.dataset["reason"].values)
 
     @property
     def message(self) -> str:
-        """Title and account in words."""
+        """Title and account as text."""
         title = str(self.dataset.attrs.get("title", ""))
         return f"{title}: {self.account}" if title else str(self.account)
 

@@ -48,7 +48,7 @@ def sweep(
     ensemble
         Members of each case; 1 if not given.
     folder
-        Where finished cases are kept, so that the same call goes on after an interruption; in memory if not given.
+        Where finished cases are stored, so that the same call resumes after an interruption; in memory if not given.
     threads
         Threads; the cores by default. It changes nothing in the result.
     engine

@@ -16,9 +16,9 @@ from gearplay.vocabulary.interrupts import raised_without_harm
 from gearplay.vocabulary.memory import enough_memory
 
 MOST: Final = 10**15
-"""Largest count that is taken at all; what it would cost is for the function to say."""
+"""Largest count that is accepted; its cost is checked by the function itself."""
 LOOKED_AT: Final = 100_000
-"""Numbers of a list that are looked at from each end: whoever gets a longer one refuses it for its length."""
+"""Numbers of a list that are checked from each end; functions refuse a longer list for its length."""
 LONGEST: Final = 1e9
 """Longest time [s]."""
 
@@ -42,7 +42,7 @@ class Whole:
 class Real:
     """A finite number in a range, its ends included or, ``above``, the lower one not; text where that is read further in.
 
-    A ``time`` may come as text with a unit, too; the door makes seconds of it.
+    A ``time`` may also be text with a unit, which `guarded` converts to seconds.
     """
 
     low: float
@@ -79,7 +79,7 @@ class Real:
 
 @dataclass(frozen=True)
 class Kind:
-    """Something of one of several types, in words."""
+    """A value of one of several types, with a text for messages."""
 
     types: tuple[type, ...]
     words: str
@@ -114,7 +114,7 @@ class Calls:
 
 @dataclass(frozen=True)
 class Has:
-    """Something of ours, known by what it has; or one of other types that are read."""
+    """An object of gearplay, recognised by its attributes, or one of the other accepted types."""
 
     name: str
     words: str
@@ -249,7 +249,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "engine": Has("outcomes", "an Engine"),
         **dict.fromkeys(
             (
-                *("case", "rig", "source"),  # read by their own doors
+                *("case", "rig", "source"),  # checked by their own functions
                 *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,
@@ -279,8 +279,8 @@ def rule_of(function: str, parameter: str) -> Any:
 def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) -> Callable[..., Any]:
     """Return a public function that checks its arguments first; ``seconds`` reads a time, by its parameter's name, from text.
 
-    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or not what their names ask for. Ctrl-C
-    comes while it works where it does no harm.
+    It raises `InputError` for arguments that are missing, unknown (with the nearest name) or invalid. Ctrl-C interrupts it where
+    an exception does no harm.
     """
     signature = inspect.signature(function)
     parameters = signature.parameters

@@ -9,9 +9,9 @@ Made = TypeVar("Made")
 
 
 def beside(work: Callable[[], Made]) -> Made:
-    """Return what ``work()`` gives, done on a thread of its own, so that Ctrl-C is not kept waiting by a library.
+    """Return the result of ``work()``, called on a daemon thread, so that Ctrl-C is not delayed by a library.
 
-    Whoever is interrupted leaves at once; the thread goes on unseen and ends with the process at the latest.
+    `KeyboardInterrupt` is raised in the caller at once; the thread continues and ends with the process at the latest.
 
     >>> beside(lambda: 2 + 2)
     4

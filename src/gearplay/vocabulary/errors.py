@@ -1,7 +1,7 @@
 """Exception classes, one per exit code of the command line.
 
-Every message follows one grammar, ``path = value: what is required. What to do.``, so that the front doors
-print it as it is and never need a traceback.
+Every message follows one grammar, ``path = value: what is required. What to do.``, so that the
+public functions and the command line print it as it is and never need a traceback.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ class GearplayError(Exception):
 
 
 class InputError(GearplayError):
-    """The input does not say what is needed; carries every `Fault` found.
+    """Invalid or missing input; carries every `Fault` found.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ class SimulationError(GearplayError):
 
 
 class ResourceError(GearplayError):
-    """The work asked for is over a limit on memory, disk, steps or time.
+    """The requested work exceeds a limit on memory, disk, steps or time.
 
     Examples
     --------

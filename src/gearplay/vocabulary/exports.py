@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def exports(package: str) -> dict[str, str]:
-    """Return the module of each name that the stub beside a package's ``__init__.py`` imports as itself.
+    """Return the module of each name that the stub of a package's ``__init__.py`` re-exports.
 
     >>> import gearplay
     >>> exports(gearplay.__file__)["simulate"]

@@ -11,23 +11,23 @@ SOON = 0.05
 LOST_WITHIN = {
     ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
     ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
-    ("numba.core.base", "BaseContext.refresh"),  # half of what it knows would be known twice, or never
+    ("numba.core.base", "BaseContext.refresh"),  # half of its registrations would be made twice, or never
     ("numba.core.typing.context", "BaseContext.refresh"),
     *(
         ("numba.core.compiler_lock", f"_CompilerLock.{each}")
         for each in ("acquire", "release", "__enter__", "__exit__")
     ),
 }
-"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and goes on, or a lock
-stays taken."""
+"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and continues, or
+a lock stays taken."""
 SPOILT_BY_IT = "llvmlite"
 """A package that an exception may not come into: LLVM's memory would be freed twice, or its lock held for ever."""
 
 
 def would_harm(frame: FrameType | None) -> bool:
-    """Return whether an exception raised at a frame would meet code that can pass none on, or leave things half done.
+    """Return whether an exception raised at a frame would meet code that cannot propagate it, or leave a state half changed.
 
-    So would a module of numba that is imported half: imported again, it finds its types registered and fails.
+    So would a partial import of a numba module: imported again, it finds its types registered and fails.
     """
     found: set[str] = set()
     while frame is not None:
@@ -40,14 +40,14 @@ def would_harm(frame: FrameType | None) -> bool:
 
 
 class Again:
-    """An interrupt that could not be raised yet, and comes again soon: one at a time, and none after the work."""
+    """Repetition of an interrupt that could not be raised yet: one at a time, and none after the work."""
 
     def __init__(self) -> None:
         self.timer: threading.Timer | None = None
         self.due = False
 
     def soon(self) -> None:
-        """Let it come again, if it is not coming already."""
+        """Schedule it again, unless it is scheduled already."""
         if not self.due:
             self.due = True  # first: another signal may come on the way
             self.timer = threading.Timer(SOON, self._send)
@@ -55,7 +55,7 @@ class Again:
             self.timer.start()
 
     def never(self) -> None:
-        """Let it come no more: the handler that knows what to do with it is about to go."""
+        """Cancel it: its handler is about to be removed."""
         if self.timer is not None:
             self.timer.cancel()
             self.timer.join()

@@ -11,7 +11,7 @@ _THREAD: Final = "can't start new thread"
 
 
 def is_too_little_memory(error: BaseException) -> bool:
-    """Return whether an error says that memory was refused.
+    """Return whether an error is due to a refused memory allocation.
 
     >>> is_too_little_memory(MemoryError()), is_too_little_memory(OSError(errno.ENOMEM, "")), is_too_little_memory(OSError())
     (True, True, False)

@@ -3,14 +3,14 @@
 from collections.abc import Callable
 
 Progress = Callable[[str, float, float], None]
-"""Told what is running, how much of it is done, and of how much, in any unit."""
+"""Callback with the label of the running work, the amount done and the total, in any unit."""
 
 Tick = Callable[[float, float], None]
-"""Told by one piece of work how much of it is done, and of how much."""
+"""Callback of one piece of work with the amount done and the total."""
 
 
 def ticking(progress: Progress | None, label: str) -> Tick | None:
-    """Return what tells `progress` of one piece of work under its label, or None where nobody listens.
+    """Return a `Tick` that reports one piece of work to ``progress`` under its label, or None without ``progress``.
 
     >>> ticking(lambda what, done, total: print(what, done, total), "orbits")(1, 3)
     orbits 1 3

@@ -56,9 +56,9 @@ COOKIE = "gearplay-token"
 class Guard:
     """ASGI middleware in front of everything.
 
-    ``hosts`` are the values of Host that are ours, in small letters (``127.0.0.1:8000``); those of them that are
-    ``proxied`` may have a proxy before us that speaks https.
-    ``token`` is asked for, once in the query (``?token=...``) and then in a cookie, unless it is None.
+    ``hosts`` are the accepted values of Host, in lower case (``127.0.0.1:8000``); those of them in ``proxied`` may be
+    served through an https proxy.
+    ``token`` is required, once in the query (``?token=...``) and then in a cookie, unless it is None.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
-        with contextlib.suppress(ClientDisconnect):  # in the middle of what it sent: nobody is left to answer
+        with contextlib.suppress(ClientDisconnect):  # disconnected while sending: there is no one to answer
             await self._pass_on(scope, receive, send)
 
     async def _pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -178,7 +178,7 @@ def _file(data: bytes, form: str) -> Response:
 
 
 async def _unless_gone(request: Request, pool: Pool, job: Job) -> bytes:
-    """Return what comes of a job; one whose client leaves is cancelled."""
+    """Return the result of a job; cancel it when its client disconnects."""
     try:
         while not job.done.done():
             if await request.is_disconnected():
@@ -211,7 +211,7 @@ async def _body(request: Request, most: int = LARGEST_BODY) -> bytes | None:
 
 
 def _described(case: Case, *, source: str | None = None) -> Response:
-    """Return a case with its controls; one from a file, ``source``, is made as short as a page wants it."""
+    """Return a case with its controls; one from a file, ``source``, is shortened to the limits of a page."""
     if source is not None:
         document = case.resolved()
         transient = min(case.run.transient, LONGEST_TRANSIENT)

@@ -12,12 +12,12 @@ from gearplay.web.jobs import MOST_SAMPLES, Job, averaged_case, limited_case, mo
 from gearplay.web.views import spectra_of, statistics_of
 
 FEWEST_SAMPLES = 20.0
-"""Of a run whose contacts alone are looked at."""
+"""Number of samples of a run of which only the contacts are evaluated."""
 SPECTRAL = ["ax", "ay"]
 
 
 def average(job: Job, report: Tick, stop: threading.Event) -> bytes:
-    """Return contacts and spectra of a case over ``members``, for each model asked for.
+    """Return contacts and spectra of a case over ``members``, for each requested model.
 
     Contacts are of members of ``duration`` after ``transient``, drawn as those of a map's cell. Spectra are of members as long as
     the case's own run, so that their lines lie where those of the run do.

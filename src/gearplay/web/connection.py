@@ -46,7 +46,7 @@ class Connection(H11Protocol):
             self._heard()
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what is no HTTP; where an answer is under way already, close."""
+        """Refuse an invalid HTTP request; close the connection if a response has begun."""
         try:
             super().send_400_response(msg)
         except h11.LocalProtocolError:

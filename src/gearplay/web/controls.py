@@ -173,7 +173,7 @@ def _components(
 
 
 def _items_of(annotation: Any) -> tuple[Any, ...]:
-    """Return what the items of a tuple are annotated with, which may be optional or annotated itself."""
+    """Return the annotation of a tuple's items; the tuple may be optional or annotated itself."""
     if get_origin(annotation) is tuple:
         return get_args(annotation)
     return next((items for inner in get_args(annotation) if (items := _items_of(inner))), ())
@@ -301,7 +301,7 @@ def _group(path: str) -> str:
 
 
 def _label(path: str, name: str) -> str:
-    """Return a field's words, with the part it belongs to where its own name says too little.
+    """Return the label of a field, with the part it belongs to where its own name is ambiguous.
 
     >>> _label("meshes.0.transmission_error.0.amplitude", "amplitude"), _label("rotors.ring.load.drag", "drag")
     ('transmission error 1: amplitude', 'load: drag')

@@ -54,7 +54,7 @@ def averaged_case(job: Job) -> tuple[Case, int]:
     """Return the case of the members that an average is taken over, and their number.
 
     With ``members`` in the job they are drawn where the first would start exactly centred, and run for its ``duration`` and
-    ``transient``; without, it is one member, as the case says.
+    ``transient``; without, it is one member, as specified by the case.
     """
     case = replace(limited_case(job), {"run.ensemble": 1})
     if "members" not in job:
@@ -66,14 +66,14 @@ def averaged_case(job: Job) -> tuple[Case, int]:
 
 
 def models_of(job: Job, case: Case) -> list[Case]:
-    """Return a case with each of the models that a job asks for; as it is where it asks for none."""
+    """Return a case with each of the models requested by a job; the unchanged case where it requests none."""
     asked = job.get("models")
     models = [model for model in MODELS if isinstance(asked, list) and model in asked]
     return [replace(case, {"backlash_model": model}) for model in models] or [case]
 
 
 def note_of(job: Job) -> str:
-    """Return what the page's user has changed, in the page's words, as a label among the results that are kept."""
+    """Return the user's changes in the page's wording, as the label of a stored result."""
     note = job.get("note")
     return note[:LONGEST_NOTE] if isinstance(note, str) else ""
 

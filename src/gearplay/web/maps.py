@@ -19,7 +19,7 @@ from gearplay.web.measures import KEPT, reduction_of, words_of
 Floats = NDArray[np.float64]
 MOST_CELLS = 2500
 FEW = 30
-"""Impacts of all members of a cell below which its value says little, unless a contact is closed most of the time."""
+"""Impacts of all members of a cell below which its value is unreliable, unless a contact is closed most of the time."""
 
 MOSTLY = 0.5
 SQUARES = ("rms", "line", "rms_impact_speed")
@@ -27,7 +27,7 @@ LARGEST = ("peak", "peak_force")
 
 
 def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
-    """Run a small map over two fields; return a measure at each of its points, its spread, and where it says little."""
+    """Run a small map over two fields; return a measure at each of its points, its spread, and where it is unreliable."""
     from gearplay.sweeps.sweep import sweep
 
     case, members = averaged_case(job)
@@ -153,7 +153,7 @@ def pooled(values: Floats, measure: str) -> tuple[Floats, Floats]:
 
 
 def doubtful(values: Floats, spread: Floats, impacts: Floats, share: Floats) -> Floats:
-    """Return 1 where a cell says little: hardly an impact and nothing that stays closed, or a spread of more than half of it.
+    """Return 1 where a cell is unreliable: few impacts and no contact mostly closed, or a spread of more than half its value.
 
     >>> share, impacts = np.array([0.0, 0.0, 0.0, 1.0]), np.array([3, 400, 400, 0])
     >>> doubtful(np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.1, 0.6, 0.0]), impacts, share).tolist()

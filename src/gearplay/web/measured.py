@@ -28,8 +28,8 @@ MOST = 24
 def measured(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Return the amplitude spectra [m/s^2] over frequency [Hz] of the accelerations in a file, as a frame.
 
-    The job has the ``path`` of the file, the ``name`` that its user knows it by, and the ``unit`` of channels that say none,
-    "" for none. A text table whose first column is a frequency holds spectra.
+    The job has the ``path`` of the file, its ``name`` on the user's side, and the ``unit`` of channels without one, "" for
+    none. A text table whose first column is a frequency holds spectra.
 
     Raises `InputError` for a file without an acceleration, `MeasurementError` as `read_measurement` does.
     """
@@ -78,7 +78,7 @@ def _factor(unit: str, quantity: Quantity) -> float | None:
 
 
 def _nothing(channels: list[Channel], name: str) -> Fault:
-    """Return what is wrong with a file without a spectrum to show."""
+    """Return the error for a file without a spectrum to show."""
     bare = [each.name for each in channels if not each.unit]
     if bare:
         rule = f"its channel {bare[0]!r} says no unit"

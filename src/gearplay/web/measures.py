@@ -16,7 +16,7 @@ OF_CONTACT = {
 
 
 def measures(case: Case) -> list[dict[str, str]]:
-    """Return what a map of a case can show: a measure's name, its words, and of which rotor or contact it is.
+    """Return the measures available for a map of a case: name, label, and rotor or contact.
 
     >>> from gearplay.model.reading import load_case
     >>> found = measures(load_case("han2021"))
@@ -50,5 +50,5 @@ def reduction_of(case: Case, measure: str, of: str) -> dict[str, Any]:
 
 
 def words_of(measure: str, of: str) -> str:
-    """Return a measure in words."""
+    """Return the label of a measure."""
     return f"{(OF_ROTOR | OF_CONTACT)[measure]} of {of}"

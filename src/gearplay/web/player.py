@@ -30,7 +30,7 @@ def player_page(
 
     ``mechanism`` and ``frames`` are what `mechanism_of` and `frames_of` return, ``model`` names the backlash model, ``start``
     is the time [s] from which that of the frames counts, ``magnify`` how many times larger than usual small motions are drawn,
-    ``look`` the ``sleeve`` and the ``mesh`` that are looked at.
+    ``look`` the ``sleeve`` and the ``mesh`` of the close-ups.
     """
     result = {
         "mechanism": mechanism,
@@ -44,13 +44,13 @@ def player_page(
 
 
 def _numbers(values: Any) -> list[float]:
-    """Return an array flat, with the digits that a drawing needs; what is not known as 0."""
+    """Return an array flat, rounded to the digits of a drawing; NaN and infinities as 0."""
     flat = np.nan_to_num(np.asarray(values, dtype=float).ravel(), posinf=0.0, neginf=0.0)
     return [float(f"{value:.{DIGITS}g}") for value in flat]
 
 
 def _script() -> str:
-    """Return the modules of the drawing as one: what they import from each other is there already."""
+    """Return the modules of the drawing concatenated, without their imports from each other."""
     place = resources.files("gearplay.web") / "static"
     texts = [(place / name).read_text(encoding="utf-8") for name in MODULES]
     return "\n".join(

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 Tell = Callable[[dict[str, Any]], None]
-"""Hears of a job's progress, and waits for nobody: a worker's keeper has others to serve."""
+"""Callback for a job's progress; it must not block, as other jobs wait for the caller."""
 LONGEST_FRAME = 512 * 1024**2  # bytes
 GRACE = 10.0  # s that a worker has to stop a job that is cancelled
 WORDS, RESULT = b"w", b"r"
-"""First byte of what a worker sends: JSON words, or a result."""
+"""First byte of a worker's message: JSON, or a result."""
 
 
 class QueueFullError(Exception):
@@ -36,7 +36,7 @@ class Job:
 
 
 class JobError(Exception):
-    """A job failed, in words for its user; ``cancelled`` where they asked for it."""
+    """Failure of a job, with a message for its user; ``cancelled`` where the user cancelled it."""
 
     def __init__(self, words: str, *, cancelled: bool = False) -> None:
         super().__init__(words)
@@ -142,14 +142,14 @@ class Pool:
                 continue
             self.workers.add(worker)
             try:
-                await worker.read()  # it says that it is ready
+                await worker.read()  # the ready message
                 self.ready.set()
                 while worker.served < self.renew:
                     await self._until_work(worker)
                     await self._serve(worker, self.waiting.popleft())
             except (asyncio.IncompleteReadError, ConnectionError):
                 await asyncio.sleep(0.2)
-            except Exception as fault:  # whatever a worker says, its keeper goes on with another
+            except Exception as fault:  # after any failure of a worker its keeper starts another
                 _report(fault)
                 await asyncio.sleep(0.2)
             finally:
@@ -219,7 +219,7 @@ def _finish(job: Job, frame: bytes) -> None:
 def _fail(job: Job, words: str, *, cancelled: bool = False) -> None:
     if not job.done.done():
         job.done.set_exception(JobError(words, cancelled=cancelled))
-        job.done.exception()  # whoever waits gets it; nobody else needs to
+        job.done.exception()  # mark it as retrieved: it is raised where the job is awaited
 
 
 def _report(fault: Exception) -> None:
@@ -230,7 +230,7 @@ def _report(fault: Exception) -> None:
 
 
 async def _insist(job: Job, worker: Worker) -> None:
-    """End a worker that does not stop when it is told to."""
+    """Kill a worker that does not stop within `GRACE` after cancellation."""
     await asyncio.sleep(GRACE)
     if worker.job is job and not job.done.done() and worker.process.returncode is None:
         worker.process.kill()

@@ -17,13 +17,13 @@ LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 @dataclass(frozen=True)
 class Address:
-    """Where the server listens, the names that its Host may be called, and the token it asks for."""
+    """Address the server listens on, accepted values of the Host header, and the access token."""
 
     host: str
     port: int
     names: frozenset[str]
     token: str | None
-    proxied: frozenset[str] = frozenset()  # of the names, those that a proxy may speak https for
+    proxied: frozenset[str] = frozenset()  # of the names, those that an https proxy may serve
 
     @property
     def url(self) -> str:
@@ -79,9 +79,9 @@ def serve(
 ) -> None:
     """Serve the page until interrupted; results are kept in ``folder``.
 
-    ``ready`` is told the address, with the port that was taken, once connections are accepted.
+    ``ready`` is called with the address, including the port taken, once connections are accepted.
 
-    Raises `InputError` where the address cannot be, is taken, or a library is missing.
+    Raises `InputError` where the address is invalid or taken, or a library is missing.
     """
     for module in ("starlette", "uvicorn", "websockets", "plotly"):
         load_optional(module, "web")

@@ -19,7 +19,7 @@ MOST_UNSENT = 16  # results that one page has not read yet
 MOST_UNKEPT = 8  # results of one page on their way to the disk; the next answer waits for it
 KEPT = ("run", "bifurcation", "map")
 DONE = (*KEPT, "average")
-"""Jobs that a page may ask for; what comes of the first ones is kept."""
+"""Jobs that a page may request; the results of `KEPT` are stored."""
 LIMITS = {"run": 150.0, "average": 60.0}  # s; of the others:
 LIMIT = 600.0
 
@@ -37,7 +37,7 @@ class Wire:
         self.storing = asyncio.Semaphore(MOST_UNKEPT)
 
     async def serve(self) -> None:
-        """Answer until the page is gone; what it still wanted is cancelled."""
+        """Serve the page until it disconnects; then cancel its pending jobs."""
         greeting = self._keep(self._greet())
         try:
             while True:
@@ -93,21 +93,21 @@ class Wire:
         self._keep(self._await(number, job, wanted))
 
     async def _greet(self) -> None:
-        """Say whether jobs can be done at once, and if not, when they can."""
+        """Send whether jobs can run at once, and if not, as soon as they can."""
         if not self.pool.ready.is_set():
             await self._say({"type": "state", "ready": False})
             await self.pool.ready.wait()
         await self._say({"type": "state", "ready": True})
 
     def _keep(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
-        """Do something beside; a task that nobody holds may vanish."""
+        """Start a background task and hold a reference, as asyncio may drop a task without one."""
         task = asyncio.create_task(work)
         self.tasks.add(task)
         task.add_done_callback(self.tasks.discard)
         return task
 
     async def _await(self, number: int, job: Job, words: dict[str, Any]) -> None:
-        """Send what comes of a job and keep it, at once; it ends for the page before its answer is out."""
+        """Send the result of a job and store it concurrently; the job ends for the page before the result is sent."""
         try:
             frame = await job.done
         except JobError as error:
@@ -127,17 +127,17 @@ class Wire:
                 storing = self._keep(self._store(number, key, frame))
                 storing.add_done_callback(lambda _: self.storing.release())
                 await self._send(number, key, frame)
-            else:  # may be asked for as a file as soon as it is shown
+            else:  # may be requested as a file as soon as it is shown
                 await self._store(number, key, frame)
                 await self._send(number, key, frame)
         finally:
             self.unsent -= 1
 
     async def _store(self, number: int, key: str, frame: bytes) -> None:
-        """Keep a result, or say why it is only shown."""
+        """Store a result, or send the reason why it is only shown."""
         try:
             await asyncio.to_thread(self.store.save, key, frame)
-        except (InputError, OSError) as error:  # in words that name no path of the server's
+        except (InputError, OSError) as error:  # with a message that names no path of the server
             why = error.faults[0].rule if isinstance(error, InputError) else "must be writable"
             words = f"This is shown, but not kept among the results: the server's folder {why}."
             await self._say({"type": "unkept", "id": number, "error": words})

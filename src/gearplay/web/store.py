@@ -19,7 +19,7 @@ PART = re.compile(r"\.[0-9a-f]{32}\.frame\.[0-9a-f]+\.part")
 
 
 class Store:
-    """A folder of result frames, each named by the digest of what was asked.
+    """A folder of result frames, each named by the digest of its request.
 
     At most ``most`` are kept, and at most ``room`` bytes.
     """
@@ -79,7 +79,7 @@ class Store:
         return frame if sealed(frame) == whole else None
 
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
-        """Return what is kept, the newest first: key, kind, title, note, time of writing [s]."""
+        """Return the stored results, the newest first: key, kind, title, note, time of writing [s]."""
         found = []
         for file in self._newest_first()[:count]:
             try:

@@ -38,7 +38,7 @@ MOST_POINTS = 100_000  # of a diagram
 
 
 def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
-    """Run a case with the models asked for; return its result frame."""
+    """Run a case with the requested models; return its result frame."""
     case = limited_case(job)
     cases = models_of(job, case)
     members = list(range(case.run.ensemble))

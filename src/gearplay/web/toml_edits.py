@@ -65,7 +65,7 @@ def _close(one: Any, other: Any) -> bool:
 
 
 def _candidates(text: str, case: Case, path: str, value: Any) -> list[str]:
-    """Return texts that may say a field's new value: in its old unit, as a plain number, among its neighbours."""
+    """Return candidate texts with a field's new value: in its old unit, as a plain number, among its neighbours."""
     parts = tuple(path.split("."))
     spans, tables = _places(text)
     found: list[str] = []

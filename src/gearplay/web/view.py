@@ -60,7 +60,7 @@ def view(
     window
         First and last time [s], None for an open end; the record if not given.
     at
-        The rotor or mesh to look at closely.
+        The rotor or mesh of the close-up.
     magnify
         Small motions are drawn so many times larger than usual, 0.001 to 1000.
 

@@ -19,7 +19,7 @@ from gearplay.vocabulary.progress import Tick
 from gearplay.web.pool import LONGEST_FRAME, RESULT, WORDS
 
 MEMORY = 4 * 1024**3  # bytes of address space
-PAUSE = 0.1  # s between two words about progress
+PAUSE = 0.1  # s between two progress messages
 
 
 class Line:

@@ -31,7 +31,7 @@ class Request:
     sampling: float | None = None
 
     def select(self, names: Sequence[str]) -> list[int]:
-        """Return which of the file's channels to read; of one name asked for, the first.
+        """Return the indices of the channels to read; of a requested name that is repeated, the first.
 
         Raises `InputError` for a name the file does not hold.
         """
@@ -64,7 +64,7 @@ def split_unit(text: str) -> tuple[str, str]:
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, nameless ones distinct and repeated ones told apart.
+    """Return unique names: empty ones are numbered, repeated ones get a suffix.
 
     >>> distinct(["a", "", "a"])
     ['a', 'channel 2', 'a (2)']

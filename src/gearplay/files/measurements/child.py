@@ -13,9 +13,9 @@ from gearplay.files.record import Channel, Record
 
 
 def load(question: dict[str, Any]) -> None:
-    """Import what a kind of file is read by."""
+    """Import the libraries for a kind of file."""
     import_module(f"gearplay.files.measurements.{FORMATS[question['kind']].module}")
-    with contextlib.suppress(ImportError), warnings.catch_warnings():  # reading says which is missing
+    with contextlib.suppress(ImportError), warnings.catch_warnings():  # reading reports which is missing
         warnings.simplefilter("ignore")
         import_module(FORMATS[question["kind"]].package)
 

@@ -63,7 +63,7 @@ class Layout:
 
 
 def is_number(text: str) -> bool:
-    """Tell whether a text with a decimal point is a number, Fortran's ``1.5D+02`` too; ``1_000`` is none.
+    """Return whether a text with a decimal point is a number, Fortran's ``1.5D+02`` included; ``1_000`` is none.
 
     >>> is_number(" -1.5e3 "), is_number("nan"), is_number("1_000"), is_number("")
     (True, True, False, False)
@@ -92,7 +92,7 @@ def clock_time(text: str) -> tuple[int, bool] | None:
 
 
 def is_comment(line: str) -> bool:
-    """Tell whether a line holds no row: blank or a comment."""
+    """Return whether a line holds no row: blank or a comment."""
     bare = line.lstrip()
     return not bare or bare.startswith(COMMENTS)
 
@@ -109,7 +109,7 @@ def split_rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
 
 
 def _as_numbers(row: Sequence[str], decimal: str) -> bool:
-    """Tell whether all fields of a row are numbers, but for one clock time at most."""
+    """Return whether all fields of a row are numbers, except for at most one clock time."""
     others = [text for text in row if decimal in text or not is_number(text)]
     if decimal == ",":
         wrong = [text for text in others if "." in text or not is_number(text.replace(",", "."))]
@@ -164,7 +164,7 @@ def sniff(path: Path, lines: Sequence[str]) -> Layout:
 
 
 def _numbers_columns(rows: Sequence[Sequence[str]], decimal: str) -> bool:
-    """Tell whether the first row counts the columns from 0 and the second holds other numbers than whole ones."""
+    """Return whether the first row numbers the columns from 0 and the second holds numbers that are not integers."""
     if len(rows) < 2 or len(rows[0]) < 2:
         return False
     counts = [text.strip() for text in rows[0]] == [str(k) for k in range(len(rows[0]))]
@@ -182,7 +182,7 @@ def _header(heads: Sequence[Sequence[str]], columns: int) -> tuple[list[str], li
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Tell whether a second header row holds units: its first is a unit of time, or all stand in brackets."""
+    """Return whether a second header row holds units: its first is a unit of time, or all are in brackets."""
     bare = [text.strip() for text in row]
     bracketed = all(text[:1] + text[-1:] in ("[]", "()", "") for text in bare)
     return bracketed or (bool(bare[0]) and bare[0].strip("[]()") in TIME_UNITS)

@@ -35,13 +35,13 @@ FORMATS: Final = {
 """Kinds of files by name; all but tables of text are read in a process of its own."""
 
 HEAD: Final = 600
-"""Bytes at a file's start that tell its kind."""
+"""Number of bytes at a file's start that are read to identify its format."""
 
 
 def recognise(path: Path, head: bytes) -> str:
     r"""Return the kind of a file from its first bytes and its extension, one of `FORMATS`.
 
-    Raises `MeasurementError` where neither says.
+    Raises `MeasurementError` where neither identifies a format.
 
     >>> recognise(Path("a.csv"), b"TDSm..."), recognise(Path("a.dat"), b"t;acc\n0;1\n")
     ('tdms', 'csv')
@@ -75,6 +75,6 @@ def recognise(path: Path, head: bytes) -> str:
 
 
 def _is_table(head: bytes) -> bool:
-    """Tell whether bytes are lines of text with digits; a damaged binary file has control bytes among them."""
+    """Return whether bytes are lines of text with digits; a damaged binary file has control bytes among them."""
     plain = all(byte >= 32 or byte in b"\t\r\n\f" for byte in head)
     return plain and b"\n" in head and any(byte in head for byte in b"0123456789")

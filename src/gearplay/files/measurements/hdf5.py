@@ -176,7 +176,7 @@ def _plain(value: Any) -> Any:
 
 
 def _values(request: Request, entry: Entry) -> NDArray[Any]:
-    """Return an array's values; what it declares is compared with what is stored before it is allocated."""
+    """Return an array's values; its declared size is compared with the stored size before allocation."""
     dataset, path, name = entry.value, request.path, quoted("/".join(entry.path))
     if isinstance(dataset, np.ndarray):
         return dataset

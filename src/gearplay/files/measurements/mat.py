@@ -25,7 +25,7 @@ def read(request: Request) -> Record:
     """Read a MAT file: vectors, columns of matrices, those in structures and cells; see `NamedArrays` for rates and units.
 
     Raises `MeasurementError` where the file is cut or damaged, or two variables have one name; checksums of packed variables
-    tell damaged samples too.
+    also detect damaged samples.
     """
     path = request.path
     with path.open("rb") as file:

@@ -127,7 +127,7 @@ class NamedArrays:
         self.axes = [e for e in self.arrays if e.is_axis or self._is_time(e)]
 
     def is_axis(self, entry: Entry) -> bool:
-        """Tell whether an entry is an axis of others."""
+        """Return whether an entry is an axis of others."""
         return any(entry is axis for axis in self.axes)
 
     def _is_time(self, entry: Entry) -> bool:
@@ -166,14 +166,14 @@ class NamedArrays:
         return found
 
     def values(self, column: _Column) -> NDArray[Any]:
-        """Return the samples of a channel to be."""
+        """Return the samples of a candidate column, shape [time]."""
         values = self.load(column.entry)
         if column.index is None:
             return values
         return values[:, column.index] if values.shape[0] >= values.shape[1] else values[column.index]
 
     def record(self, kind: str, known: Sequence[str] = ()) -> Record:
-        """Return the record of all channels that are asked for; attributes in ``known`` are not repeated as text."""
+        """Return the record of all requested channels; attributes in ``known`` are not repeated as text."""
         columns = self.columns()
         names = distinct([column.name for column in columns])
         channels = [self.channel(columns[k], names[k], known) for k in self.request.select(names)]
@@ -232,7 +232,7 @@ class NamedArrays:
         return None
 
     def _first_is_time(self, entry: Entry) -> bool:
-        """Tell whether the first column of a matrix is its time: it rises evenly, at the rate that is stated, if one is."""
+        """Return whether the first column of a matrix is its time: uniformly increasing, at the declared rate if there is one."""
         if len(entry.shape) != 2 or any(
             max(a.shape) == max(entry.shape) and a.group == entry.group for a in self.axes
         ):
@@ -259,7 +259,7 @@ class NamedArrays:
             yield [s for s in self.scalars if s.group[:depth] == prefix and s.group not in holding]
 
     def _declared(self, entry: Entry) -> list[Declaration]:
-        """Return the nearest declarations of the sampling rate [Hz]: attributes, scalars beside, headers."""
+        """Return the nearest declarations of the sampling rate [Hz]: attributes, scalars of the same group, headers."""
         own = declarations(entry.attributes.items())
         if own:
             return own
@@ -275,7 +275,7 @@ class NamedArrays:
         return []
 
     def _number(self, entry: Entry, keys: Sequence[str]) -> float:
-        """Return a number that an attribute, or a scalar beside the entry, holds under one of the names; else 0."""
+        """Return the number of an attribute, or of a scalar in the entry's group, under one of the names; else 0."""
         for key, value in entry.attributes.items():
             if key in keys and isinstance(value, (int, float)):
                 return float(value)
@@ -289,7 +289,7 @@ class NamedArrays:
         return 0.0
 
     def _text(self, entry: Entry, keys: Sequence[str], *, inside: bool = False) -> str:
-        """Return the text beside an entry under one of the names, or in a group below; the entry must be alone there."""
+        """Return the text in an entry's group, or in a group below, under one of the names; the entry must be alone there."""
         alone = sum(other.group == entry.group and not self.is_axis(other) for other in self.arrays) == 1
         for scalar in self.scalars:
             near = scalar.group == entry.group or (inside and scalar.group[: len(entry.group)] == entry.group)
@@ -301,7 +301,7 @@ class NamedArrays:
         return self._text(entry, ("name",)) if entry.group else ""
 
     def _names(self, entry: Entry, count: int, keys: Sequence[str] = _NAMES) -> list[str]:
-        """Return the list of texts beside a matrix that is as long as its columns are many."""
+        """Return the list of texts in the group of a matrix, one for each of its columns."""
         for other in self.entries:
             key = other.path[-1].replace("_", "").lower()
             if (

@@ -107,7 +107,7 @@ def declared_rate(name: str, value: object, parent: str = "") -> float | None:
 
 
 def is_rate_name(name: str) -> bool:
-    """Tell whether a name is one that declares a sampling rate or step.
+    """Return whether a name declares a sampling rate or step.
 
     >>> is_rate_name("fs"), is_rate_name("force")
     (True, False)

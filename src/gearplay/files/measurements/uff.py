@@ -1,4 +1,4 @@
-"""UFF 58 and 58b by pyuff; end marks and declared ordinates are compared with what was read."""
+"""UFF 58 and 58b by pyuff; end marks and declared ordinates are compared with the data read."""
 
 import re
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ def _channel(request: Request, file: Any, one: _DataSet, name: str) -> Channel:
 
 
 def _check_numbering(path: Path, sets: list[_DataSet]) -> None:
-    """Compare with ``channel 1 of 2`` where the fifth text says so: a file cut between data sets looks complete else."""
+    """Compare the count with ``channel 1 of 2`` in the fifth text: a file cut between data sets would look complete otherwise."""
     matches = [_OF.fullmatch(one.text(6, 0, 80)) for one in sets]
     declared = max((int(match[2]) for match in matches if match), default=0)
     if declared > len(sets):

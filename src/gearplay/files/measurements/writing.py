@@ -27,9 +27,9 @@ _PACKED_FROM: Final = 1000
 
 
 def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a record; the extension says the kind: HDF5, netCDF, CSV, WAV, UFF 58 or MAT.
+    """Write a record in the format of the extension: HDF5, netCDF, CSV, WAV, UFF 58 or MAT.
 
-    The file appears whole or not at all. HDF5 and netCDF keep everything and carry a SHA-256 of each channel; CSV and
+    The file is written atomically. HDF5 and netCDF keep everything and carry a SHA-256 of each channel; CSV and
     WAV need channels of one length, rate and start; UFF keeps 80 letters of a name, 20 of a unit, 13
     digits of a sample and 6 of the sampling step. The same record gives the same bytes at any hour.
 
@@ -85,7 +85,7 @@ def _common(record: Record) -> tuple[int, float, float]:
 
 
 def _labels(record: Record) -> list[str]:
-    """Return a name for each channel that is a plain word, as HDF5 and netCDF want it."""
+    """Return a name for each channel that is a plain word, as HDF5 and netCDF require."""
     labels: list[str] = []
     for place, channel in enumerate(record.channels, start=1):
         word = re.sub(r"\W+", "_", channel.name, flags=re.ASCII).strip("_") or f"channel_{place}"

@@ -8,7 +8,7 @@
 4. Two votes at least and none against decide between quasi-periodic and chaotic; everything else is undecided.
 
 Limits: a torus whose slowest beat turns less than about twice in the record is a slow drift; a transient that is chaotic to the
-end of the record is chaos; on the edge of chaos (an endless cascade of bands) quasi-periodic says no more than regular.
+end of the record is chaos; on the edge of chaos (an endless cascade of bands) quasi-periodic means no more than regular.
 """
 
 import math
@@ -206,7 +206,7 @@ def _unclear(scaled: Floats, evidence: Evidence) -> Response | None:
 
 
 def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Response:
-    """Return the kind of a motion that does not repeat: transient, or what the three tests vote for."""
+    """Return the kind of a motion that does not repeat: transient, or the majority of three tests."""
     # Signals that are clear of the noise, or the clearest, each of standard deviation 1.
     sizes, apart = np.std(scaled, axis=0), np.std(unfolded(scaled, int(evidence["order"])), axis=0)
     kept = apart >= min(CLEAR, float(apart.max()))

@@ -85,10 +85,10 @@ def _log_distance(first: Floats, second: Floats, floor: float) -> float:
 
 
 def forecast_error(samples: Floats, bands: int = 1) -> float:
-    """Return the variance that neighbours leave of the next sample, relative to what the best linear forecast leaves.
+    """Return the error variance of a forecast from neighbours, relative to that of the best linear forecast.
 
     Neighbours have three coordinates, the linear forecast has six, within the ``bands`` bands. Noise, white or coloured, gives
-    about 1, chaos less. Of regular motion, which a linear law may forecast without error, it says nothing.
+    about 1, chaos less. It is meaningless for regular motion, which a linear law may forecast without error.
     """
     samples = unfolded(samples, bands)
     states, after = _before_and_after(samples, 3)

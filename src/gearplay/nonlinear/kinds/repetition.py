@@ -79,8 +79,8 @@ def nearest_order(samples: Floats) -> Misfit:
 def count_bands(states: Floats) -> int:
     """Return the number of bands (up to 32) visited in turn; 1 where folding removes less than a fifth of the variance.
 
-    ``states`` has shape [period, signal], each signal of like size; a band is visited at least 20 times. The smallest order is
-    taken that leaves no more than a fifth above the least.
+    ``states`` has shape [period, signal], each signal of like size; a band is visited at least 20 times. The result is
+    the smallest order whose remaining variance is at most a fifth above the least.
     """
     orders = range(1, max(1, min(32, len(states) // 20)) + 1)
     left = np.array([np.sum(unfolded(states, k) ** 2) / (len(states) - k) for k in orders])

@@ -39,8 +39,8 @@ REGULAR: Final = 0.4
 0.35 at most."""
 
 CHAOTIC: Final = 0.7
-"""[1] Loss of closeness and K from which each is a vote for chaos, and forecast error up to which chaos is told from noise.
-Seen in chaos: loss 0.87, K 0.84 in 398 of 400 records, forecast error 0.65 in 396; noise has an error of 0.80 at least."""
+"""[1] Loss of closeness and K from which each is a vote for chaos, and largest forecast error of chaos as against noise.
+Observed in chaos: loss 0.87, K 0.84 in 398 of 400 records, forecast error 0.65 in 396; noise has an error of 0.80 at least."""
 
 ERRORS: Final = 3.0
 """[standard error] Largest exponent that is still zero: exceeded by chance once in 400 records."""

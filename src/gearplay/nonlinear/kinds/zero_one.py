@@ -5,7 +5,7 @@ mean square displacement with the number of steps: near 0 for regular motion, ne
 
 Source: Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129 (correlation method, median over random c).
 
-Limits: noise diffuses too; a torus needs records of many turns of its slowest beat; weak chaos beside a large cycle looks regular
+Limits: noise diffuses too; a torus needs records of many turns of its slowest beat; weak chaos on a large cycle looks regular
 until the cycle is subtracted.
 """
 

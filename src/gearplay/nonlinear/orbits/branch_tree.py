@@ -34,7 +34,7 @@ NEAR = 0.2
 def settled_orbits(
     period_map: StrobeMap, places: Sequence[float], *, order: int, settle: int
 ) -> tuple[tuple[Orbit, ...], tuple[str, ...]]:
-    """Return the periodic orbits of an order near what the motion settles to at each of ``places``, and where there is none, why.
+    """Return the periodic orbits of an order near the settled motion at each of ``places``, and the reasons where there is none.
 
     Raises `SimulationError` where there is none at all.
     """

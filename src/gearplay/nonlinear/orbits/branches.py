@@ -180,7 +180,7 @@ def follow_branch(
                 break
             continue
         bend = float(here.tangent @ there.tangent)
-        if bend < 0.8 and step > 16.0 * settings.least:  # a sharp turn: look closer
+        if bend < 0.8 and step > 16.0 * settings.least:  # a sharp turn: shorten the step
             step *= 0.5
             continue
         if order_of(there.orbit.states, follower.scale[:-1]) < there.orbit.order:

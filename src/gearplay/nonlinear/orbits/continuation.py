@@ -23,7 +23,7 @@ from gearplay.vocabulary.progress import Progress, ticking
 
 
 def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> PeriodicOrbit:
-    """Return the periodic orbit of an order near what a case settles to.
+    """Return the periodic orbit of an order near the settled motion of a case.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def branch(
     keep_load: bool = False,
     progress: Progress | None = None,
 ) -> OneBranch:
-    """Return the branch of periodic orbits over a field of a case, from near what the case itself settles to.
+    """Return the branch of periodic orbits over a field of a case, from an orbit near the settled motion of the case.
 
     The branch is followed upwards (or downwards) from the case's own value, through folds, stable and unstable, until the field
     leaves its bounds; see `branches` for both ways at once.

@@ -64,7 +64,7 @@ def _level(branch: Branch, special: Special, y: Any) -> float:
 
 
 def branch_marks(branches: Sequence[Branch]) -> dict[str, Any]:
-    """Return the entries of a legend for what is on branches."""
+    """Return the legend entries for the points of branches."""
     stable = {bool(whole) for branch in branches for whole in branch.stable}
     marks = {"stable orbits": legend_mark(BRANCH, line="-")} if True in stable else {}
     if False in stable:

@@ -50,7 +50,7 @@ class PeriodicOrbit(Orbit, Tabled):
 
     @property
     def message(self) -> str:
-        """Order, stability and the largest multiplier in words."""
+        """Order, stability and the largest multiplier as text."""
         largest = (
             f"largest multiplier {abs(self.multipliers[0]):.4g}" if self.multipliers.size else "no multiplier"
         )
@@ -71,7 +71,7 @@ class PeriodicOrbit(Orbit, Tabled):
 
 @dataclass(frozen=True, repr=False)
 class Branches(Answer):
-    """Branches of periodic orbits over a field of a case: a sequence of `Branch`, with what a verb's answer has.
+    """Branches of periodic orbits over a field of a case: a sequence of `Branch` with the interface of a result.
 
     ``missed`` are the starts near which no orbit was found, and why; ``family`` is the function of the parameter, which no file
     keeps.
@@ -162,7 +162,7 @@ class Branches(Answer):
         return xr.Dataset(variables, attrs=attributes)
 
     def dataset(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
-        """Return `table` with all of every orbit beside it, so that a file holds the branches whole."""
+        """Return `table` with the complete orbits in addition, so that a file holds the complete branches."""
         every = [orbit for branch in self for orbit in branch.orbits]
         special = [each for branch in self for each in branch.special]
         place = np.array([each.place for each in special], dtype=np.int64)

@@ -40,7 +40,7 @@ class PointResult(NamedTuple):
     reason: str = ""
 
     def to_part(self) -> dict[str, Any]:
-        """Return its JSON-able form, of six digits."""
+        """Return the JSON-able form, rounded to six digits."""
         tables = {name: _digits(getattr(self, name), 6) for name in ("ensemble", "single")}
         return {**self._asdict(), **tables, "wedged": _digits(np.array(self.wedged), 4)}
 
@@ -74,7 +74,7 @@ PATTERNS: dict[str, tuple[str, Callable[[Floats], Bools]]] = {
     "peak_200_100": ("largest at 200/100 um", _largest(WIDE_SLEEVE, WIDE_TEETH, WIDE_BOTH)),
     "peak_200_200": ("largest at 200/200 um", _largest(WIDE_BOTH, WIDE_SLEEVE, WIDE_TEETH)),
 }
-"""Patterns of one model over the conditions: words, and the test on levels of shape [..., condition]."""
+"""Patterns of one model over the conditions: text, and the test on levels of shape [..., condition]."""
 
 
 def share(present: Bools) -> dict[str, Any]:

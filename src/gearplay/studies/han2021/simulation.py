@@ -22,7 +22,7 @@ SIGNALS = ["ring.x", "ring.y", "ring.vx", "ring.vy", f"{MESH}.backlash"]
 STATISTICS = ("share_of_time", "impacts_per_second", "mean_impact_speed", "max_impact_speed", "peak_force")
 
 SWITCHED = "switched"
-"""The uncoupled model with the coupled one's parameters: what the choice of the model alone changes."""
+"""The uncoupled model with the coupled one's parameters: the effect of the choice of the model alone."""
 FRESH_SEED = 30_000_001
 """Seed of the study's initial states: no calibration used it."""
 

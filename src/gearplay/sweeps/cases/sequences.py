@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class Chain:
-    """The carried axis of a plan: what each of its cases changes beside the varied fields.
+    """The carried axis of a plan: the changes of each of its cases in addition to the varied fields.
 
     Raises `InputError` where the ramp does not fit into the transient.
     """

@@ -39,7 +39,7 @@ class Axis(Varied):
 
 
 class Carry(Part):
-    """Go along one axis, a drive's speed, without starting anew: each case goes on where the one before it ended.
+    """Continuation along one axis, a drive's speed: each case starts from the final state of the one before it.
 
     ``steps`` holds each speed and ramps to the next one within ``ramp``, a part of the transient (quasi-static, hysteresis).
     ``run-up`` ramps all the time; each case is the window in which the speed passes half-way to its neighbours.
@@ -93,7 +93,7 @@ class SweepPlan(Part):
         return self
 
     def frozen(self) -> SweepPlan:
-        """Return the plan with its case file in it: what goes on later, or elsewhere, must not depend on where the file lies."""
+        """Return the plan with its case file embedded: resuming later or elsewhere must not depend on the file's path."""
         if not isinstance(self.case, str) or self.case in bundled_names():
             return self
         return self.model_copy(update={"case": load_case(self.case).resolved()})

@@ -60,7 +60,7 @@ class Along:
         return self.words if self.labels else f"{self.words} [{self.unit}]"
 
     def text(self, place: int) -> str:
-        """Return one value in words, ``speed 60 rpm``, whose blanks are no place to break a line."""
+        """Return one value as text with non-breaking blanks: ``speed 60 rpm``."""
         return f"{self.words}{FIRM}{self.value(place)}"
 
     def value(self, place: int) -> str:
@@ -173,7 +173,7 @@ class View:
         return self.dataset[name].values[at].item()
 
     def where(self, place: Place) -> str:
-        """Return positions in words: ``model coupled, speed 60 rpm``."""
+        """Return positions as text: ``model coupled, speed 60 rpm``."""
         return ", ".join(self.axes[name].text(at) for name, at in place.items())
 
     def brief(self, place: Place) -> str:
@@ -181,7 +181,7 @@ class View:
         return ", ".join(self.axes[name].value(at) for name, at in place.items())
 
     def held_words(self, held: Place) -> str:
-        """Return in words what is the same all over a picture: positions held, and axes of one value."""
+        """Return a text of the constants of a picture: positions held, and axes of one value."""
         alone = [axis.text(0) for axis in self.alone.values()]
         return ", ".join(words for words in (self.where(held), *alone) if words)
 

@@ -33,7 +33,7 @@ JAM_WORDS = "jam line 2 sin α₀ (c₁ + c₂) = b₀"
 
 @dataclass(frozen=True)
 class Panel:
-    """One of several small pictures: where it is along the other axes, and that in words."""
+    """One of several small pictures: its position along the other axes, and its title."""
 
     place: dict[str, int]
     title: str
@@ -129,7 +129,7 @@ def logarithmic(norm: Any) -> bool:
 
 
 def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "neither") -> None:
-    """Draw the bar of a common scale of colour beside all panels."""
+    """Draw the colour bar of a common colour scale next to all panels."""
     bar = figure.colorbar(picture, ax=axes, pad=0.015, aspect=30, extend=extend)
     bar.set_label(plain(wrapped(label, 48)), fontsize=SMALL)
     if logarithmic(picture.norm):
@@ -142,7 +142,7 @@ def draw_cells(
 ) -> Any:
     """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end.
 
-    A pixel has the largest number of the cells within it. ``log`` says which of the axes, y and x, are logarithmic.
+    A pixel has the largest number of the cells within it. ``log`` is whether each of the axes, y and x, is logarithmic.
     """
     table, y, x = largest_of_cells(table, y, x, pixels_of(ax), log=log)
     shown = np.maximum(table, norm.vmin)
@@ -234,7 +234,7 @@ def jam_lines_of(view: View, across: str, up: str, place: Place) -> list[JamLine
 
 
 def _draw_jam(ax: Any, x_axis: Along, y_axis: Along, line: JamLine) -> bool:
-    """Draw the line and say on which side the mesh can jam; return whether any of it is inside the picture."""
+    """Draw the line with a label on the side on which the mesh can jam; return whether any of it is inside the picture."""
     from matplotlib.patheffects import withStroke
 
     x, y = x_axis.shown(line.across), y_axis.shown(line.up)

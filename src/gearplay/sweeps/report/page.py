@@ -80,7 +80,7 @@ def plan_text(sweep: Sweep) -> str:
 
 
 def varied_of(sweep: Sweep, dataset: "xr.Dataset") -> list[dict[str, Any]]:
-    """Return a row for each dimension and drawn parameter: name, paths, unit, number of values and these in words."""
+    """Return a row for each dimension and drawn parameter: name, paths, unit, number of values and the values as text."""
     found = []
     paths = {
         each.name: (each.path, *each.also)
@@ -147,7 +147,7 @@ def _meaning(dataset: "xr.Dataset", status: int) -> str:
 
 
 def where(dataset: "xr.Dataset", dims: Sequence[str], place: Sequence[int]) -> str:
-    """Return a place of the dataset in words: ``speed 60 rpm, backlash 100 µm``."""
+    """Return a position in the dataset as text: ``speed 60 rpm, backlash 100 µm``."""
     words = []
     for dim, at in zip(dims, map(int, place), strict=True):
         if dim in (SAMPLE, MEMBER):

@@ -209,7 +209,7 @@ def _unit(axis: Along, values: Floats) -> Floats:
 
 
 def _axis(ax: Any, at: int, axis: Along, *, listed: bool) -> None:
-    """Draw one of the parallel axes with ticks beside it, at its own values where these are ``listed``."""
+    """Draw one of the parallel axes with its ticks; ``listed``: ticks at the values of the axis."""
     from matplotlib.ticker import LogLocator, MaxNLocator
 
     low, high = float(axis.values.min()), float(axis.values.max())

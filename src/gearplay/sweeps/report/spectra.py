@@ -97,7 +97,7 @@ def waterfall_figure(view: View, name: str, up: str) -> bytes | None:
 def order_figure(view: View, name: str, up: str) -> bytes | None:
     """Draw a spectrum as colour over its order, frequency by the mesh frequency of the first mesh, and one axis.
 
-    None where the mesh frequency does not vary along that axis: there the waterfall says the same.
+    None where the mesh frequency does not vary along that axis: there the waterfall shows the same.
     """
     frequency = view.dataset[own_axis(view, name)].values.astype(np.float64)
     edges = edges_of(frequency, log=False)

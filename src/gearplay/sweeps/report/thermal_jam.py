@@ -36,7 +36,7 @@ def excess_at(sweep: Sweep, j: int, values: Mapping[str, float]) -> float:
 
 @lru_cache(maxsize=4096)
 def _excesses(sweep: Sweep, values: tuple[tuple[str, float], ...]) -> tuple[float, ...]:
-    """Return `excess_at` of all meshes: lines of many meshes, in many pictures, ask for the same cases."""
+    """Return `excess_at` of all meshes, cached: lines of many meshes, in many pictures, use the same cases."""
     base = sweep.template.base
     try:
         case = replace(base, fields_at(sweep, dict(values))).operating

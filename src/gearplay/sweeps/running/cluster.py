@@ -23,10 +23,10 @@ PATIENCE = 10.0
 UNATTENDED = 5.0
 """How long a cluster may be without an outcome before it is asked whether it has workers at all [s]."""
 PAUSE = 0.1
-"""How often a wait for outcomes looks whether it is to stop [s]."""
+"""Interval [s] at which a wait for outcomes checks for cancellation."""
 
 TALKATIVE = ("distributed", "tornado", "asyncio")
-"""Whose loggers tell of a connection that is lost."""
+"""Packages whose loggers report a lost connection."""
 
 
 def run_dask(
@@ -69,10 +69,10 @@ def run_dask(
 
 @contextmanager
 def _in_our_words() -> Iterator[None]:
-    """Let the library and what it runs on log nothing: of a scheduler that has gone a sentence is said.
+    """Silence the library and its dependencies: a lost scheduler is reported in one sentence.
 
-    Whatever was under way when it went logs a traceback of its own, each from another place; what a sweep needs to know
-    comes as an outcome, or as the client's status. Loggers are silenced one by one, as the library gives some a level.
+    Each pending operation would log a traceback of its own when the scheduler is lost; a sweep uses only the outcomes and
+    the client's status. Loggers are silenced one by one, as the library gives some a level.
     """
     known = [
         logging.getLogger(name)
@@ -111,7 +111,7 @@ def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | N
 
 
 def _workers_of(client: Any) -> int:
-    """Return how many threads a cluster has, one where it cannot say."""
+    """Return the number of threads of a cluster, 1 where it is unknown."""
     try:
         return sum(client.nthreads().values())
     except Exception:  # it has just gone, which is seen elsewhere

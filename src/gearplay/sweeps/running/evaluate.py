@@ -151,7 +151,7 @@ class Sweep:
 
 
 class _StoppedError(Exception):
-    """The wish to stop reached a run."""
+    """A run was cancelled."""
 
 
 @lru_cache(maxsize=4)

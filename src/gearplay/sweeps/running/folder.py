@@ -30,7 +30,7 @@ PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
 def jobs_left(made: Sweep, folder: Path, shard: tuple[int, int] | None, *, retry: bool = False) -> list[int]:
     """Claim a folder, which the caller holds, for a sweep; return the jobs of the shard that it lacks, in order.
 
-    ``retry`` forgets those that failed. Raises `TakenError` where the folder is another plan's or damaged.
+    ``retry`` includes failed ones. Raises `TakenError` where the folder belongs to another plan or is damaged.
     """
     claim(made.plan, folder)
     if retry:
@@ -50,7 +50,7 @@ def run_in(
 ) -> int:
     """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
 
-    Every finished case is stored at once. ``left`` is what `jobs_left` says, asked here if not given.
+    Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given.
     """
     if left is None:
         left = jobs_left(made, folder, engine.shard)
@@ -82,7 +82,7 @@ def watched(
     progress: Progress | None,
     stop: threading.Event | None,
 ) -> Generator[list[Outcome]]:
-    """Yield the outcomes of jobs and tell of progress; `KeyboardInterrupt` once stopped."""
+    """Yield the outcomes of jobs and report progress; raise `KeyboardInterrupt` once stopped."""
     label, total = made.plan.title or "sweep", before + len(left)
     done, together = before, len(made.template.points) // made.template.points.jobs
     with closing(engine.outcomes(made, left, stop)) as finished:

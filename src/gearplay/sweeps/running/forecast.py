@@ -15,9 +15,9 @@ from gearplay.vocabulary.cores import worker_count
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a sweep will take: cases, seconds on ``workers`` cores and the bytes that it keeps; how many of the pilots failed.
+    """Estimated cost of a sweep: cases, seconds on ``workers`` cores and stored bytes; number of failed pilots.
 
-    ``beside`` are the seconds that start, gathering and report take on top. ``search`` counts the cases of the search for a
+    ``beside`` are the additional seconds for start, gathering and report. ``search`` counts the cases of the search for a
     safe size, which come on top and are in the seconds too.
     """
 
@@ -47,7 +47,7 @@ def forecast(
     patience: float = 6.0,
     begun: float = 0.0,
 ) -> Forecast:
-    """Run some points of a sweep, spread over it, for about ``patience`` seconds, and say what all will take.
+    """Run some points of a sweep, spread over it, for about ``patience`` seconds, and estimate the cost of all.
 
     They run and are stored as the sweep would have it, on all its workers, which wait for each other now and then: what they take
     together is measured, after a first point that has the machine load what it needs. ``search`` cases like these come on top;

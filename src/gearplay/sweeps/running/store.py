@@ -81,7 +81,7 @@ def read_rows(
 
 
 class StoredRows(Mapping[bytes, tuple[int, str, bytes]]):
-    """The rows of every writer's file by address, read when asked for: more of them than the memory holds may be there.
+    """The rows of every writer's file by address, read on request, as they may exceed the memory.
 
     Raises `InputError` for a damaged file or one that another process holds.
     """

@@ -33,9 +33,9 @@ TEXT = np.dtypes.StringDType()
 
 
 def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
-    """Write the product of a sweep as a Zarr store, beside and renamed; what is missing has status -1 and NaN.
+    """Write the product of a sweep as a Zarr store, in a temporary folder that is renamed; missing cases have status -1 and NaN.
 
-    It is an export that can be made again, never the source of truth: a chunk that is lost later reads as missing too.
+    It is an export that can be repeated, never the source of truth: a chunk that is lost later reads as missing too.
 
     Returns the account of its cases.
 
@@ -68,7 +68,7 @@ def beside(path: Path) -> tuple[Path, Path]:
 
 
 def tidy_cube(path: Path) -> None:
-    """Remove what a killed process left beside a store; where the new one has no name yet, the old one has its own again."""
+    """Remove temporary stores of a killed process; where the new store was not renamed yet, restore the old one."""
     part, old = beside(path)
     shutil.rmtree(part, ignore_errors=True)
     if old.exists() and not path.exists():

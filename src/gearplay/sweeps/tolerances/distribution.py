@@ -103,7 +103,7 @@ def _at(ordered: Floats, reached: Floats, level: float) -> float:
 def _independent(table: Floats, values: Sequence[float], confidence: float) -> float:
     """Return the fewest independent cases that the shares below any of some values scatter like.
 
-    A tail alone shows too few cases to tell, so the median should be among the values.
+    A tail alone holds too few cases for an estimate, so the median should be among the values.
     """
     failed = np.isnan(table)
     hits = (np.where(failed, np.nan, table <= value) for value in values)

@@ -139,7 +139,7 @@ def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: b
     for flags, color in ((~over, COUPLED), (over, LIMIT)):
         ax.bar(shown[:-1][flags], heights[flags], np.diff(shown)[flags], align="edge", color=color, alpha=0.8,
                edgecolor="white", linewidth=0.4)  # fmt: skip
-    ax.set_ylim(0.0, 1.28 * float(heights.max()))  # room for words
+    ax.set_ylim(0.0, 1.28 * float(heights.max()))  # room for labels
 
 
 def _steps(ax: Any, pooled: Floats, weights: Floats, found: Distribution, confidence: float) -> None:
@@ -159,7 +159,7 @@ def _steps(ax: Any, pooled: Floats, weights: Floats, found: Distribution, confid
 
 
 def _beside(ax: Any, x: float, words: str) -> None:
-    """Write words at the top of a vertical line, on the side that has more room; at the edge for one beyond it."""
+    """Write a label at the top of a vertical line, on the side that has more room; at the edge for one beyond it."""
     low, high = ax.get_xlim()
     log = ax.get_xscale() == "log"
     place = math.log(x / low) / math.log(high / low) if log and x > 0.0 else (x - low) / (high - low)

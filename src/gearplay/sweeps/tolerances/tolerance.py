@@ -36,7 +36,7 @@ class Cut:
 
 @dataclass(frozen=True)
 class Answers:
-    """All that a sample says of one measure and its limit."""
+    """Results of a sample for one measure and its limit."""
 
     distribution: Distribution
     exceedance: Exceedance
@@ -49,7 +49,7 @@ def answers_of(
 ) -> Answers:
     """Return the answers from a design's drawn points, shape [sample, parameter], and the measure there, shape [sample, ...].
 
-    Of a saltelli design only the points that are draws of their own tell the distribution; all tell the indices.
+    Of a saltelli design only the independent points are used for the distribution; all points are used for the indices.
     """
     rows, table = independent_rows(design), as_table(values)
     names = [p.name for p in design.parameters]

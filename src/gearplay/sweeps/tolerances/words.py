@@ -152,7 +152,7 @@ def _advice(found: Allowable, parameters: Sequence[Random], scaling: str) -> str
 
 
 def _estimate(found: Allowable) -> str:
-    """Return where the limit itself lies, as far as the sample tells."""
+    """Return the estimated position of the limit as text, as far as the sample determines it."""
     _, high = found.span
     if found.verdict == ALL:
         return (

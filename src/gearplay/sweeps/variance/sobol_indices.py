@@ -65,7 +65,7 @@ def _none(source: str, design: Design, confidence: float, used: int, left_out: i
 def independent_rows(design: Design) -> NDArray[np.int64]:
     """Return the places of the points that are draws of their own: of a saltelli block the first and the last, else all.
 
-    The points between repeat values of those two, so they say nothing new of the distribution.
+    The points between repeat values of those two, so they add nothing to the distribution.
     """
     block = len(design.parameters) + 2
     rows = np.arange(sample_size(design))

@@ -9,7 +9,7 @@ MOST_RANKED = 6
 
 
 def spoken(name: str) -> str:
-    """Return a name as it is said.
+    """Return a name as text for a message.
 
     >>> spoken("tooth_error")
     'tooth error'
