@@ -53,6 +53,9 @@ def read_text(path: Path, *, what: str = "case") -> str:
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or "not a valid path"
         raise InputError(Fault(what, where, f"cannot be read: {reason}", "Check the path")) from None
+    if content.startswith((b"\x89HDF", b"CDF")):
+        rule = f"must be a {what}, not a stored result"
+        raise InputError(Fault(what, where, rule, "Pass what gearplay.read_result returns, or its .case"))
     if len(content) > LARGEST_FILE:
         raise InputError(
             Fault(what, where, f"must have at most {LARGEST_FILE // 1024} KiB", "Split or shorten it")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gearplay as gp
 from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names, load_case, replace, to_toml
 from gearplay.model.toml_files import text_depth, write_toml
@@ -249,3 +250,13 @@ def test_toml_is_written_as_it_is_read() -> None:
 )
 def test_the_depth_of_text(text: str, depth: int) -> None:
     assert text_depth(text) == depth
+
+
+def test_case__a_stored_result_is_named_as_one(tmp_path: Path) -> None:
+    """A result's file in place of a case is no file that is too long, or text that is no UTF-8."""
+    place = tmp_path / "run.nc"
+    gp.simulate("han2021", duration=0.01, transient=0.0).save(place)
+    with pytest.raises(
+        InputError, match=r"must be a case, not a stored result. Pass what gearplay.read_result returns"
+    ):
+        gp.load_sharing(str(place))
