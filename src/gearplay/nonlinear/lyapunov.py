@@ -88,7 +88,7 @@ class Exponents(Tabled):
         drawn.errorbar(number, self.values, self.errors, fmt="o", color=COUPLED, markersize=4, capsize=3)
         drawn.axhline(0.0, color=CLEARANCE, linewidth=0.8)
         drawn.set_xticks(number)
-        drawn.set_xlabel("exponent, the largest first", fontsize=8)
+        drawn.set_xlabel("number of the exponent, the largest first [1]", fontsize=8)
         drawn.set_ylabel("Lyapunov exponent [1/s], 95 % interval", fontsize=8)
         return drawn
 

@@ -29,7 +29,7 @@ def edited(source: str, changes: Mapping[str, Any]) -> str:
 
     >>> from gearplay.model.bundled import bundled_text
     >>> text = bundled_text("gearplay.model", "cases", "han2021")
-    >>> print(edited(text, {"meshes.0.backlash": 1.5e-4}).splitlines()[37])
+    >>> print(edited(text, {"meshes.0.backlash": 1.5e-4}).splitlines()[38])
     backlash = "150 um"                     # article: 100 or 200 um
     """
     before = load_case(parse_toml(source, "upload"))
