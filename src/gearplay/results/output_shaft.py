@@ -51,8 +51,8 @@ class OutputShaft:
     ratio
         Speed of the output per that of the input by rolling; NaN where the train does not fix it.
     each : mapping
-        Statistics [SI], shape [member], NaN where one is not defined; names, units and definitions in
-        `gearplay.vocabulary.quantities.OUTPUT_STATISTICS`.
+        Statistics [SI], shape [member], NaN where one is not defined; those of impacts are of all members together, shape
+        [1]. Names and units are in `gearplay.vocabulary.quantities.OUTPUT_STATISTICS`.
     frictionless : bool
         Whether neither teeth nor sleeves have friction in the case, so that the efficiency is one of damping alone.
 
@@ -66,7 +66,7 @@ class OutputShaft:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Means of the statistics over the members [SI]; the efficiency is that of all members together."""
+        """Means of the statistics over the members [SI]."""
         return {name: _mean(found) for name, found in self.each.items()}
 
     @cached_property
@@ -209,7 +209,9 @@ def output_shaft(
     check_rotor(case, rotor)
     lead, at = input_of(case), rotor or output_of(case)
     ratio, packed = ratio_of(case, at, lead), pack(case)
-    each = [_member(case, packed, at, lead, ratio, rate, samples) for rate, samples in members]
+    wanted = wanted_of(packed, at, lead)
+    start = start_of(case, packed, at, lead, ratio) if math.isfinite(ratio) else math.nan
+    each = [_member(case, at, lead, ratio, start, rate, samples(wanted)) for rate, samples in members]
     table = {name: np.array([found.get(name, math.nan) for found in each]) for name in OUTPUT_STATISTICS}
     table["impacts_per_second"], table["impact_power"] = _rattle(case, contacts)
     rubbing = [mesh.friction_coefficient for mesh in case.meshes]
@@ -238,10 +240,9 @@ def wanted_of(packed: Packed, at: str, lead: str) -> list[tuple[str, str]]:
 
 
 def _member(
-    case: Case, packed: Packed, at: str, lead: str, ratio: float, rate: float, samples: Samples
+    case: Case, at: str, lead: str, ratio: float, start: float, rate: float, values: Floats
 ) -> dict[str, float]:
-    """Return the statistics of one member."""
-    values = samples(wanted_of(packed, at, lead))
+    """Return the statistics of one member from its samples of `wanted_of`, shape [time, signal], at a rate [Hz]."""
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 2:
         return {}
@@ -256,7 +257,7 @@ def _member(
     turns = abs(found["mean_speed"]) > 0.5 * found["speed_ripple"]
     sense = math.copysign(1.0, found["mean_speed"] if turns else float(np.mean(torque)))
     if at != lead and math.isfinite(ratio):
-        error = theta - ratio * turned - start_of(case, packed, at, lead, ratio)
+        error = theta - ratio * turned - start
         found |= {"transmission_error": float(np.ptp(error)), "wind_up": -sense * float(np.mean(error))}
     if at == lead or (given == type(given)() and case.rotors[at].drive is None):  # nothing resists: no output
         return found

@@ -291,6 +291,8 @@ class KeptSamples:
 
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
+        if "values" in self.__dict__:
+            return self.values[::stride, list(columns)]
         count = -(-self.count // stride)
         return self.motion.sample(self.places[list(columns)], self.start, self.sampling / stride, count)
 
