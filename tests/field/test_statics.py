@@ -151,18 +151,20 @@ def random_set(seed: int) -> tuple[gp.Case, float]:
     return case, torque
 
 
-def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None:
+def settled(case: gp.Case, softest: float) -> np.ndarray | None:
     """Return the forces of all meshes [N] near and at the end of a run without speed, with dampers that let it settle.
 
-    None where it takes too many steps.
+    None where it takes too many steps, as where contacts bounce on.
 
     Light, alike bodies, their centres damped critically for the geometric stiffness ``softest`` [N/m], as the slowest motion has.
     """
+    mass = 0.1
+    duration = 25.0 * math.sqrt(mass / softest)
     document = case.model_dump()
     del document["planetary"]  # its members stand as plain rotors, so that they can be changed one by one
     document = json.loads(json.dumps(document).replace('"s.', '"s_'))
     for name, rotor in document["rotors"].items():
-        rotor |= {"mass": 0.1, "inertia": 2e-4, "radial_damping": 2.0 * math.sqrt(0.1 * softest)}
+        rotor |= {"mass": mass, "inertia": 2e-4, "radial_damping": 2.0 * math.sqrt(mass * softest)}
         if name == "s_sun":
             rotor["drive"]["speed"] = 1e-6
         if name == "s_carrier":
@@ -172,7 +174,7 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
         duration=duration,
         transient=0.0,
         sampling=20.0 / duration,
-        policy=gp.Policy(tolerance=1e-10, max_steps=sized(400_000, torture=2_000_000)),
+        policy=gp.Policy(tolerance=1e-8, max_steps=40_000),
     )
     if result.ds.attrs["status"] != "DONE":
         return None
@@ -184,7 +186,7 @@ def settled(case: gp.Case, softest: float, duration: float) -> np.ndarray | None
 @pytest.mark.slow
 def test_random_planetary_sets_are_where_a_simulation_settles(measured: Measured) -> None:
     """All are found; force of every mesh of the sun, to a millionth of the load of a planet, of those whose run settles."""
-    worst, judged, wanted = 0.0, 0, sized(60, 3, torture=300)
+    worst, judged, wanted = 0.0, 0, sized(60, 3, torture=150)
     for seed in range(sized(500)):
         case, torque = random_set(seed)
         table = case.planetary["s"]
@@ -196,7 +198,7 @@ def test_random_planetary_sets_are_where_a_simulation_settles(measured: Measured
         if judged == wanted:
             continue
         sun = [j for j, mesh in enumerate(case.meshes) if "s.sun" in mesh.rotors]
-        both = settled(case, load / table.center_distance, 2.0)
+        both = settled(case, load / table.center_distance)
         if both is None or np.max(np.abs(both[sun, 1] - both[sun, 0])) > 1e-7 * load:
             continue  # what swings on is no judge
         forces = both[sun, 1] * np.sign(both[sun, 1].sum())
