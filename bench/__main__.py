@@ -22,12 +22,11 @@ import gearplay as gp
 from bench import joined, loaded, page, plain, trains, work_precision
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET, spread
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
+from gearplay.integrate import dispatch, stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate.right_hand_side import right_hand_side
 from gearplay.kernels.compiler import jitted
-from gearplay.kernels.elements import table
 from gearplay.kernels.layout import LOADED
-from gearplay.kernels.right_hand_side import right_hand_side
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 from gearplay.solver.compiling import prepare
@@ -253,7 +252,7 @@ def hardware():
     active_set.active[:2] = 1, 1
     y, dy, times = LIVELY.start(1), np.zeros(12), 200_000
     for e in range(system.elements.size):
-        table.start_step(system, e, 0.0, y, branch)  # knows the angles
+        dispatch.start_step(system, e, 0.0, y, branch)  # knows the angles
     arguments = (system, active_set, branch, loads, y, dy)
     _evaluate(*arguments, 1)
     nanoseconds = 1e9 * best(lambda: _evaluate(*arguments, times)) / times

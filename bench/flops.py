@@ -78,14 +78,14 @@ def plain(array):
 def main():
     """Print the counts of one evaluation with sleeve and drive flank in contact."""
     from bench.problem import LIVELY
-    from gearplay.kernels.elements import table
+    from gearplay.integrate import dispatch
+    from gearplay.integrate.right_hand_side import right_hand_side
     from gearplay.kernels.layout import LOADED
-    from gearplay.kernels.right_hand_side import right_hand_side
 
     system, active_set, branch, loads = LIVELY.arguments()
     y = LIVELY.start(1)
     for e in range(system.elements.size):
-        table.start_step(system, e, 0.0, y, branch)
+        dispatch.start_step(system, e, 0.0, y, branch)
     system = SimpleNamespace(**{name: counting(part) for name, part in vars(system).items()})
     for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
         loaded = importlib.import_module(module.name)

@@ -9,8 +9,8 @@ import numpy as np
 import gearplay as gp
 from bench.peers import numbalsoda_peer, scipy_peer
 from bench.problem import Problem, spread
-from gearplay.kernels import run as kernel
-from gearplay.kernels.implicit import FIRST_PATIENCE, PATIENCE
+from gearplay.integrate import run as kernel
+from gearplay.integrate.implicit import BACKOFF, FIRST_BACKOFF
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 
@@ -150,7 +150,7 @@ class Loaded(Problem):
         course.run.clock[kernel.TOLERANCE] = tolerance
         course.run.scale[:] = tolerance * course.run.natural
         # Whatever paid at the tolerance that led there.
-        course.run.implicit.numbers[PATIENCE] = FIRST_PATIENCE
+        course.run.implicit.numbers[BACKOFF] = FIRST_BACKOFF
         before, began = course.steps, time.perf_counter()
         course.advance(LEAD + self.span)
         seconds = time.perf_counter() - began

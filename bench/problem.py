@@ -10,18 +10,18 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 import gearplay as gp
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
-from gearplay.kernels.active_set import add, make_active_set
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
+from gearplay.integrate.active_set import add, make_active_set
+from gearplay.integrate.right_hand_side import make_loads, right_hand_side
+from gearplay.integrate.switches import make_branch
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
-from gearplay.kernels.elements.table import MESH, SLEEVE
 from gearplay.kernels.layout import FORCE, LOADED, OPEN
-from gearplay.kernels.mesh_geometry import P_B, P_D, mesh_geometry
-from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.switches import make_branch
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
+from gearplay.parts.mesh.geometry import P_B, P_D, mesh_geometry
+from gearplay.parts.registry import MESH, SLEEVE
+from gearplay.parts.sleeve.law import DELTA, sleeve_geometry
 
 STATES = 12  # x, y, theta of pinion and ring, then their rates
 

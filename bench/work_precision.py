@@ -8,7 +8,7 @@ from statistics import median
 import numpy as np
 
 from bench.problem import LIVELY, QUIET, spread
-from gearplay.kernels import run as kernel
+from gearplay.integrate import run as kernel
 
 PEERS = (
     ("plain 5(4), same kernels", "bench.plain"),

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
-from gearplay.kernels.active_set import make_active_set
-from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
-from gearplay.kernels.elements.table import MESH, SLEEVE
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
+from gearplay.integrate.active_set import make_active_set
+from gearplay.integrate.right_hand_side import make_loads, right_hand_side
+from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, PENETRATION
-from gearplay.kernels.mesh_geometry import P_B, P_D, PSI, mesh_geometry
-from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.switches import make_branch
-from gearplay.kernels.tooth_stiffness import mesh_stiffness
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
+from gearplay.parts.mesh.geometry import P_B, P_D, PSI, mesh_geometry
+from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness
+from gearplay.parts.registry import MESH, SLEEVE
+from gearplay.parts.sleeve.law import DELTA, sleeve_geometry
 from gearplay.solver.simulate import run_members
 from gearplay.solver.trajectory import Trajectory
 

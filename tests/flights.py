@@ -6,12 +6,12 @@ import numpy as np
 from numba import njit
 
 from building import Document, case_of, run_of
-from gearplay.kernels import compiler, stepper
-from gearplay.kernels import run as kernel
-from gearplay.kernels.active_set import state_of
-from gearplay.kernels.elements import table
+from gearplay.integrate import dispatch, stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate.active_set import state_of
+from gearplay.integrate.right_hand_side import make_loads
+from gearplay.kernels import compiler
 from gearplay.kernels.layout import PENETRATION, Loads
-from gearplay.kernels.right_hand_side import make_loads
 from gearplay.model.pack import pack
 
 LOOKS = 1500  # at each flight
@@ -30,7 +30,7 @@ def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Lo
         for i in range(system.rotors.size):
             state_of(system, motion.active_set, i, t, motion.y, y)
         for e in range(system.elements.size):
-            table.contact_kinematics(system, e, t, y, motion.branch, loads)
+            dispatch.contact_kinematics(system, e, t, y, motion.branch, loads)
         deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
     return deepest
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import gearplay as gp
+from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import omega_of, theta_of, vx_of, x_of
-from gearplay.kernels.switches import make_memory
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack

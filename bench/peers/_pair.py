@@ -7,9 +7,9 @@ stiffness and transmission error.
 
 import numpy as np
 
-from gearplay.kernels.elements import table
-from gearplay.kernels.mesh_geometry import MESH_COUPLED
-from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER
+from gearplay.parts.mesh.geometry import MESH_COUPLED
+from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER
+from gearplay.parts.registry import SLEEVE
 
 ROTOR = ("nominal_speed", "inv_mass", "inv_inertia", "torque", "drag")
 MESH = (
@@ -31,7 +31,7 @@ MESH = (
 def numbers(problem):
     """Return the numbers by name; a problem with more physics than the formulas know is refused."""
     system = problem.packed.system
-    sleeves, meshes = system.records[table.SLEEVE], system.records[table.MESH]
+    sleeves, meshes = system.records[SLEEVE], system.records[MESH]
     mesh, sleeve = meshes[0], sleeves[0]
     fits = (
         (system.rotors.size, sleeves.size, meshes.size, system.elements.size) == (2, 1, 1, 2)

@@ -45,7 +45,7 @@ def public(name: str, module: str) -> Any:
 
 def _seconds(name: str, text: str) -> float:
     """Return a time that an argument gives as text, such as ``"10 ms"`` [s]."""
-    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.quantities import TIME
 
     try:

@@ -50,13 +50,13 @@ THROUGH_THE_COMMAND = (
 
 @contextmanager
 def guard_against_hanging(seconds: int = HANG) -> Iterator[None]:
-    def give_up(*_: object) -> None:
+    def fall_back(*_: object) -> None:
         raise AssertionError(f"still running after {seconds} s")
 
     if not hasattr(signal, "SIGALRM"):
         yield
         return
-    before = signal.signal(signal.SIGALRM, give_up)
+    before = signal.signal(signal.SIGALRM, fall_back)
     signal.alarm(seconds)
     try:
         yield

@@ -233,10 +233,10 @@ def guard_against_hanging() -> Iterator[None]:
     """Fail after `HANG` seconds, even where a library swallows the exception that ends the wait."""
     begin = time.monotonic()
 
-    def give_up(_: int, __: FrameType | None) -> None:
+    def fall_back(_: int, __: FrameType | None) -> None:
         raise HangError
 
-    before = signal.signal(signal.SIGALRM, give_up) if hasattr(signal, "SIGALRM") else None
+    before = signal.signal(signal.SIGALRM, fall_back) if hasattr(signal, "SIGALRM") else None
     if before is not None:
         signal.setitimer(signal.ITIMER_REAL, HANG, 1.0)
     try:

@@ -22,7 +22,7 @@ import sys, time
 from pathlib import Path
 import gearplay as gp
 case = gp.replace(gp.load_case("han2021"), {"rotors.ring.initial.vx": 0.05})
-import gearplay.kernels.run
+import gearplay.integrate.run
 here, go = Path(sys.argv[1]), Path(sys.argv[2])
 here.touch()
 while not go.exists():

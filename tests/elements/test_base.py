@@ -11,10 +11,10 @@ import pytest
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
 from depth import sized
-from gearplay.model.base import SpectralDensity
 from gearplay.model.pack import pack
 from gearplay.model.toml_files import write_toml
 from gearplay.nonlinear.orbits.period_map import common_period
+from gearplay.parts.housing.schema import SpectralDensity
 from gearplay.rig.measurement import mean_acceleration
 from gearplay.rig.plan import Placement
 from gearplay.solver.simulate import run_members

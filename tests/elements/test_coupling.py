@@ -8,9 +8,9 @@ import pytest
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
-from gearplay.kernels.elements import coupling
-from gearplay.kernels.elements.table import COUPLING
 from gearplay.model.pack import Packed
+from gearplay.parts.coupling import law as coupling
+from gearplay.parts.registry import COUPLING
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import InputError
 

@@ -1,13 +1,11 @@
-"""What every kind of element must hold, present and future: each test asks all kinds of `kernels.elements.table`.
+"""What every kind of element must hold, present and future: each test asks all kinds of `gearplay.parts.registry`.
 
 The file ``test_KIND.py`` beside this one brings random mechanisms with an element of its kind, ``sample(rng)``, with
 ``plain=True`` without what a turn or a mirror would have to carry along, and, where its forces have one without damping, their
 potential energy, ``potential(packed, y)``.
 """
 
-import ast
 import importlib
-import inspect
 import math
 from dataclasses import replace
 from types import ModuleType, SimpleNamespace
@@ -18,22 +16,24 @@ import pytest
 
 from building import Document, Floats, Measured, case_of, merged
 from depth import sized
+from gearplay.integrate import dispatch
+from gearplay.integrate.events import first_switch
+from gearplay.integrate.restart import begin
+from gearplay.integrate.right_hand_side import make_loads
+from gearplay.integrate.run import DONE, T_END, Run, T, make_run
+from gearplay.integrate.runge_kutta import error_norm
+from gearplay.integrate.slopes import make_slopes
+from gearplay.integrate.switches import make_branch, switch_values
+from gearplay.integrate.trial_step import attempt, evaluate
 from gearplay.kernels.advancement import RESOLUTION, STAYS_OPEN
-from gearplay.kernels.elements import derivative, table
-from gearplay.kernels.events import first_switch
 from gearplay.kernels.free_motion import propagate
 from gearplay.kernels.layout import LOADED, OPEN, PENETRATION, RATE
-from gearplay.kernels.restart import begin
-from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.run import DONE, T_END, Run, T, make_run
-from gearplay.kernels.runge_kutta import error_norm
-from gearplay.kernels.slopes import make_slopes
-from gearplay.kernels.switches import make_branch, switch_values
-from gearplay.kernels.trial_step import attempt, evaluate
 from gearplay.model.pack import Packed, pack
+from gearplay.parts import registry
 from gearplay.solver.flow import Flow
 
-KINDS = {kind.name: number for number, kind in enumerate(table.KINDS)}
+KINDS = {kind.name: number for number, kind in enumerate(registry.KINDS)}
+KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
 WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
 LOOKS = np.linspace(0.0, 1.0, 42)[1:-1]  # shares of a step
@@ -63,11 +63,11 @@ class Scene:
     def decide(self, y: Floats) -> None:
         """Choose every branch by the state."""
         for e in range(self.system.elements.size):
-            assert table.contact_kinematics(self.system, e, 0.0, y, self.branch, self.loads) == 0
+            assert dispatch.contact_kinematics(self.system, e, 0.0, y, self.branch, self.loads) == 0
         touching = self.loads.contacts[:, PENETRATION] > 0.0
         self.branch.modes[: len(touching)] = np.where(touching, LOADED, OPEN)
         for e in range(self.system.elements.size):
-            table.initialise(self.system, e, 0.0, y, self.branch, self.loads)
+            dispatch.initialise(self.system, e, 0.0, y, self.branch, self.loads)
 
     def forces(self, y: Floats, impact_speeds: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the sums on the rotors [rotor, 3] and the rates of the elements' own states."""
@@ -75,15 +75,15 @@ class Scene:
         dy = np.zeros(y.size)
         self.loads.rotors[:] = 0.0
         acting = np.array([len(self.elements), *self.elements], dtype=np.int64)
-        assert table.apply_forces(self.system, acting, 0.0, y, branch, self.loads, dy) == 0
+        assert dispatch.apply_forces(self.system, acting, 0.0, y, branch, self.loads, dy) == 0
         return self.loads.rotors.copy(), dy[6 * self.n :]
 
     def slopes(self, z: Floats) -> tuple[Floats, Floats]:
         """Return what a change z of state and stored impact speeds changes in `forces`, by the elements' own slopes."""
         rows, force, dz = make_slopes(self.system).elements, np.zeros((self.n, 3)), np.zeros(z.size)
         for e in self.elements:
-            assert derivative.linearise(self.system, e, 0.0, self.y, self.branch, self.loads, rows[e]) == 0
-            derivative.add_change(self.system, e, rows[e], z, self.branch, force, dz)
+            assert dispatch.linearise(self.system, e, 0.0, self.y, self.branch, self.loads, rows[e]) == 0
+            dispatch.add_change(self.system, e, rows[e], z, self.branch, force, dz)
         return force, dz[6 * self.n : self.y.size]
 
     def run(self, tolerance: float) -> Run | None:
@@ -166,14 +166,14 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
             y[scene.held], y[[3 * n + c for c in scene.held]] = 0.0, 0.0
             now = np.array(y)
             for e in elements:
-                doing, span = table.stay_open(scene.system, e, 0.0, y, scene.branch, 1.0, scene.loads.out)
+                doing, span = dispatch.stay_open(scene.system, e, 0.0, y, scene.branch, 1.0, scene.loads.out)
                 if doing != STAYS_OPEN:
                     continue
                 for share in (0.3, 0.7, 0.95, 1.0):
                     t = share * span
                     for i in range(n):
                         propagate(scene.system, i, 0.0, t, y, now)
-                    table.contact_kinematics(scene.system, e, t, now, scene.branch, scene.loads)
+                    dispatch.contact_kinematics(scene.system, e, t, now, scene.branch, scene.loads)
                     first = scene.system.elements[e]["contact"]
                     for k in range(first, first + scene.system.elements[e]["contacts"]):
                         started_open = _gap_at_start(scene, e, k, y) <= 0.0
@@ -186,7 +186,7 @@ def test_no_touch_is_missed_in_flight(kind: str, measured: Measured) -> None:
 
 def _gap_at_start(scene: Scene, e: int, k: int, y: Floats) -> float:
     loads = make_loads(scene.system)
-    table.contact_kinematics(scene.system, e, 0.0, y, scene.branch, loads)
+    dispatch.contact_kinematics(scene.system, e, 0.0, y, scene.branch, loads)
     return float(loads.contacts[k, PENETRATION])
 
 
@@ -357,24 +357,41 @@ def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> N
     assert worst < 1e-4
 
 
-def test_every_question_is_passed_on_to_every_kind() -> None:
-    """A kind left out of a chain of ifs would be taken for another: its file must be named in every question."""
-    tree = ast.parse(inspect.getsource(table) + inspect.getsource(derivative))
-    names = {kind.file.__name__.rpartition(".")[2] for kind in table.KINDS}
-    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    for question in table.QUESTIONS:
-        asked = {node.id for node in ast.walk(functions[question]) if isinstance(node, ast.Name)}
-        assert names <= asked, question
-    assert [kind.file.KIND for kind in table.KINDS] == list(range(len(table.KINDS)))
+def test_dispatch_calls_the_law_of_the_kind_or_the_default() -> None:
+    system = SimpleNamespace(
+        elements=[SimpleNamespace(kind=number, index=10 + number) for number in KINDS.values()]
+    )
+
+    def forcing_rate(system: Any, e: int, t: float, y: Any) -> float:
+        return -1.0
+
+    laws = SimpleNamespace(forcing_rate=lambda system, n, t, y: 100.0 * n)
+    kinds = [registry.Kind(name, KIND_FILES[name]) for name in KINDS]
+    for number, kind in enumerate(kinds):
+        file: Any = SimpleNamespace(**vars(kind.file))
+        file.__dict__.pop("forcing_rate", None)
+        if number in (0, 2):
+            file.forcing_rate = laws.forcing_rate
+        kinds[number] = registry.Kind(kind.name, file)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dispatch, "KINDS", tuple(kinds))
+        patch.setattr(dispatch, "ORDER", [*kinds[1:], kinds[0]])
+        made = dispatch.dispatched(lambda function: function)(forcing_rate)
+    found = [made(system, e, 0.0, None) for e in range(len(kinds))]
+    assert found == [1000.0, -1.0, 1200.0, *([-1.0] * (len(kinds) - 3))]
 
 
-def test_an_element_that_leaves_a_question_open_cannot_be_registered() -> None:
-    whole = vars(table.KINDS[1].file)
-    for word in table.FACTS + table.QUESTIONS:
+def test_a_law_without_a_required_function_is_refused() -> None:
+    def springs(system: Any, e: int) -> float: ...
+
+    with pytest.raises(TypeError, match=r"parts\.sleeve\.law, .* must have a function springs"):
+        dispatch.dispatched(lambda function: function)(springs)
+    whole = vars(registry.KINDS[1].file)
+    for word in registry.CONSTANTS:
         part: Any = SimpleNamespace(**{name: item for name, item in whole.items() if name != word})
         part.__name__ = "part"
         with pytest.raises(TypeError, match=word):
-            table.Kind("part", part)
+            registry.Kind("part", part)
 
 
 def test_rates_are_those_of_the_penetrations() -> None:
@@ -390,10 +407,10 @@ def test_rates_are_those_of_the_penetrations() -> None:
                     y[3 * i : 3 * i + 3] += s * h * scene.y[3 * (n + i) : 3 * (n + i) + 3]
                 loads = make_loads(scene.system)
                 for e in scene.elements:
-                    table.contact_kinematics(scene.system, e, s * h, y, scene.branch, loads)
+                    dispatch.contact_kinematics(scene.system, e, s * h, y, scene.branch, loads)
                 ends.append(loads.contacts[:, PENETRATION])
             for e in scene.elements:
-                table.contact_kinematics(scene.system, e, 0.0, scene.y, scene.branch, scene.loads)
+                dispatch.contact_kinematics(scene.system, e, 0.0, scene.y, scene.branch, scene.loads)
                 first = scene.system.elements[e]["contact"]
                 rows = slice(first, first + scene.system.elements[e]["contacts"])
                 rates = (ends[0][rows] - ends[1][rows]) / (2.0 * h)

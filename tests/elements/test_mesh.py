@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from building import Document, Floats, mesh_at, pair_case
-from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.mesh_geometry import P_B, P_D
-from gearplay.kernels.tooth_stiffness import mesh_stiffness, stiffness_slope
 from gearplay.model.pack import Packed, pack
+from gearplay.parts.mesh.geometry import P_B, P_D
+from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
+from gearplay.parts.registry import MESH
 
 
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:

@@ -8,8 +8,8 @@ import pytest
 
 import gearplay as gp
 from building import Document, Measured, case_of, simulate_one
-from gearplay.kernels.elements.table import POSITIONER
 from gearplay.model.pack import pack
+from gearplay.parts.registry import POSITIONER
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import InputError
 

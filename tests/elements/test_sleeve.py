@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from building import Document, Floats, sleeve_at
-from gearplay.kernels.elements.sleeve import DELTA
-from gearplay.kernels.elements.table import SLEEVE
 from gearplay.model.pack import Packed
+from gearplay.parts.registry import SLEEVE
+from gearplay.parts.sleeve.law import DELTA
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
 

@@ -9,8 +9,8 @@ from scipy.integrate import simpson
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
-from gearplay.kernels.elements.support import KIND
 from gearplay.model.pack import Packed
+from gearplay.parts.support.law import KIND
 from gearplay.vocabulary.errors import InputError
 
 MASS, INERTIA = 0.4, 1e-4  # kg, kg m^2

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from gearplay.model.units import UnitError, parse_quantity
+from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 
 INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from building import case_of, dynamic_backlash, mesh_at, pair_document
-from gearplay.kernels.mesh_geometry import B_T
-from gearplay.model.contact_laws import hertz_stiffness
 from gearplay.model.geometry import contact_ratio, jam_ratio, nominal_center_distance, pitch_radius
 from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness, pack_stiffness
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
+from gearplay.parts.mesh.geometry import B_T
+from gearplay.parts.sleeve.contact_laws import hertz_stiffness
 
 STEEL = (206e9, 0.3)
 ALPHA = math.radians(20.0)

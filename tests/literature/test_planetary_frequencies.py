@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import curve_fit
 
 from building import Document, Floats, Measured, case_of, merged
-from gearplay.kernels.active_set import make_active_set
+from gearplay.integrate.active_set import make_active_set
+from gearplay.integrate.right_hand_side import make_loads, right_hand_side
+from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import LOADED
-from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.switches import make_branch
 from gearplay.solver.flow import Flow
 
 SIMPLE = (1475.7, 1930.3, 2658.3, 7462.8, 11775.3)  # Hz, beside one rotation of the whole set

@@ -6,11 +6,10 @@ import pytest
 import gearplay as gp
 from building import Document, pair_document
 from depth import sized
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
-from gearplay.kernels.elements import table
+from gearplay.integrate import dispatch, stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate.right_hand_side import make_loads
 from gearplay.kernels.layout import OPEN, PENETRATION
-from gearplay.kernels.right_hand_side import make_loads
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import pack
@@ -95,7 +94,7 @@ def test_every_accepted_state_of_random_trains_keeps_the_invariant() -> None:
             status = Status(stepper.advance(system, run, 1))
             stepper.synchronise(system, run)
             for e in range(system.elements.size):
-                table.contact_kinematics(system, e, float(run.clock[kernel.T]), run.y, run.branch, loads)
+                dispatch.contact_kinematics(system, e, float(run.clock[kernel.T]), run.y, run.branch, loads)
             p, closed = loads.contacts[:, PENETRATION], run.branch.modes[: system.contacts.size] != OPEN
             assert not (~closed & (p > most)).any(), (seed, run.clock[kernel.T])
             assert not (closed & (p < -most)).any(), (seed, run.clock[kernel.T])

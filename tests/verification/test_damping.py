@@ -19,13 +19,13 @@ from building import (
     simulate_one,
 )
 from depth import some
-from gearplay.kernels import restart, stepper
-from gearplay.kernels import run as kernel
-from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.trial_step import attempt
+from gearplay.integrate import restart, stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate.trial_step import attempt
 from gearplay.model.check import check_case
 from gearplay.model.pack import pack
 from gearplay.model.tooth_loads import damping_depths, tooth_loads
+from gearplay.parts.registry import MESH
 
 BASE = 0.002 * math.cos(ALPHA)  # base radius per tooth [m]
 J_1, J_2, K = 1.88e-4, 9.0e-3, 1.3e8  # kg m^2, N/m

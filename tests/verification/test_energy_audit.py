@@ -8,7 +8,7 @@ from scipy.integrate import cumulative_simpson
 
 from building import Document, Floats, Measured, case_of, simulate_one
 from depth import sized
-from gearplay.model.joining import JoinedRows
+from gearplay.parts.joining import JoinedRows
 from gearplay.solver.trajectory import Trajectory
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
@@ -207,7 +207,7 @@ def test_joined_rotors_have_the_torques_of_their_springs(monkeypatch: pytest.Mon
         "run": {"duration": 0.05, "sampling": 1e4, "tolerance": 1e-12},
     }  # fmt: skip
     flown = simulate_one(document)
-    monkeypatch.setattr("gearplay.model.assembly.join_rotors", lambda rotors, *_: apart(len(rotors)))
+    monkeypatch.setattr("gearplay.parts.assembly.join_rotors", lambda rotors, *_: apart(len(rotors)))
     integrated = simulate_one(document)
     assert flown.counters.steps < integrated.counters.steps
     for signal, rotor in (("drive_torque", "motor"), ("load_torque", "wheel"), ("rotor_power_loss", "wheel")):

@@ -15,7 +15,7 @@ from building import (
     simulate_one,
     states_along,
 )
-from gearplay.kernels.run import ONSETS
+from gearplay.integrate.run import ONSETS
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
 

@@ -8,8 +8,8 @@ import pytest
 
 from building import ALPHA, Document, Floats, Instant, Measured, case_of, run_of
 from depth import sized
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
 

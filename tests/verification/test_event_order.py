@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import brentq
 
 from building import Floats, Measured, case_of, single_rotor_document
-from gearplay.kernels.active_set import make_active_set
+from gearplay.integrate.active_set import make_active_set
+from gearplay.integrate.right_hand_side import make_loads, right_hand_side
+from gearplay.integrate.runge_kutta import NODES, WEIGHTS
+from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import LOADED, OPEN
-from gearplay.kernels.right_hand_side import make_loads, right_hand_side
-from gearplay.kernels.runge_kutta import NODES, WEIGHTS
-from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import pack
 
 CLEARANCE, STIFFNESS, MASS, SPEED, SPAN, START = 1e-4, 1e8, 0.5, 0.05, 0.9e-3, 8e-5

@@ -7,7 +7,7 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.kernels import run as kernel
+from gearplay.integrate import run as kernel
 from gearplay.kernels.layout import PENETRATION
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_members

@@ -11,8 +11,8 @@ from scipy.integrate import quad, solve_ivp
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of, simulate_one
 from depth import sized
 from flights import LOOKS, oversights
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
 from gearplay.kernels.advancement import open_span
 from gearplay.kernels.decay import decay, slow_decays
 from gearplay.kernels.free_motion import NEVER, closed_form_span, propagate

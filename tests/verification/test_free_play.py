@@ -18,9 +18,9 @@ from building import (
     simulate_one,
     single_rotor_document,
 )
-from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.flank import RAMP_AS_PRINTED, RAMP_SMOOTH, damping_ramp, flank_damping
 from gearplay.model.pack import pack
+from gearplay.parts.mesh.flank import RAMP_AS_PRINTED, RAMP_SMOOTH, damping_ramp, flank_damping
+from gearplay.parts.registry import MESH
 from gearplay.solver.trajectory import Trajectory
 
 LINEAR = {

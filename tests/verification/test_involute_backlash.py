@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from building import dynamic_backlash, mesh_at, pair_case
-from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.mesh_geometry import B_T
 from gearplay.model.pack import pack
+from gearplay.parts.mesh.geometry import B_T
+from gearplay.parts.registry import MESH
 
 NANOMETRE = 1e-9
 

@@ -11,8 +11,8 @@ import gearplay as gp
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of
 from depth import sized
 from flights import LOOKS, oversights
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
 from gearplay.kernels.joined import bound_joined, find_rates, joined_accelerations, propagate_joined
 from gearplay.kernels.layout import ACTIVE, FREE
 from gearplay.model.pack import Packed, pack

@@ -22,10 +22,10 @@ from building import (
     simulate_one,
     single_rotor_document,
 )
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper
-from gearplay.kernels.mesh_geometry import P_B, P_D
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
 from gearplay.model.pack import pack
+from gearplay.parts.mesh.geometry import P_B, P_D
 from gearplay.solver import integration as course_module
 from gearplay.solver.simulate import run_batch, run_members
 from gearplay.solver.status import WORDS, Status

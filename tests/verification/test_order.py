@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from building import Document, Floats, Measured, free_pair_case, merged, states_along
-from gearplay.kernels.run import CALLS, EVENTS
-from gearplay.kernels.runge_kutta import DENSE, ERROR, NODES, WEIGHTS
+from gearplay.integrate.run import CALLS, EVENTS
+from gearplay.integrate.runge_kutta import DENSE, ERROR, NODES, WEIGHTS
 
 TOLERANCES = 10.0 ** -np.arange(5.0, 13.0)
 

@@ -7,8 +7,8 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.kernels import implicit
-from gearplay.kernels import run as kernel
+from gearplay.integrate import implicit
+from gearplay.integrate import run as kernel
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course
 from gearplay.solver.simulate import run_members
@@ -38,7 +38,7 @@ def test_what_is_too_fast_for_a_step_dies() -> None:
 
 
 def started(
-    case: gp.Case, lead: float = 0.3, *, tolerance: float, patience: int = implicit.FIRST_PATIENCE
+    case: gp.Case, lead: float = 0.3, *, tolerance: float, patience: int = implicit.FIRST_BACKOFF
 ) -> Course:
     """Return a motion that is computed at 1e-11 until ``lead``, and from there at a tolerance, its first steps explicit."""
     flow = Flow(gp.replace(case, {"run.tolerance": 1e-11}))
@@ -46,7 +46,7 @@ def started(
     course.advance(lead)
     run = course.run
     run.implicit.numbers[implicit.IN_USE] = run.implicit.numbers[implicit.QUIET] = 0
-    run.implicit.numbers[implicit.PATIENCE] = patience
+    run.implicit.numbers[implicit.BACKOFF] = patience
     run.clock[kernel.TOLERANCE] = tolerance
     run.scale[:] = tolerance * run.natural
     return course

@@ -9,11 +9,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from building import Document, case_of, merged, pair_document, simulate_one, single_rotor_document
-from gearplay.kernels.conformal import bed_half_angle, bed_integrals, bed_penetration
-from gearplay.kernels.elements.sleeve import sleeve_force
-from gearplay.kernels.elements.table import SLEEVE
-from gearplay.model.contact_laws import bed_stiffness, literal_dissipation
 from gearplay.model.pack import pack
+from gearplay.parts.registry import SLEEVE
+from gearplay.parts.sleeve.conformal import bed_half_angle, bed_integrals, bed_penetration
+from gearplay.parts.sleeve.contact_laws import bed_stiffness, literal_dissipation
+from gearplay.parts.sleeve.law import sleeve_force
 from gearplay.solver.trajectory import Trajectory
 
 MASS, SPEED, CLEARANCE, STIFFNESS = 0.5, 0.05, 50e-6, 1e10

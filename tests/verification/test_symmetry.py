@@ -17,8 +17,8 @@ from building import (
     pair_document,
     simulate_one,
 )
-from gearplay.kernels.mesh_geometry import PSI, PSI_RATE
 from gearplay.model.pack import pack
+from gearplay.parts.mesh.geometry import PSI, PSI_RATE
 
 SPAN = 0.01  # s: below 20 ms trajectories compare point by point
 

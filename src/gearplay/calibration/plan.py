@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.model.wording import did_you_mean
 from gearplay.rig.plan import Accelerometer
+from gearplay.schema.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 

@@ -145,7 +145,7 @@ def _units(given: Sequence[str]) -> dict[str, str]:
 
 def _speed(held: Any, speed: str | None, pulses: int | None) -> Any:
     """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses."""
-    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import Fault, InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 

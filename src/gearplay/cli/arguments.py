@@ -29,7 +29,7 @@ def si_number(option: str, text: str, quantity: "Quantity") -> float:
     >>> si_number("--sampling", "12.8kHz", FREQUENCY), si_number("--duration", "0.5", TIME)
     (12800.0, 0.5)
     """
-    from gearplay.model.units import UnitError, parse_quantity
+    from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import Fault, InputError
 
     try:

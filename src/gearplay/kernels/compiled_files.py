@@ -36,11 +36,17 @@ not_kept: list[str] = []
 
 
 def kernel_digest(folder: Path) -> str:
-    """Return a digest of all kernel sources in a folder and below."""
-    files = sorted(folder.rglob("*.py"))
+    """Return a digest of all sources in a folder and below that define kernels or what is compiled with them."""
+    files = [file for file in sorted(folder.rglob("*.py")) if _has_kernels(file.relative_to(folder), file)]
     return hashlib.sha256(
         b"".join(str(f.relative_to(folder)).encode() + b"\0" + f.read_bytes() for f in files)
     ).hexdigest()
+
+
+def _has_kernels(place: Path, file: Path) -> bool:
+    """Return whether a module is of the kernels or the integration, or a part's law."""
+    room = place.parts[0]
+    return room in ("kernels", "integrate") or (room == "parts" and b"gearplay.kernels" in file.read_bytes())
 
 
 @cache
@@ -49,7 +55,7 @@ def compiled_from() -> str:
     settings = [os.environ.get(f"NUMBA_{name}") for name in SETTINGS]
     with suppress(OSError):
         settings.append(Path(".numba_config.yaml").read_text(encoding="utf-8", errors="replace"))
-    parts = (kernel_digest(Path(__file__).parent), version("numba"), sys.version, *processor(), settings)
+    parts = (kernel_digest(Path(__file__).parents[1]), version("numba"), sys.version, *processor(), settings)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 

@@ -14,7 +14,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property, update_wrapper
+from functools import cached_property, partial, update_wrapper
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 from gearplay.kernels import compiled_files, machine_code
@@ -127,6 +127,13 @@ class Once(Signed, Generic[P, R]):
             except BaseException:
                 traceback.print_exc()
                 os._exit(70)
+
+
+def bound(kernel: Callable[P, R], *args: P.args, **_: P.kwargs) -> Callable[[], R]:
+    """Return a function of no arguments that calls a `compiled_once` kernel with these, for many calls on the same arrays."""
+    if isinstance(kernel, Once):
+        return cast(Callable[[], R], kernel._from_python.bind(args))
+    return partial(kernel, *args)
 
 
 def _asking(name: str) -> int | None:

@@ -3,6 +3,7 @@
 import ctypes
 import operator
 import typing
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -76,13 +77,23 @@ class FromPython:
 
     def __call__(self, args: tuple[Any, ...]) -> Any:
         """Call it with arguments by place; return its number, or a tuple of them."""
+        return self.bind(args)()
+
+    def bind(self, args: tuple[Any, ...]) -> Callable[[], Any]:
+        """Return a function of no arguments that calls it with these, converted once; arrays may change their content."""
         if len(args) != len(self.parameters):
             raise TypeError(f"{self.name} takes {len(self.parameters)} arguments")
         words: list[Any] = []
         for parameter, value in zip(self.parameters, args, strict=True):
             parameter.append(words, value)
-        result, fault = self.result(), ctypes.c_void_p()
-        if self.function(ctypes.addressof(result), ctypes.addressof(fault), *words) != 0:
-            raise IndexError(f"{self.name}: beyond the bounds of an array")
-        values = tuple(getattr(result, place) for place in self.places)
-        return values[0] if self.one else values
+
+        def call() -> Any:
+            result, fault = self.result(), ctypes.c_void_p()
+            if self.function(ctypes.addressof(result), ctypes.addressof(fault), *words) != 0:
+                raise IndexError(f"{self.name}: beyond the bounds of an array")
+            if self.one:
+                return result.at_0
+            return tuple([getattr(result, place) for place in self.places])
+
+        call.arguments = args  # type: ignore[attr-defined] # alive as long as their addresses are used
+        return call

@@ -157,7 +157,7 @@ VIBRATION = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class Joined(Group):
-    """Rotors joined by springs and propagated together, chain by chain (see `joined`); made by `gearplay.model.joining`."""
+    """Rotors joined by springs and propagated together, chain by chain (see `joined`); made by `gearplay.parts.joining`."""
 
     chains: NDArray[Any]  # CHAIN records
     vibrations: NDArray[Any]  # VIBRATION records

@@ -15,8 +15,8 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import Source
-from gearplay.model.units import UnitError, parse_quantity
 from gearplay.results.simulate import case_of
+from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 from gearplay.vocabulary.progress import Progress

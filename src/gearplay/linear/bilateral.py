@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.mesh.record import BACK, DRIVE
-from gearplay.kernels.elements.mesh.slopes import F_P, F_R, FLANK, FLANK_SLOPES, F
-from gearplay.kernels.elements.sleeve import DELTA, INV_L, N_D, N, sleeve_geometry
-from gearplay.kernels.elements.table import MESH, SLEEVE
-from gearplay.kernels.flank import RAMP_CONSTANT
+from gearplay.integrate.slopes import Slopes
 from gearplay.kernels.layout import OUT_SIZE, System
-from gearplay.kernels.mesh_geometry import P_B, P_D, gaps_at
-from gearplay.kernels.slopes import Slopes
+from gearplay.parts.mesh.flank import RAMP_CONSTANT
+from gearplay.parts.mesh.geometry import P_B, P_D, gaps_at
+from gearplay.parts.mesh.law.record import BACK, DRIVE
+from gearplay.parts.mesh.law.slopes import F_P, F_R, FLANK, FLANK_SLOPES, F
+from gearplay.parts.registry import MESH, SLEEVE
+from gearplay.parts.sleeve.law import DELTA, INV_L, N_D, N, sleeve_geometry
 
 Floats = NDArray[np.float64]
 

@@ -9,19 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from gearplay.kernels.active_set import make_active_set
-from gearplay.kernels.elements.table import KINDS
+from gearplay.integrate.active_set import make_active_set
+from gearplay.integrate.linear import matrix_at, rates_at
+from gearplay.integrate.right_hand_side import make_loads
+from gearplay.integrate.slopes import make_slopes, rate_of_change
+from gearplay.integrate.switches import make_branch
+from gearplay.kernels.compiled_once import bound
 from gearplay.kernels.layout import OPEN
-from gearplay.kernels.linear import matrix_at, rates_at
-from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.slopes import make_slopes, rate_of_change
-from gearplay.kernels.switches import make_branch
 from gearplay.linear.balance import balance
 from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes
 from gearplay.linear.time_invariant import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
 from gearplay.model.massless import UNITS, field_path
+from gearplay.parts.registry import KINDS
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Floats = NDArray[np.float64]
@@ -34,7 +35,7 @@ ROUNDING = 1e-13
 
 
 class Linear:
-    """The equations of motion of a smooth case at one state: what acts there, and the slopes of it.
+    """Forces and their derivatives of a smooth case at its ``state``, shape [state].
 
     ``free`` are the places of free positions in the state, shape [coordinate]; ``mass`` their masses [kg, kg m^2], which may be
     0; ``units`` those that turn accelerations of the kernels into forces, 1 where the mass is 0; ``bilateral`` the meshes that
@@ -57,19 +58,24 @@ class Linear:
         self.slopes = make_slopes(self.system)
         wide = self.size + self.branch.impact_speeds.size
         self.columns, self.scratch = np.zeros((wide, wide)), np.zeros(wide)
-        self.rates = np.zeros(self.size)
+        self.rates, self.state = np.zeros(self.size), np.zeros(self.size)
+        self._rates_at = bound(
+            rates_at, self.system, self.active_set, self.state, self.branch, self.loads, self.rates
+        )
+        self._matrix_at = bound(
+            matrix_at, self.system, self.active_set, self.state, self.branch, self.slopes, self.loads, self.scratch,
+            self.columns,
+        )  # fmt: skip
         self.bilateral: tuple[int, ...] = ()
 
-    def start(self) -> Floats:
-        """Return the state with everything at its nominal place, flanks touching, centres riding on their carriers."""
-        state = initial_state(self.smooth.case, self.smooth.packed)
-        state[3 * self.rotors + 2 : 6 * self.rotors : 3] = 0.0
-        self.ride(state)
-        return state
+    def start(self) -> None:
+        """Put everything at its nominal place, flanks touching."""
+        self.state[:] = initial_state(self.smooth.case, self.smooth.packed)
+        self.state[3 * self.rotors + 2 : 6 * self.rotors : 3] = 0.0
 
-    def ride(self, state: Floats) -> Floats:
+    def ride(self) -> Floats:
         """Set the centres' velocities to those of steadily rotating carriers; return their accelerations, shape [coordinate]."""
-        frames, n = self.smooth.frames, self.rotors
+        frames, n, state = self.smooth.frames, self.rotors, self.state
         whole = np.zeros(3 * n)
         for i in np.flatnonzero(frames.speeds):
             x, y = frames.arms[i] + state[3 * i : 3 * i + 2]
@@ -85,27 +91,18 @@ class Linear:
         whole = loads.ravel()[self.free] + self.mass * np.abs(riding)
         return float(np.max(self.smooth.packed.natural[self.free] * whole, initial=0.0))
 
-    def forces(self, state: Floats) -> Floats | None:
+    def forces(self) -> Floats | None:
         """Return the forces on the free coordinates [N, N m], shape [coordinate]; None where a pair cannot mesh."""
-        if rates_at(self.system, self.active_set, state, self.branch, self.loads, self.rates) != 0:
+        if self._rates_at() != 0:
             return None
         found: Floats = self.units * self.rates[3 * self.rotors + self.free]
         return found
 
-    def matrix(self, state: Floats) -> Floats:
-        """Return the derivative of all rates by all states, shape [state, state]; `forces` has been there."""
+    def matrix(self) -> Floats:
+        """Return the derivative of all rates by all states, shape [state, state]; call `forces` first."""
         self.columns[:] = 0.0
-        matrix_at(
-            self.system,
-            self.active_set,
-            state,
-            self.branch,
-            self.slopes,
-            self.loads,
-            self.scratch,
-            self.columns,
-        )
-        if act_on_both_sides(self.system, self.slopes, state, self.bilateral):
+        self._matrix_at()
+        if act_on_both_sides(self.system, self.slopes, self.state, self.bilateral):
             for column in range(self.size):
                 self.scratch[column] = 1.0
                 rate_of_change(
@@ -227,8 +224,9 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     Raises `SimulationError` where none is found, `InputError` where nothing elastic holds a massless rotor.
     """
     free, mass = linear.free, linear.mass
-    state = linear.start()
-    riding = linear.ride(state)
+    state = linear.state
+    linear.start()
+    riding = linear.ride()
     rolls = linear.rolling_motions()
     weigh = rolls * mass[:, None]
     _, sizes, ways = np.linalg.svd(rolls[mass > 0.0])
@@ -240,19 +238,18 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
     if project is not None:  # forces and ways but for those of the train as one
         across = np.eye(free.size) - project
     origin = state[free].copy()
-    trial = state.copy()
 
     def force(at: Floats) -> Floats | None:
-        trial[free] = origin + natural * at
-        riding = linear.ride(trial)
-        found = linear.forces(trial)
+        state[free] = origin + natural * at
+        riding = linear.ride()
+        found = linear.forces()
         if found is None or not np.all(np.isfinite(found)):
             return None
         left = found - mass * riding
         return natural * (left if across is None else across.T @ left)
 
     def stiffness() -> Floats:
-        matrix = linear.stiffness(linear.matrix(trial))
+        matrix = linear.stiffness(linear.matrix())
         if across is not None:
             matrix = across.T @ matrix @ across
         return natural[:, None] * matrix * natural
@@ -270,11 +267,10 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
             f"no static equilibrium found: forces on {_worst(linear, np.abs(found.left))} are left over"
         )
     force(found.at)
-    state = trial
     linear.bilateral = bilateral_meshes(linear.system, state, linear.branch.memory)
     modes, labels = linear.branch.modes, linear.smooth.packed.contact_labels
     closed = tuple(name for k, name in enumerate(labels) if modes[k] != OPEN)
-    return Equilibrium(linear, state, linear.matrix(state), closed, unbalanced)
+    return Equilibrium(linear, state.copy(), linear.matrix(), closed, unbalanced)
 
 
 def _worst(linear: Linear, shares: Floats) -> str:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.table import COUPLING, KINDS, SLEEVE, SUPPORT
 from gearplay.linear.system import LinearSystem
+from gearplay.parts.registry import COUPLING, KINDS, SLEEVE, SUPPORT
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]

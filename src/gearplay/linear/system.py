@@ -9,12 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.mesh.record import BACK, DRIVE
-from gearplay.kernels.elements.mesh.slopes import F_P, F_R, FLANK, FLANK_SLOPES
-from gearplay.kernels.elements.table import KINDS, MESH
+from gearplay.integrate.linear import strain_energies
 from gearplay.kernels.layout import OPEN, OUT_SIZE
-from gearplay.kernels.linear import strain_energies
-from gearplay.kernels.mesh_geometry import (
+from gearplay.linear.condense import Condensed, condense
+from gearplay.linear.eigen import FREE_TURNING, Eigen, solve_at_rest, solve_turning
+from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
+from gearplay.linear.time_invariant import smooth
+from gearplay.model.case import Case
+from gearplay.parts.mesh.geometry import (
     ARM_A_X,
     ARM_A_Y,
     ARM_B_X,
@@ -24,11 +26,9 @@ from gearplay.kernels.mesh_geometry import (
     N_D_Y,
     mesh_geometry,
 )
-from gearplay.linear.condense import Condensed, condense
-from gearplay.linear.eigen import FREE_TURNING, Eigen, solve_at_rest, solve_turning
-from gearplay.linear.equilibrium import Equilibrium, Linear, find_equilibrium
-from gearplay.linear.time_invariant import smooth
-from gearplay.model.case import Case
+from gearplay.parts.mesh.law.record import BACK, DRIVE
+from gearplay.parts.mesh.law.slopes import F_P, F_R, FLANK, FLANK_SLOPES
+from gearplay.parts.registry import KINDS, MESH
 from gearplay.solver.compiling import prepare_linear
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress

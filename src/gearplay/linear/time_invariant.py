@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.model.fields import FrozenTable
-from gearplay.model.gear import Runout
-from gearplay.model.mesh import HarmonicStiffness, Mesh
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
-from gearplay.model.rotor import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
-from gearplay.model.support import Support
+from gearplay.parts.mesh.schema import HarmonicStiffness, Mesh
+from gearplay.parts.rotor.gear import Runout
+from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.parts.support.schema import Support
+from gearplay.parts.tables import HOLDERS
+from gearplay.schema.fields import FrozenTable
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -70,14 +71,10 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
             }
         ),
         "meshes": tuple(_mesh(hot, j) for j in range(len(hot.meshes))),
-        "sleeves": FrozenTable(
-            {
-                name: sleeve.model_copy(
-                    update={"restitution": 1.0, "restitution_reading": "literal", "friction_coefficient": 0.0}
-                )
-                for name, sleeve in hot.sleeves.items()
-            }
-        ),
+        **{
+            table: FrozenTable({name: part.time_invariant() for name, part in getattr(hot, table).items()})
+            for table in HOLDERS
+        },
         "supports": FrozenTable({**hot.supports, **_servo_springs(hot)}),
         "base": None,
         "environment": None,

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from gearplay.model.base import Base
 from gearplay.model.case_table import case_html
 from gearplay.model.consistency import cross_faults
-from gearplay.model.coupling import Coupling
-from gearplay.model.environment import Environment
 from gearplay.model.expansion import at_temperature
-from gearplay.model.fields import Counted, FrozenTable, Listed, Measure, Name, Part, RotorName, is_absent
-from gearplay.model.joint import Joint
 from gearplay.model.members import set_faults, with_members, without_members
-from gearplay.model.mesh import Mesh
-from gearplay.model.planetary import Planetary
 from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
     LIMITS,
@@ -34,15 +26,20 @@ from gearplay.model.policy import (
     Tolerance,
     check_contacts,
 )
-from gearplay.model.rotor import Rotor
-from gearplay.model.sleeve import Sleeve
-from gearplay.model.support import Support
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
+from gearplay.parts.coupling.schema import Coupling
+from gearplay.parts.environment import Environment
+from gearplay.parts.housing.schema import Base
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.planetary.schema import Planetary
+from gearplay.parts.protocol import Holder, Joint
+from gearplay.parts.rotor.schema import Rotor
+from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.support.schema import Support
+from gearplay.parts.tables import HOLDERS, JOINTS
+from gearplay.schema.fields import Counted, FrozenTable, Listed, Measure, Name, Part, RotorName, is_absent
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
-
-JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
-"""Lists of parts that connect rotors, by their name in a case; their elements follow in the order of the kernels' table."""
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 _NOT_PRINTED = "must be 0 as published, where teeth have no friction"
@@ -224,12 +221,11 @@ class Case(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Case:
-        joints = {name: getattr(self, name) for name in JOINTS}
         if not self.rotors:
             raise InputError(NO_ROTORS)
         self._check_pair()
         faults = [
-            *cross_faults(self.rotors, self.sleeves, self.supports, self.meshes, joints),
+            *cross_faults(vars(self)),
             *set_faults(self.planetary, self.rotors),
         ]
         if self.formulation == "as_published":
@@ -277,8 +273,18 @@ class Case(Part):
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """What connects rotors besides sleeves and meshes."""
+        """Parts that connect rotors, besides meshes."""
         return tuple(joint for name in JOINTS for joint in getattr(self, name))
+
+    def holders(self, rotor: str) -> tuple[Holder, ...]:
+        """Return the parts that hold a rotor, in the order of `HOLDERS`."""
+        return tuple([part for table in HOLDERS if (part := getattr(self, table).get(rotor)) is not None])
+
+    def every_holder(self) -> Iterator[tuple[str, str, Holder]]:
+        """Yield every part that holds a rotor, with its table and its rotor."""
+        for table in HOLDERS:
+            for rotor, part in getattr(self, table).items():
+                yield table, rotor, part
 
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI.

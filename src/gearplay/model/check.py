@@ -14,14 +14,14 @@ from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
-from gearplay.model.expansion import told_lengths
-from gearplay.model.finding import Finding
+from gearplay.model.expansion import thermal_changes
 from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
-from gearplay.model.rotor import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
-from gearplay.model.terms import largest_torque
+from gearplay.parts.drive.terms import largest_torque
+from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.schema.finding import Finding
 
 GYRATION: Final = (0.3, 1.5)
 """Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
@@ -77,7 +77,7 @@ def check_case(case: Source) -> list[Finding]:
             *_errors(case, index),
         ]
     found += _amplitude_bounds(case.operating, speeds)
-    found += [Finding("note", path, f"{words}.") for path, words in told_lengths(case).items()]
+    found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
     found = _with_accepted(case, found)
     return sorted(found, key=lambda finding: finding.severity != "warning")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from gearplay.kernels.flank import damping_ramp
-from gearplay.model.finding import Finding
 from gearplay.model.tooth_loads import (
     LEAST_DEPTH,
     UNKNOWN_LOAD_DEPTH,
@@ -14,10 +12,12 @@ from gearplay.model.tooth_loads import (
     tooth_deflections,
     tooth_loads,
 )
+from gearplay.parts.mesh.flank import damping_ramp
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.mesh import Mesh
+    from gearplay.parts.mesh.schema import Mesh
 
 HALF: Final = 0.5
 """Share of the full damping under load below which a depth is too large."""

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
-from gearplay.model.finding import Finding
+from gearplay.parts.tables import JOINTS
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.rotor import Rotor
+    from gearplay.parts.rotor.schema import Rotor
 
 FEWEST_SAMPLES: Final = 10
 """Samples of a control that a run should hold at least."""
@@ -18,27 +19,16 @@ FEWEST_SAMPLES: Final = 10
 
 def element_findings(case: Case) -> Iterator[Finding]:
     """Yield findings about the elements of a valid case."""
-    yield from _supports(case)
-    for index, coupling in enumerate(case.couplings):
-        bends = coupling.lateral_stiffness > 0.0 or coupling.lateral_damping > 0.0
-        if bends and all(geometry.is_held(case, name) for name in coupling.between):
-            text = "it does nothing, since both centres are held: give one a support with a stiffness or a sleeve"
-            yield Finding("warning", f"couplings.{index}.lateral_stiffness", f"{text}.")
+    for table, name, part in case.every_holder():
+        held, alone = geometry.is_held(case, name), len(case.holders(name)) == 1
+        yield from part.findings(f"{table}.{name}", held=held, alone=alone)
+    for listed in JOINTS:
+        for index, joint in enumerate(getattr(case, listed)):
+            held = all(geometry.is_held(case, name) for name in joint.named_rotors().values())
+            yield from joint.findings(f"{listed}.{index}", held=held)
     for name, rotor in case.rotors.items():
         yield from _rotor(case, name, rotor)
     yield from _base(case)
-
-
-def _supports(case: Case) -> Iterator[Finding]:
-    for name, support in case.supports.items():
-        if any(support.damping) and geometry.is_held(case, name):
-            text = "it does nothing, since the centre is held: give the support a stiffness, or the rotor a sleeve"
-            yield Finding("warning", f"supports.{name}.damping", f"{text}.")
-        if support.stiffness is not None and name not in case.sleeves:
-            for axis, stiffness in zip("xy", support.stiffness, strict=True):
-                if stiffness == 0.0:
-                    text = f"the centre is free along {axis}: without a stiffness there any force moves it away for good"
-                    yield Finding("warning", f"supports.{name}.stiffness", f"{text}.")
 
 
 def _rotor(case: Case, name: str, rotor: Rotor) -> Iterator[Finding]:

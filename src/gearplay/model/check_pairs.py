@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from gearplay.model import geometry
-from gearplay.model.finding import Finding
 from gearplay.model.mesh_frequencies import mesh_frequencies, rolling_frame
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearplay.model import rolling
-from gearplay.model.finding import Finding
-from gearplay.model.rotor import Initial, ServoDrive, SpeedDrive, TorqueDrive
-from gearplay.model.terms import largest_torque
+from gearplay.parts.drive.terms import largest_torque
+from gearplay.parts.rotor.schema import Initial, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case

@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.table import MESH
+from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import omega_of
-from gearplay.kernels.switches import make_memory
 from gearplay.model import geometry, rolling
-from gearplay.model.case import JOINTS
-from gearplay.model.finding import Finding
 from gearplay.model.initial import initial_state
 from gearplay.model.linear_conditions import matrix_of
 from gearplay.model.massless import field_path
 from gearplay.model.matching import matching_speeds
 from gearplay.model.mesh_stiffness import pack_stiffness
-from gearplay.model.rotor import SpeedDrive
 from gearplay.model.touch import gaps_of_mesh
+from gearplay.parts.registry import MESH
+from gearplay.parts.rotor.schema import SpeedDrive
+from gearplay.parts.tables import JOINTS
+from gearplay.schema.finding import Finding
 from gearplay.vocabulary.errors import join_path
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.joint import Joint
     from gearplay.model.pack import Packed
+    from gearplay.parts.protocol import Joint
 
 Floats = NDArray[np.float64]
 
@@ -137,9 +137,9 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
         if isinstance(drive, SpeedDrive)
     ]
     fields += [
-        join_path(["supports", n, "torsional_stiffness"])
-        for n in train
-        if n in case.supports and case.supports[n].torsional_stiffness > 0.0
+        join_path([table, n, "torsional_stiffness"])
+        for table, n, part in case.every_holder()
+        if n in train and part.holds_rotation()
     ]
     return Finding(
         "warning" if case.run.transient == 0.0 else "note",

@@ -11,14 +11,14 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
-from gearplay.kernels.involute import involute
 from gearplay.model import geometry
 from gearplay.model.check_pairs import installed_contact_ratio
-from gearplay.model.finding import Finding
+from gearplay.parts.mesh.involute import involute
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.mesh import Mesh
+    from gearplay.parts.mesh.schema import Mesh
 
 TOLERATED: Final = 0.5
 """Teeth below the limit of undercut that do not matter: 17 at 20 deg, whose limit is 17.1."""

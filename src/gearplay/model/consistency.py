@@ -10,13 +10,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from gearplay.model.gear import Gear, split_name
-from gearplay.model.joint import Joint
-from gearplay.model.mesh import Mesh
-from gearplay.model.rotor import Rotor
-from gearplay.model.sleeve import Sleeve
-from gearplay.model.support import Support
 from gearplay.model.wording import did_you_mean
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.protocol import Holder, Joint
+from gearplay.parts.rotor.gear import Gear, split_name
+from gearplay.parts.rotor.schema import Rotor
+from gearplay.parts.tables import HOLDERS, JOINTS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
 Raw = Mapping[str, Any]
@@ -25,31 +24,25 @@ _SAME: Final = 1e-9
 """Relative difference within which modules and pressure angles count as the same."""
 
 
-def cross_faults(
-    rotors: Mapping[str, Rotor | Raw],
-    sleeves: Mapping[str, Sleeve | Raw],
-    supports: Mapping[str, Support | Raw],
-    meshes: Sequence[Mesh | Raw],
-    joints: Mapping[str, Sequence[Joint | Raw]],
-) -> list[Fault]:
-    """Return every fault across the parts.
+def cross_faults(parts: Mapping[str, Any]) -> list[Fault]:
+    """Return every fault across the parts of a case.
 
     Parameters
     ----------
-    rotors, sleeves, supports, meshes, joints
-        Valid parts, or raw tables where a part is at fault on its own; joints by the name of their list.
+    parts
+        Valid parts, or raw tables where a part is at fault on its own, by table or list of the case.
 
     """
-    names = set(rotors)
+    rotors, meshes = parts["rotors"], parts["meshes"]
+    names, holders = set(rotors), {table: parts[table] for table in HOLDERS}
     return [
-        *_floating_faults(rotors, sleeves),
-        *_holder_faults("sleeves", "bush", sleeves, names),
-        *_holder_faults("supports", "support", supports, names),
-        *_carrier_faults(sleeves, supports),
+        *_floating_faults(rotors, holders),
+        *(fault for table in HOLDERS for fault in _holder_faults(table, holders[table], names)),
+        *_carrier_faults(holders),
         *_mesh_faults(rotors, meshes, names),
         *_label_faults(rotors, meshes),
         *_gear_faults(rotors, meshes),
-        *_joint_faults(joints, names),
+        *_joint_faults({name: parts[name] for name in JOINTS}, names),
         *_sensor_faults(rotors, names),
     ]
 
@@ -68,20 +61,18 @@ def _unknown(path: str, name: str, names: Iterable[str]) -> Fault:
 
 
 def _floating_faults(
-    rotors: Mapping[str, Rotor | Raw], sleeves: Mapping[str, Sleeve | Raw]
+    rotors: Mapping[str, Rotor | Raw], holders: Mapping[str, Mapping[str, Holder | Raw]]
 ) -> Iterator[Fault]:
-    for name in sleeves:
-        if name in rotors and _read(rotors[name], "floating") is True:
-            rule = "must be false for a rotor in a sleeve"
-            yield Fault(
-                join_path(["rotors", name, "floating"]), True, rule, f"Remove it, or remove sleeves.{name}"
-            )
+    """Refuse ``floating`` of rotors in a part with a clearance."""
+    for table in (table for table, kind in HOLDERS.items() if kind.has_clearance):
+        for name in holders[table]:
+            if name in rotors and _read(rotors[name], "floating") is True:
+                path, rule = join_path(["rotors", name, "floating"]), "must be false for a rotor in a sleeve"
+                yield Fault(path, True, rule, f"Remove it, or remove {table}.{name}")
 
 
-def _holder_faults(
-    table: str, word: str, holders: Mapping[str, Sleeve | Support | Raw], names: set[str]
-) -> Iterator[Fault]:
-    """Refuse sleeves or supports of rotors, or on rotors, that there are not."""
+def _holder_faults(table: str, holders: Mapping[str, Holder | Raw], names: set[str]) -> Iterator[Fault]:
+    """Refuse parts that hold rotors, or are on rotors, that there are not."""
     for name, holder in holders.items():
         if name not in names:
             path = join_path([table, name])
@@ -91,22 +82,25 @@ def _holder_faults(
             continue
         path = join_path([table, name, "on"]) if carrier == name or carrier not in names else ""
         if carrier == name:
-            yield Fault(path, carrier, "must be another rotor", f"Name the rotor that carries the {word}")
+            yield Fault(
+                path,
+                carrier,
+                "must be another rotor",
+                f"Name the rotor that carries the {HOLDERS[table].noun}",
+            )
         elif carrier not in names:
             yield _unknown(path, carrier, names)
 
 
-def _carrier_faults(
-    sleeves: Mapping[str, Sleeve | Raw], supports: Mapping[str, Support | Raw]
-) -> Iterator[Fault]:
+def _carrier_faults(parts: Mapping[str, Mapping[str, Holder | Raw]]) -> Iterator[Fault]:
     """Refuse rotors on two carriers, and carriers that carry each other in a circle."""
     carriers: dict[str, str | None] = {}
     tables: dict[str, str] = {}
-    for table, holders in (("sleeves", sleeves), ("supports", supports)):
+    for table, holders in parts.items():
         for held, holder in holders.items():
             on = _text(holder, "on")
             if held in carriers and on != carriers[held]:
-                other = carriers[held] or "the ground, as sleeves has it"
+                other = carriers[held] or f"the ground, as {tables[held]} has it"
                 rule = f"must be {other}, since a rotor rides on one carrier"
                 path = join_path([table, held, "on"])
                 yield Fault(path, NO_VALUE if on is None else on, rule, "Put both on the same one")

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements import excitation
-from gearplay.model.assembly import Assembly, blank
 from gearplay.model.mesh_packing import harmonic_rows
-from gearplay.model.records import cubic_pieces, edges
+from gearplay.parts.assembly import Assembly, blank
+from gearplay.parts.drive import excitation
+from gearplay.schema.records import cubic_pieces, edges
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.terms import Term, TorqueTable
+    from gearplay.parts.drive.terms import Term, TorqueTable
 
 Floats = NDArray[np.float64]
 

@@ -10,13 +10,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from gearplay.model import geometry
-from gearplay.model.fields import FrozenTable
+from gearplay.parts.protocol import Holder
+from gearplay.parts.tables import HOLDERS
+from gearplay.schema.fields import FrozenTable
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.environment import Environment
-    from gearplay.model.sleeve import Sleeve
+    from gearplay.parts.environment import Environment
 
 KELVIN = 273.15
 
@@ -45,14 +46,12 @@ def at_temperature(case: "Case") -> "Case":
         for name, rotor in case.rotors.items()
     }
     meshes = tuple(_expanded_mesh(case, j, factors) for j in range(len(case.meshes)))
-    sleeves = {name: _expanded_sleeve(case, name, sleeve, factors) for name, sleeve in case.sleeves.items()}
-    update = {
-        "environment": None,
-        "rotors": FrozenTable(rotors),
-        "sleeves": FrozenTable(sleeves),
-        "meshes": meshes,
-    }
-    return case.model_copy(update=update)
+    holders: dict[str, dict[str, Holder]] = {table: {} for table in HOLDERS}
+    for table, name, part in case.every_holder():
+        bush = factors.housing if part.on is None else factors.rotors[part.on]
+        holders[table][name] = part.at_temperature(f"{table}.{name}", factors.rotors[name], bush)
+    update: dict[str, object] = {"environment": None, "rotors": FrozenTable(rotors), "meshes": meshes}
+    return case.model_copy(update=update | {table: FrozenTable(parts) for table, parts in holders.items()})
 
 
 def _factors(case: "Case", environment: "Environment") -> _Factors:
@@ -82,7 +81,7 @@ def _factors(case: "Case", environment: "Environment") -> _Factors:
 def _matters(case: "Case", name: str) -> bool:
     """Return whether a length of the case belongs to a rotor: toothed in a mesh, in a sleeve, or a carrier."""
     return (
-        name in case.sleeves
+        geometry.clearance_of(case, name) is not None
         or any(name in mesh.rotors for mesh in case.meshes)
         or any(geometry.carrier_of(case, other) == name for other in case.rotors)
     )
@@ -131,33 +130,12 @@ def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
     return mesh.model_copy(update={"module": factor * mesh.module, "backlash": factor * mesh.backlash})
 
 
-def _expanded_sleeve(case: "Case", name: str, sleeve: "Sleeve", factors: _Factors) -> "Sleeve":
-    journal = factors.rotors[name]
-    bush = factors.housing if sleeve.on is None else factors.rotors[sleeve.on]
-    if bush == 1.0 and journal == 1.0:
-        return sleeve
-    if sleeve.shaft_radius is None:
-        rule = "is required at a temperature other than the reference temperature, where it changes the clearance"
-        raise InputError(
-            Fault(f"sleeves.{name}.shaft_radius", NO_VALUE, rule, "Give the radius of the journal")
-        )
-    clearance = (sleeve.shaft_radius + sleeve.radial_clearance) * bush - sleeve.shaft_radius * journal
-    if clearance < 0.0:
-        rule = f"is {1e6 * clearance:.4g} um at temperature: the journal no longer fits its bush"
-        cure = "Raise it, or choose materials that expand alike"
-        raise InputError(
-            Fault(f"sleeves.{name}.radial_clearance", f"{1e6 * sleeve.radial_clearance:.4g} um", rule, cure)
-        )
-    grown = {"radial_clearance": clearance, "shaft_radius": sleeve.shaft_radius * journal}
-    return sleeve.model_copy(update=grown)
-
-
-def told_lengths(case: "Case") -> dict[str, str]:
+def thermal_changes(case: "Case") -> dict[str, str]:
     """Return texts on the thermal changes of a case's lengths, by field; empty where nothing changes."""
     hot = case.operating
     if hot is case:
         return {}
-    told = {}
+    texts = {}
     cold_centres, hot_centres = geometry.centres(case), geometry.centres(hot)
     for j, mesh in enumerate(case.meshes):
         one, other = mesh.rotors
@@ -166,14 +144,14 @@ def told_lengths(case: "Case") -> dict[str, str]:
         gears = geometry.nominal_center_distance(hot, j) - geometry.nominal_center_distance(case, j)
         beyond = warm - cold - gears
         first = (1.0 if geometry.ring_of(case, mesh) is None else -1.0) * 2.0 * math.sin(mesh.pressure_angle)
-        told[f"meshes.{j}"] = (
+        texts[f"meshes.{j}"] = (
             f"at temperature the centre distance is {1e3 * warm:.6g} mm, {1e6 * (warm - cold):+.1f} um, which is "
             f"{1e6 * beyond:+.1f} um beyond its gears; the backlash is {1e6 * left:.1f} um, {1e6 * (left - play):+.1f} um "
             f"(2 sin alpha x centre distance: {1e6 * first * beyond:+.1f} um)"
         )
-    for name, sleeve in case.sleeves.items():
-        warm, cold = hot.sleeves[name].radial_clearance, sleeve.radial_clearance
-        told[f"sleeves.{name}.radial_clearance"] = (
-            f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um"
-        )
-    return told
+    for (table, name, cold_part), (_, _, hot_part) in zip(
+        case.every_holder(), hot.every_holder(), strict=True
+    ):
+        if (change := cold_part.thermal_change(hot_part)) is not None:
+            texts[f"{table}.{name}.{change[0]}"] = change[1]
+    return texts

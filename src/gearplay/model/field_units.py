@@ -6,9 +6,9 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 from gearplay.model.case import Case
-from gearplay.model.fields import HertzStiffness, Measure
 from gearplay.model.item_names import numbered
 from gearplay.model.wording import parts_in
+from gearplay.schema.fields import HertzStiffness, Measure
 from gearplay.vocabulary.quantities import hertz_stiffness
 
 

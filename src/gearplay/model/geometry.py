@@ -3,16 +3,16 @@
 import math
 from typing import TYPE_CHECKING
 
-from gearplay.kernels.involute import involute, involute_from_distance
-from gearplay.model.gear import split_name
 from gearplay.model.traversal import mesh_order
+from gearplay.parts.mesh.involute import involute, involute_from_distance
+from gearplay.parts.rotor.gear import split_name
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.gear import Gear
-    from gearplay.model.mesh import Mesh
-    from gearplay.model.rotor import Rotor
+    from gearplay.parts.mesh.schema import Mesh
+    from gearplay.parts.rotor.gear import Gear
+    from gearplay.parts.rotor.schema import Rotor
 
 POSITION_TOLERANCE = 1e-7
 """Metres by which centres may be off that must lie on each other or where teeth mesh."""
@@ -149,7 +149,7 @@ def jam_ratio(case: "Case", j: int) -> float:
     clearances.
     """
     mesh = case.meshes[j]
-    play = sum(case.sleeves[n].radial_clearance for n in mesh.rotors if n in case.sleeves)
+    play = sum(clearance_of(case, name) or 0.0 for name in mesh.rotors)
     backlash = installed_backlash(case, j)
     if backlash > 0.0:
         return 2.0 * math.sin(mesh.pressure_angle) * play / backlash
@@ -193,18 +193,18 @@ def amplitude_bound(radial_clearance: float, frequency: float) -> float:
 
 
 def carrier_of(case: "Case", name: str) -> str | None:
-    """Return the rotor that carries this rotor's bush or support, or None for the ground."""
-    for part in (case.sleeves.get(name), case.supports.get(name)):
-        if part is not None and part.on is not None:
-            return part.on
-    return None
+    """Return the rotor that carries the part that holds this rotor, or None for the ground."""
+    return next((part.on for part in case.holders(name) if part.on is not None), None)
+
+
+def clearance_of(case: "Case", name: str) -> float | None:
+    """Return the radial clearance [m] of the part that holds a rotor; None for a rotor that is in none."""
+    return next((c for part in case.holders(name) if (c := part.clearance()) is not None), None)
 
 
 def is_held(case: "Case", name: str) -> bool:
-    """Return whether a rotor's centre is held: neither sleeve nor elastic support nor ``floating`` frees it."""
-    support = case.supports.get(name)
-    freed = name in case.sleeves or (support is not None and support.stiffness is not None)
-    return not freed and not case.rotors[name].floating
+    """Return whether a rotor's centre is held: no part that holds it and no ``floating`` frees it."""
+    return not case.rotors[name].floating and not any(part.frees_centre() for part in case.holders(name))
 
 
 def mesh_frame(case: "Case", j: int) -> str | None:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import omega_of, theta_of, vx_of, vy_of, x_of, y_of
-from gearplay.kernels.switches import make_memory
 from gearplay.model import geometry, matching
 from gearplay.model.pack import Packed
-from gearplay.model.rotor import Initial
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
 from gearplay.model.traversal import mesh_order, rotor_order
+from gearplay.parts.rotor.schema import Initial
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
 def starts_centred(case: "Case") -> bool:
     """Return whether member 0 starts in the exact centre of a clearance: nothing may ever push it from there."""
     said = any(rotor.initial != Initial() for rotor in case.rotors.values())
-    return not said and any(sleeve.radial_clearance > 0.0 for sleeve in case.sleeves.values())
+    return not said and any((part.clearance() or 0.0) > 0.0 for _, _, part in case.every_holder())
 
 
 def usual_member(case: "Case") -> int:
@@ -137,13 +137,12 @@ class Starts:
         self._touches = Touches(case, packed)
         self._order, self._allowed = list(mesh_order(case)), np.zeros(0)
         order = rotor_order(case)
-        self._sleeves = [
-            (names.index(k), case.sleeves[k].radial_clearance) for k in order if k in case.sleeves
-        ]
-        self._supported = [
+        clearances = {name: geometry.clearance_of(case, name) for name in order}
+        self._in_clearance = [(names.index(n), c) for n, c in clearances.items() if c is not None]
+        self._elastic = [
             names.index(name)
             for name in order
-            if name in case.supports and name not in case.sleeves and not geometry.is_held(case, name)
+            if clearances[name] is None and case.holders(name) and not geometry.is_held(case, name)
         ]
 
     def of_member(self, member: int) -> Floats:
@@ -166,20 +165,22 @@ class Starts:
             _must_mesh(self.packed, meshes, y, memory)
             return y
         generator = np.random.default_rng([self._seed, member])
-        count = len(self._sleeves)
+        count = len(self._in_clearance)
         radii = (SHARE_OF_CLEARANCE * np.sqrt(generator.random(count))).tolist()
         angles = (2.0 * math.pi * generator.random(count)).tolist()
         kicks = SPREAD_OF_SPEED * generator.standard_normal((count, 2))
         shares = np.zeros(meshes)
         shares[self._order] = generator.random(meshes)
-        pushes = SPREAD_OF_SPEED * generator.standard_normal((len(self._supported), 2))
+        pushes = SPREAD_OF_SPEED * generator.standard_normal((len(self._elastic), 2))
         for shrink in (*(0.5**n for n in range(12)), 0.0):
             own = self._own.copy()
-            for (i, clearance), radius, angle, kick in zip(self._sleeves, radii, angles, kicks, strict=True):
+            for (i, clearance), radius, angle, kick in zip(
+                self._in_clearance, radii, angles, kicks, strict=True
+            ):
                 own[i, 0] += shrink * radius * clearance * math.cos(angle)
                 own[i, 1] += shrink * radius * clearance * math.sin(angle)
                 own[i, 2:] += kick
-            for i, push in zip(self._supported, pushes, strict=True):
+            for i, push in zip(self._elastic, pushes, strict=True):
                 own[i, 2:] += push
             y, is_free = self._start(own, shares, memory)
             if is_free and self._is_sound(y, memory):

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from gearplay.model.fields import NAME
-from gearplay.model.planetary import MEMBERS, Planetary
-from gearplay.model.planetary_parts import MOST_PLANETS
+from gearplay.parts.planetary.members import MOST_PLANETS
+from gearplay.parts.planetary.schema import MEMBERS, Planetary
+from gearplay.schema.fields import NAME
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
 TABLES: Final = ("rotors", "sleeves", "supports")

@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import flank, mesh_geometry, tooth_stiffness
-from gearplay.kernels.elements import mesh as mesh_element
-from gearplay.kernels.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.model import geometry
-from gearplay.model.assembly import Assembly, Contact, blank
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.phases import starting_phases
+from gearplay.parts.assembly import Assembly, Contact, blank
+from gearplay.parts.mesh import flank, tooth_stiffness
+from gearplay.parts.mesh import geometry as mesh_geometry
+from gearplay.parts.mesh import law as mesh_element
+from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.model.mesh import Damping
+    from gearplay.parts.mesh.schema import Damping
 
 Floats = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.model.geometry import mesh_contact_ratio, ring_of, teeth_of
-from gearplay.model.records import extremes
+from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
+from gearplay.schema.records import extremes
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

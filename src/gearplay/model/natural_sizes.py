@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements import mesh
 from gearplay.kernels.layout import System
-from gearplay.model.assembly import ANGLE_SCALE, LENGTH_SCALE
+from gearplay.parts.assembly import ANGLE_SCALE, LENGTH_SCALE
+from gearplay.parts.mesh import law as mesh
 
 Floats = NDArray[np.float64]
 

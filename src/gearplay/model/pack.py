@@ -1,25 +1,28 @@
 """Packing: from a validated case with full names to records with kernel symbols."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import conformal, housing_motion, layout
-from gearplay.kernels.elements import housing, positioner, servo, sleeve
+from gearplay.kernels import housing_motion, layout
 from gearplay.kernels.layout import ROTOR, System
-from gearplay.model import contact_laws, geometry, rolling
-from gearplay.model.assembly import Assembly, Contact, blank
-from gearplay.model.base import Member, still
+from gearplay.model import geometry, rolling
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.massless import refuse_massless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
-from gearplay.model.records import edges
 from gearplay.model.tooth_loads import damping_depths
+from gearplay.parts.assembly import Assembly, blank
+from gearplay.parts.drive import positioner, servo
+from gearplay.parts.housing import law as housing
+from gearplay.parts.housing.schema import Member, still
+from gearplay.parts.protocol import Packing
+from gearplay.parts.registry import KINDS, MESH
+from gearplay.schema.records import edges
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -106,71 +109,12 @@ def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
         assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
 
 
-TYPICAL_DEPTH = 1e-6  # m, penetration at which a contact's angular frequency is estimated
-
-
-def _pack_sleeves(
-    case: "Case", assembly: Assembly, rotors: Any, centres: dict[str, tuple[float, float]]
-) -> None:
-    names = list(case.rotors)
-    for name, given in case.sleeves.items():
-        s = blank(sleeve.RECORD)
-        s.clearance, s.exponent = given.radial_clearance, given.exponent
-        s.shaft_radius = given.shaft_radius or 0.0
-        s.stiffness = sleeve_stiffness(case, name)
-        s.dissipation = (
-            contact_laws.solved_dissipation(given.restitution)
-            if given.restitution_reading == "delivered"
-            else contact_laws.literal_dissipation(given.law, given.restitution)
-        )
-        s.friction, s.friction_speed = given.friction_coefficient, given.friction_speed
-        s.journal = names.index(name)
-        s.bush = -1 if given.on is None else names.index(given.on)
-        if given.on is not None:
-            s.offset_x = centres[name][0] - centres[given.on][0]
-            s.offset_y = centres[name][1] - centres[given.on][1]
-            s.damping = case.rotors[name].radial_damping
-        s.misplaced_x, s.misplaced_y = given.offset
-        s.offset_x += s.misplaced_x
-        s.offset_y += s.misplaced_y
-        s.bed = conformal.BED_NONE
-        if given.law == "conformal":
-            if case.formulation == "as_published":
-                s.bed, s.bed_exponent = conformal.BED_AS_PRINTED, given.exponent
-            else:
-                s.bed, s.bed_exponent = conformal.BED_MATCHED, given.bed_exponent
-                s.bed_stiffness = contact_laws.bed_stiffness(
-                    s.stiffness,
-                    s.exponent,
-                    s.clearance,
-                    s.shaft_radius,
-                    s.bed_exponent,
-                    given.bed_reference_penetration,
-                )
-        # Without clearance it touches from the start, even at its centre.
-        contact = Contact(floor=given.minimum_impact_speed, closed=given.radial_clearance == 0.0)
-        stiffness = s.stiffness * s.exponent * TYPICAL_DEPTH ** (s.exponent - 1.0)
-        rate = math.sqrt(stiffness * max(rotors[s.journal].inv_mass, 1e-3))
-        assembly.add(
-            sleeve.KIND,
-            name,
-            s,
-            [s.journal, s.bush],
-            [contact],
-            always=bool(s.damping > 0.0),
-            rate=rate,
-            hides=bool(s.dissipation > 0.0) and s.bed != conformal.BED_AS_PRINTED,
-        )
-
-
-def sleeve_stiffness(case: "Case", name: str) -> float:
-    """Return a sleeve's contact stiffness [N/m^exponent], as given or from radius and materials by (9)."""
-    given = case.sleeves[name]
-    if given.stiffness is not None:
-        return given.stiffness
-    assert given.shaft_radius is not None, "validated: a sleeve without stiffness has its geometry"
-    shaft, sleeve = given.sides()
-    return contact_laws.hertz_stiffness(given.shaft_radius, given.radial_clearance, shaft, sleeve)
+def _pack_holders(case: "Case", packing: Packing, kinds: Container[int]) -> None:
+    """Add parts that hold rotors; of a carried rotor the first takes the damping of the centre's motion."""
+    for _, name, part in case.every_holder():
+        if part.kind in kinds:
+            first = part.on is not None and part is case.holders(name)[0]
+            part.pack(packing, name, case.rotors[name].radial_damping if first else 0.0)
 
 
 def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
@@ -236,18 +180,13 @@ def pack(
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly, rotors)
-    _pack_sleeves(case, assembly, rotors, centres)
+    packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
+    _pack_holders(case, packing, range(MESH))
     terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
     terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
-    places = {name: i for i, name in enumerate(case.rotors)}
-    inertias = {name: rotor.inertia or math.inf for name, rotor in case.rotors.items()}
     for joint in case.joints:
-        joint.pack(assembly, places, inertias)
-    for name, support in case.supports.items():
-        rotor = case.rotors[name]
-        beside = rotor.radial_damping if support.on is not None and name not in case.sleeves else 0.0
-        weights = rotor.mass or math.inf, rotor.inertia or math.inf
-        support.pack(name, assembly, places, centres, *weights, beside=beside)
+        joint.pack(packing)
+    _pack_holders(case, packing, range(MESH, len(KINDS)))
     base, record = still(), np.zeros((0, 4))
     if case.base is not None:
         whole = case.run.transient + case.run.duration if span is None else span

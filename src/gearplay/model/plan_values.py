@@ -6,10 +6,10 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from gearplay.model.case import Case
-from gearplay.model.fields import Part
 from gearplay.model.item_names import numbered
 from gearplay.model.reading import replace
 from gearplay.model.tables import brings_file
+from gearplay.schema.fields import Part
 from gearplay.vocabulary.errors import Fault, InputError
 
 

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from gearplay.model.fields import Measure, Part, Problem, refuse
 from gearplay.model.wording import translate
+from gearplay.schema.fields import Measure, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
 

@@ -11,20 +11,19 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from gearplay.model.bundled import bundled, bundled_text
-from gearplay.model.case import JOINTS, NO_ROTORS, Case
+from gearplay.model.case import NO_ROTORS, Case
 from gearplay.model.consistency import cross_faults
-from gearplay.model.fields import FrozenTable, Part
 from gearplay.model.item_names import numbered
 from gearplay.model.members import assumed_members, with_members
-from gearplay.model.mesh import Mesh
 from gearplay.model.overrides import apply_change, parse_override
-from gearplay.model.rotor import Rotor
-from gearplay.model.sleeve import Sleeve
-from gearplay.model.support import Support
 from gearplay.model.tables import brings_file, with_tables, without_replaced
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
 from gearplay.model.torsional_pair import FIELD, PARTS, speed_fault
 from gearplay.model.wording import did_you_mean, translate
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.rotor.schema import Rotor
+from gearplay.parts.tables import HOLDERS, JOINTS
+from gearplay.schema.fields import FrozenTable, Part
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
 _MOST_OVERRIDES: Final = 1000
@@ -258,16 +257,18 @@ def _faults_between_parts(document: Mapping[str, Any], known: set[str]) -> list[
     """Check names across parts although some part is at fault, so that one reading reports everything."""
     assumed = assumed_members(document)
     document = with_members(document)
-    rotors, sleeves, supports = (_table(document, name) for name in ("rotors", "sleeves", "supports"))
-    if not rotors and not assumed:
+    rotors = {name: _part(Rotor, raw) for name, raw in _table(document, "rotors").items()} | assumed
+    if not rotors:
         return []
-    faults = cross_faults(
-        {**{name: _part(Rotor, raw) for name, raw in rotors.items()}, **assumed},
-        {name: _part(Sleeve, raw) for name, raw in sleeves.items()},
-        {name: _part(Support, raw) for name, raw in supports.items()},
-        [_part(Mesh, raw) for raw in _listed(document, "meshes")],
-        {name: [_part(kind, raw) for raw in _listed(document, name)] for name, kind in JOINTS.items()},
-    )
+    parts: dict[str, Any] = {
+        "rotors": rotors,
+        "meshes": [_part(Mesh, raw) for raw in _listed(document, "meshes")],
+    }
+    for table, holder in HOLDERS.items():
+        parts[table] = {name: _part(holder, raw) for name, raw in _table(document, table).items()}
+    for listed, joint in JOINTS.items():
+        parts[listed] = [_part(joint, raw) for raw in _listed(document, listed)]
+    faults = cross_faults(parts)
     return [fault for fault in faults if fault.path not in known]
 
 

@@ -38,10 +38,10 @@ def conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row
 def holds(case: "Case", places: dict[str, int], *, without: Container[str] = ()) -> tuple[Row, ...]:
     """Return the sums of speeds that vanish where torsional springs hold rotors, to the ground or to their carrier."""
     rows: list[Row] = []
-    for name, support in case.supports.items():
-        if support.torsional_stiffness > 0.0 and name not in without:
+    for _, name, part in case.every_holder():
+        if part.holds_rotation() and name not in without:
             row: Row = ((places[name], 1.0),)
-            rows.append(row if support.on is None else (*row, (places[support.on], -1.0)))
+            rows.append(row if part.on is None else (*row, (places[part.on], -1.0)))
     return tuple(rows)
 
 

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from gearplay.model.fields import Measure, Part
+from gearplay.schema.fields import Measure, Part
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import OUT_SIZE, theta_of
-from gearplay.kernels.mesh_geometry import B_T, P_D, gaps_at
 from gearplay.model import geometry
 from gearplay.model.bounded_gaps import nearest_gaps
 from gearplay.model.traversal import mesh_order, rotor_order
+from gearplay.parts.mesh.geometry import B_T, P_D, gaps_at
+from gearplay.parts.registry import MESH
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -152,7 +152,7 @@ class Touches:
         self._levers = [self._levers_of(j, names, of) for j in range(len(case.meshes))]
         self._inputs = [of[mesh.rotors[0]] for mesh in case.meshes]
         known = {of[name] for name in names if is_turned_by_file(case, name)}
-        sprung = {of[n] for n, support in case.supports.items() if support.torsional_stiffness > 0.0}
+        sprung = {of[n] for _, n, part in case.every_holder() if part.holds_rotation()}
         carriers = {of[c] for n in names if (c := geometry.carrier_of(case, n)) is not None} - known
         self.steps: list[_Step] = []
         self.loops: list[_Loop] = []

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from gearplay.kernels.elements.table import KINDS
+from gearplay.parts.registry import KINDS
 from gearplay.vocabulary.quantities import ROTOR_VARIABLES, Quantity
 
 VARIABLES: Final[Mapping[str, tuple[Quantity, ...]]] = MappingProxyType(

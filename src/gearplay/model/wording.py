@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from gearplay.model.fields import KIND, Problem
+from gearplay.schema.fields import KIND, Problem
 from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, join_path, shorten
 
 Path = tuple[str | int, ...]

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements.mesh.record import BACK, DRIVE
-from gearplay.kernels.elements.table import MESH
 from gearplay.kernels.layout import FORCE
 from gearplay.linear.system import linear_system
 from gearplay.model import geometry
 from gearplay.model.case import Case
-from gearplay.model.planetary import MEMBERS
-from gearplay.model.planetary_parts import PinError
+from gearplay.parts.mesh.law.record import BACK, DRIVE
+from gearplay.parts.planetary.members import PinError
+from gearplay.parts.planetary.schema import MEMBERS
+from gearplay.parts.registry import MESH
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result

@@ -17,9 +17,9 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from gearplay.model import geometry
 from gearplay.model.case import Case
-from gearplay.model.fields import Counted, FrozenTable, Measure, Name, Part, Problem, refuse
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean, translate
+from gearplay.schema.fields import Counted, FrozenTable, Measure, Name, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
 

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import implicit
-from gearplay.kernels import run as kernel
+from gearplay.integrate import implicit
+from gearplay.integrate import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.solver.integration import CHUNK_STEPS, FIRST_STEPS, Course, next_steps

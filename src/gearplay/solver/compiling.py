@@ -14,14 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
+from gearplay.integrate.dispatch import DERIVATIVE
+from gearplay.integrate.tangent_state import make_tangent
 from gearplay.kernels.compiled import INTERPRETED
 from gearplay.kernels.compiled_files import code_folder, make_folder, not_kept
 from gearplay.kernels.compiled_once import KERNELS
-from gearplay.kernels.elements.table import DERIVATIVE, KINDS
-from gearplay.kernels.tangent_state import make_tangent
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
+from gearplay.parts.registry import KINDS
 from gearplay.solver.integration import Course, refuse_fixed_steps
 from gearplay.solver.pace import duration_words, note_pace, seconds_for, share_of_cores
 from gearplay.vocabulary.cores import worker_count
@@ -42,7 +43,6 @@ _LINEAR = {
     "initialise_modes", "update_modes", "rates_of", "rate_of_change", "rates_at", "matrix_at", "strain_energies",
 }  # fmt: skip
 """Functions that the matrices of the linear analysis need."""
-_ELEMENTS = "gearplay.kernels.elements."
 _not_kept_told = False
 _ready: set[tuple[frozenset[str], bool, bool]] = set()  # what this process has seen to be compiled
 _ready_linear: set[frozenset[str]] = set()
@@ -108,12 +108,12 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
     wanted = []
     for name, kernel in KERNELS.items():
         module, _, question = name.rpartition(".")
-        kind = module.removeprefix(_ELEMENTS).partition(".")[0] if module.startswith(_ELEMENTS) else "table"
+        own = _kinds_of(module)
         room = module.rpartition(".")[2]
         of_derivative = question in DERIVATIVE or room in _OF_DERIVATIVE or question == "move_change"
         of_joined = room == "joined" or question in _OF_JOINED
         if (
-            (kind in kinds or kind == "table")
+            (not own or own & kinds)
             and (all_of_them or question not in _SELDOM)
             and (not of_joined or kinds & {"coupling", "support"})
             and (derivative or not of_derivative)
@@ -121,6 +121,12 @@ def _wanted(kinds: frozenset[str], fixed: bool, derivative: bool) -> list[str]:
         ):
             wanted.append((-kernel.length, name))
     return [name for _, name in sorted(wanted)]
+
+
+def _kinds_of(module: str) -> set[str]:
+    """Return the kinds of elements whose law is a module, or else is in the same folder; empty for a module of no part."""
+    own = {kind.name for kind in KINDS if f"{module}.".startswith(f"{kind.file.__name__}.")}
+    return own or {kind.name for kind in KINDS if module.startswith(kind.file.__name__.rpartition(".")[0])}
 
 
 def _lacking(names: Sequence[str]) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.run import EVENTS
+from gearplay.integrate.run import EVENTS
 from gearplay.model.case import Case
 from gearplay.model.initial import member_state
 from gearplay.model.pack import pack

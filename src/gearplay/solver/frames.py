@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion
-from gearplay.kernels.elements.table import COUPLING, MESH, SLEEVE, SUPPORT
 from gearplay.kernels.layout import System
+from gearplay.parts.registry import COUPLING, MESH, SLEEVE, SUPPORT
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import run as kernel
-from gearplay.kernels import stepper, tangent, tangent_state
+from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper, tangent, tangent_state
 from gearplay.kernels.layout import OPEN
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed

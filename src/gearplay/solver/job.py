@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import run as kernel
+from gearplay.integrate import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from gearplay.kernels.elements.table import MESH
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
+from gearplay.parts.registry import MESH
 from gearplay.vocabulary.errors import ResourceError
 
 STEPS_PER_SECOND = 2e4  # typical, per simulated second and contact pair, at the default tolerance

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.elements import table
+from gearplay.integrate import dispatch
+from gearplay.integrate.right_hand_side import make_loads
+from gearplay.integrate.run import signal_count
+from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import Branch
-from gearplay.kernels.right_hand_side import make_loads
-from gearplay.kernels.run import signal_count
-from gearplay.kernels.switches import make_branch
 from gearplay.model.pack import Packed
+from gearplay.parts.registry import KINDS
 from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
@@ -46,8 +47,7 @@ class Observables:
         )
         self.shown = _shown(self.columns, names, halves)
         known = {"rotor": ROTOR} | {
-            kind.name: tuple(signal.name for signal in kind.file.SIGNALS if signal.of_state)
-            for kind in table.KINDS
+            kind.name: tuple(signal.name for signal in kind.file.SIGNALS if signal.of_state) for kind in KINDS
         }
         for column in self.columns:
             if column.signal not in known[column.dimension]:
@@ -82,7 +82,7 @@ class Observables:
         for at, place in self.states:
             found[at] = seen[place]
         for e in self.elements:
-            table.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
+            dispatch.observe(self.packed.system, e, t, y, branch or self.branch, self.loads, False, self.row)
         for at, place in self.others:
             found[at] = self.row[place]
         return np.array([found[at] if half is None else 1.0 + found[at] / half for _, at, half in self.shown])
@@ -120,7 +120,7 @@ def _shown(
 
 
 def _shows(kind: int) -> bool:
-    return bool(table.KINDS[kind].file.SIGNALS)
+    return bool(KINDS[kind].file.SIGNALS)
 
 
 def _name(column: Column) -> str:

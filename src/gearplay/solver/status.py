@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from gearplay.kernels import run as kernel
+from gearplay.integrate import run as kernel
 
 
 class Status(IntEnum):

@@ -9,9 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh_geometry import DISTANCE, MESH, gaps_at
-from gearplay.kernels.run import (
+from gearplay.integrate.run import (
     DEPTH_MAX,
     FORCE_MAX,
     ONSETS,
@@ -23,8 +21,10 @@ from gearplay.kernels.run import (
     Run,
     T,
 )
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.model.pack import Packed
 from gearplay.model.variables import VARIABLES
+from gearplay.parts.mesh.geometry import DISTANCE, MESH, gaps_at
 from gearplay.solver.continuation import End
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.status import WORDS, Status

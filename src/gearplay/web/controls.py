@@ -9,11 +9,11 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 
 from gearplay.model.case import Case
-from gearplay.model.environment import Material
 from gearplay.model.field_units import measure_in
-from gearplay.model.fields import HertzStiffness, Measure
-from gearplay.model.mesh import PlanetMesh
 from gearplay.model.torsional_pair import PARTS
+from gearplay.parts.environment import Material
+from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.schema.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
 
 GROUPS = (

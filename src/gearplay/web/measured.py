@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel, Record
-from gearplay.model.units import UnitError, parse_quantity
 from gearplay.results.spectra import amplitude_spectrum
+from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 from gearplay.vocabulary.progress import Tick
 from gearplay.vocabulary.quantities import ACCELERATION, FREQUENCY, Quantity

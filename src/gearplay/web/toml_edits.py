@@ -8,7 +8,7 @@ from typing import Any
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case, replace, to_toml
 from gearplay.model.toml_files import parse_toml
-from gearplay.model.units import CELSIUS
+from gearplay.schema.units import CELSIUS
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import TEMPERATURE
 

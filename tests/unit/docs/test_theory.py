@@ -51,8 +51,8 @@ CARRY, SLOPES, BACKLASH, RESTITUTION = "carried over by", "F_\\psi", "b_t = -(p_
 @pytest.mark.parametrize(
     ("file", "what"),
     [
-        ("src/gearplay/kernels/saltation.py", "f_- - f_+"),
-        ("src/gearplay/kernels/elements/mesh/slopes.py", SLOPES),
+        ("src/gearplay/integrate/saltation.py", "f_- - f_+"),
+        ("src/gearplay/parts/mesh/law/slopes.py", SLOPES),
         ("tests/building.py", BACKLASH),
         ("CONTRIBUTING.md", RESTITUTION),
     ],

@@ -3,7 +3,7 @@
 import pytest
 
 import gearplay as gp
-from gearplay.kernels.run import H_BEGIN, H_RESTART
+from gearplay.integrate.run import H_BEGIN, H_RESTART
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course
 

@@ -103,8 +103,8 @@ import gearplay.kernels
 import numpy as np
 import gearplay as gp
 from gearplay.kernels.layout import OUT_SIZE
-from gearplay.kernels.mesh_geometry import B_T, gaps_at
-from gearplay.kernels.switches import make_branch
+from gearplay.parts.mesh.geometry import B_T, gaps_at
+from gearplay.integrate.switches import make_branch
 from gearplay.model.pack import pack
 packed = pack(gp.load_case("han2021"))
 y, out = np.zeros(packed.state_size), np.zeros(OUT_SIZE)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.kernels import implicit
-from gearplay.kernels.implicit_stages import predict, trace
-from gearplay.kernels.jacobian import differentiate
-from gearplay.kernels.run import Run, T
-from gearplay.kernels.slopes import linearise, make_slopes, rate_of_change
+from gearplay.integrate import implicit
+from gearplay.integrate.implicit_stages import predict, trace
+from gearplay.integrate.jacobian import differentiate
+from gearplay.integrate.run import Run, T
+from gearplay.integrate.slopes import linearise, make_slopes, rate_of_change
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course
 from planetary_sets import planetary_document

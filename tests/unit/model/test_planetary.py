@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.kernels.elements.table import MESH
 from gearplay.model.geometry import mesh_contact_ratio
 from gearplay.model.pack import pack
 from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.reading import to_toml
 from gearplay.model.rolling import nominal_speeds
+from gearplay.parts.registry import MESH
 from planetary_sets import PART, planetary_document
 
 SLEEVE = {"radial_clearance": 1e-5, "stiffness": 1e10}

@@ -9,12 +9,12 @@ import pytest
 import gearplay as gp
 from building import Document, Floats, case_of, pair_case, pair_document, simulate_one
 from depth import sized
-from gearplay.kernels.elements.table import MESH
-from gearplay.kernels.tooth_stiffness import mesh_stiffness, stiffness_slope
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
-from gearplay.model.records import cubic_pieces, extremes
-from gearplay.model.terms import TorqueTable
+from gearplay.parts.drive.terms import TorqueTable
+from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
+from gearplay.parts.registry import MESH
+from gearplay.schema.records import cubic_pieces, extremes
 from gearplay.vocabulary.errors import InputError
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearplay.model import units
-from gearplay.model.units import UnitError, parse_quantity
+from gearplay.schema import units
+from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 
 QUANTITIES = list(q.DIMENSIONS.values())
@@ -165,7 +165,7 @@ def test_common_units_need_no_pint() -> None:
     ]
     code = (
         "import sys\n"
-        "from gearplay.model.units import FACTORS\n"
+        "from gearplay.schema.units import FACTORS\n"
         "from gearplay.model.reading import bundled_names, load_case\n"
         "for name in bundled_names(): load_case(name)\n"
         f"missing = [t for t in {listed!r} if not any(t[2:] in row for row in FACTORS.values())]\n"

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion
-from gearplay.kernels.elements.table import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.kernels.layout import DRIVE_SPEED
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
+from gearplay.parts.registry import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError

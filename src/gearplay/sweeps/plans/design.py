@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from gearplay.model.fields import Listed, Name, Part, Problem, refuse
+from gearplay.schema.fields import Listed, Name, Part, Problem, refuse
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]
 Bound = float | Text

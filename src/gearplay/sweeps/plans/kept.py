@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
 
-from gearplay.model.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
+from gearplay.schema.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.sweeps.plans.design import Text
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS

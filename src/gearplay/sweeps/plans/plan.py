@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from gearplay.model.fields import Listed, Measure, Name, Part, Problem, refuse
 from gearplay.model.reading import bundled_names, load_case
+from gearplay.schema.fields import Listed, Measure, Name, Part, Problem, refuse
 from gearplay.sweeps.plans.design import Bound, Design, Text, Varied
 from gearplay.sweeps.plans.kept import Reduction
 from gearplay.sweeps.plans.tolerance import Tolerance, tolerance_problems

@@ -1,0 +1,1 @@
+"""Integration of the motion: contact states, explicit and implicit steps, events, samples, derivative."""

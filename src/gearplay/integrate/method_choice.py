@@ -1,0 +1,126 @@
+"""Choice between explicit and implicit steps: implicit while no event occurs and while they cost less."""
+
+import math
+
+from gearplay.integrate.collocation import attempt_implicit, implicit_error
+from gearplay.integrate.events import first_switch
+from gearplay.integrate.implicit import (
+    BACKOFF,
+    CALLS_TRIED,
+    FIRST_BACKOFF,
+    H_EXPLICIT,
+    H_OLDER,
+    IN_USE,
+    MOST_BACKOFF,
+    QUIET,
+    TRIED,
+)
+from gearplay.integrate.implicit_stages import trace
+from gearplay.integrate.next_touch import something_is_due
+from gearplay.integrate.restart import restart
+from gearplay.integrate.run import CALLS, DONE, REJECTED, T_END, H, Run, T
+from gearplay.integrate.runge_kutta import ORDER, STAGES
+from gearplay.integrate.step_end import accept, go_on
+from gearplay.integrate.switches import switch_values
+from gearplay.integrate.trial_step import watch
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.layout import System
+
+NOT_TAKEN = -1
+SHORTEST = 1.3  # explicit steps: what is tried is that long, where longer steps have failed
+TRIAL = 30  # steps before their cost is compared
+LONG_BACKOFF = 1000  # most explicit steps until the implicit method is tried again
+REJECTIONS = 4  # of one step, before an explicit one is taken
+GROWS, GROWS_AGAIN, SHRINKS = 1.25, 1.8, 0.86
+"""Factors by which a step could change from which on it does, as that costs factors; and where it has just grown."""
+SHORTER = 0.4  # of a step whose equations are not solved, what is tried next
+
+
+@compiled_inline
+def is_quiet(system: System, run: Run) -> bool:
+    """Return whether the next step may be implicit: only rotors move, by forces, and nothing has happened for a while."""
+    numbers, active_set = run.implicit.numbers, run.active_set
+    if numbers[IN_USE] == 1:
+        return True
+    waits = numbers[QUIET] < numbers[BACKOFF] or run.implicit.sizes[H_EXPLICIT] == 0.0
+    return bool(not waits and active_set.states[0] == 6 * active_set.active[0])
+
+
+@compiled_inline
+def fall_back(run: Run, backoff: int) -> int:
+    """Return to explicit steps for at least ``backoff`` steps; return `NOT_TAKEN`."""
+    numbers = run.implicit.numbers
+    numbers[IN_USE] = numbers[QUIET] = 0
+    numbers[BACKOFF] = backoff
+    run.clock[H] = run.implicit.sizes[H_EXPLICIT]
+    return NOT_TAKEN
+
+
+@compiled_inline
+def pays(run: Run, h: float) -> bool:
+    """Return whether steps of h [s] that cost what those of the trial did cost less than explicit ones over the same time.
+
+    In right-hand sides, of which an explicit step takes six and as much as one besides. A step's equations are solved in some
+    4 ns for each pair of unknowns and iteration, where an acting element takes 90 ns.
+    """
+    kept = run.implicit
+    calls = (run.counts[CALLS] - kept.numbers[CALLS_TRIED]) / TRIAL
+    pairs = kept.places[0] * kept.places[0]
+    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / max(run.active_set.acting[0], 1)
+    return bool(h * STAGES > kept.sizes[H_EXPLICIT] * (calls + solving + 1.0))
+
+
+@compiled_once
+def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> int:
+    """Take an implicit step without events, to ``stop`` [s] or for ``longest`` [s] at most; return a status.
+
+    `NOT_TAKEN` where an event occurs, Newton's method fails or the step costs more than explicit ones: the state is unchanged.
+    """
+    clock, counts, numbers, sizes = run.clock, run.counts, run.implicit.numbers, run.implicit.sizes
+    if numbers[IN_USE] == 0:
+        clock[H] = sizes[H_EXPLICIT]
+        numbers[TRIED], numbers[CALLS_TRIED] = 0, counts[CALLS]
+    twice, t = min(2 * numbers[BACKOFF], MOST_BACKOFF), clock[T]
+    h, error = min(clock[H], longest), 0.0
+    for turn in range(REJECTIONS + 1):
+        if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
+            return fall_back(run, twice)
+        to_stop = h >= (stop - t) * (1.0 - 1e-12)
+        part = stop - t if to_stop else h
+        if attempt_implicit(system, run, part) != 0:
+            counts[REJECTED] += 1
+            h = SHORTER * part
+            if h < SHORTEST * sizes[H_EXPLICIT]:
+                return fall_back(run, twice)
+            continue
+        error = implicit_error(system, run, part)
+        if error <= 1.0:
+            break
+        counts[REJECTED] += 1
+        if not math.isfinite(error):
+            return fall_back(run, twice)
+        h = part * max(0.2, 0.8 * error ** (-1.0 / ORDER))
+    t_new = stop if to_stop else t + part
+    if watch(system, run, t_new, run.y_new, run.loads) != 0:
+        return fall_back(run, twice)
+    switch_values(system, run.active_set, t_new, run.y_new, run.branch, run.loads, run.g_1)
+    first, _ = first_switch(system, run, part, True)
+    if first >= 0:
+        return fall_back(run, FIRST_BACKOFF if numbers[TRIED] > 5 * TRIAL else twice)
+    status = accept(system, run, part, t_new, -1)
+    if status != DONE:
+        return status
+    trace(system, run, part)
+    numbers[TRIED] += 1
+    if to_stop and stop < clock[T_END]:
+        return restart(system, run)
+    go_on(system, run)
+    growth = 0.8 * error ** (-1.0 / ORDER) if error > 1e-12 else 2.0
+    changes = growth < SHRINKS or growth >= (GROWS if part <= sizes[H_OLDER] else GROWS_AGAIN)
+    clock[H] = h * min(2.0, growth) if changes else h
+    if numbers[TRIED] % TRIAL == 0:
+        if not pays(run, h):
+            fall_back(run, min(4 * numbers[BACKOFF], LONG_BACKOFF))
+        numbers[CALLS_TRIED] = counts[CALLS]
+    return DONE

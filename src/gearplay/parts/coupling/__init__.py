@@ -1,0 +1,1 @@
+"""A shaft or coupling between two rotors."""

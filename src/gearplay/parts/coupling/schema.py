@@ -1,0 +1,121 @@
+"""Couplings between two rotors, elastic in torsion, with or without play."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar
+
+from pydantic import Field, model_validator
+
+from gearplay.parts.assembly import ANGLE_SCALE, Contact, blank
+from gearplay.parts.coupling import law
+from gearplay.parts.joining import ROTATION
+from gearplay.parts.protocol import Joint, Packing
+from gearplay.schema.fields import Listed, Measure, Problem, RotorName, is_absent, refuse
+from gearplay.schema.finding import Finding
+from gearplay.vocabulary import quantities as q
+
+
+class Coupling(Joint):
+    """A torsional spring and damper on the twist phi = theta_1 - ratio theta_2, in full angles, unstressed at phi = 0.
+
+    The torque on the first rotor is -T, on the second ratio T: T = k phi + c dphi/dt, or with play, for
+    p = abs(phi) - play / 2 > 0, T = max(0, k p + c dp/dt) in the sense of phi, and nothing within the play. The lateral part acts
+    between the displacements of both centres from their nominal ones; it frees no centre.
+    """
+
+    kind: ClassVar[int] = law.KIND
+
+    between: Annotated[tuple[RotorName, RotorName], Listed(2, 2, "the two rotors")]
+    torsional_stiffness: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "torsional stiffness", gt=0.0)]
+    torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "torsional damping", ge=0.0)] = 0.0
+    play: Annotated[float, Measure(q.ANGLE, "total torsional play", ge=0.0, le=math.pi)] = 0.0
+    ratio: Annotated[float, Measure(q.RATIO, "turns of the first per turn of the second rotor")] = 1.0
+    lateral_stiffness: Annotated[
+        float,
+        Measure(
+            q.STIFFNESS,
+            "stiffness between the displacements of the two centres, of a shaft's bending",
+            ge=0.0,
+        ),
+        Field(exclude_if=is_absent),
+    ] = 0.0
+    lateral_damping: Annotated[
+        float,
+        Measure(q.DAMPING, "damping between the displacements of the two centres, in fixed axes", ge=0.0),
+        Field(exclude_if=is_absent),
+    ] = 0.0
+
+    @model_validator(mode="after")
+    def _check(self) -> Coupling:
+        refuse(self._problems())
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        if self.between[0] == self.between[1]:
+            yield Problem(("between",), "must name two rotors", "Name the other one")
+        if self.ratio == 0.0:
+            yield Problem(("ratio",), "must not be 0", "Give the turns of the first per turn of the second")
+        if self.ratio != 1.0:
+            for name in ("lateral_stiffness", "lateral_damping"):
+                if getattr(self, name) > 0.0:
+                    rule = "must be 0 with a ratio other than 1, whose two axes need not be one"
+                    yield Problem((name,), rule, "Remove it, or use supports")
+
+    @property
+    def label(self) -> str:
+        """Name of the coupling in results: ``first-second``."""
+        return "-".join(self.between)
+
+    def named_rotors(self) -> Mapping[str, str]:
+        """Return the rotors that it names, by field."""
+        return {f"between.{at}": name for at, name in enumerate(self.between)}
+
+    def rolling(self) -> Mapping[str, float]:
+        """Return the factors of both rotations in the twist, with play too."""
+        return {self.between[0]: 1.0, self.between[1]: -self.ratio}
+
+    def shared_axis(self) -> Sequence[str]:
+        """Return both rotors where they turn alike; with another ratio their axes may differ."""
+        return self.between if self.ratio == 1.0 else ()
+
+    def pack(self, packing: Packing) -> None:
+        """Add its element: two contacts with play, none and always acting without."""
+        first, second = self.between
+        record, assembly = blank(law.RECORD), packing.assembly
+        record.a, record.b, record.ratio = packing.place(first), packing.place(second), self.ratio
+        record.stiffness, record.damping = self.torsional_stiffness, self.torsional_damping
+        record.half_play = 0.5 * self.play
+        record.lateral_stiffness, record.lateral_damping = self.lateral_stiffness, self.lateral_damping
+        ends = [Contact(name, size=ANGLE_SCALE, angular=True) for name in ("forward", "backward")]
+        inertias = [packing.bodies[name].inertia or math.inf for name in self.between]
+        mobility = 1.0 / inertias[0] + self.ratio**2 / inertias[1]
+        assembly.add(
+            law.KIND,
+            self.label,
+            record,
+            [record.a, record.b],
+            ends if self.play > 0.0 else [],
+            always=self.play == 0.0 or self.bends,
+            rate=math.sqrt(self.torsional_stiffness * mobility),
+            hides=self.torsional_damping > 0.0,
+        )
+        if self.play == 0.0:
+            twist = {record.a: 1.0, record.b: -self.ratio}
+            assembly.join(ROTATION, twist, self.torsional_stiffness, self.torsional_damping)
+        if self.bends:
+            for axis in range(2):
+                apart = {record.a: 1.0, record.b: -1.0}
+                assembly.join(axis, apart, self.lateral_stiffness, self.lateral_damping)
+
+    @property
+    def bends(self) -> bool:
+        """Whether it acts between the displacements of its centres."""
+        return self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0
+
+    def findings(self, path: str, *, held: bool) -> Iterator[Finding]:
+        """Yield a warning about a lateral stiffness between held centres."""
+        if self.bends and held:
+            text = "it does nothing, since both centres are held: give one a support with a stiffness or a sleeve"
+            yield Finding("warning", f"{path}.lateral_stiffness", f"{text}.")

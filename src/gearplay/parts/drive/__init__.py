@@ -1,0 +1,1 @@
+"""Drives and loads of rotors: servos, position loops, torques that vary."""

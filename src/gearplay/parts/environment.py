@@ -1,0 +1,38 @@
+"""Environment: temperatures and thermal expansion of materials."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from gearplay.schema.fields import Measure, Part
+from gearplay.vocabulary import quantities as q
+
+REFERENCE: Final = 293.15
+"""Default temperature at which lengths hold [K]: 20 degC, ISO 1."""
+
+Temperature = Annotated[float, Measure(q.TEMPERATURE, "temperature", gt=0.0)]
+Expansion = Annotated[float, Measure(q.EXPANSION, "coefficient of linear expansion", ge=-1e-4, le=1e-3)]
+
+
+class Material(Part):
+    """What a rotor is made of. Only the expansion acts on the motion."""
+
+    modulus: Annotated[float, Measure(q.PRESSURE, "Young's modulus", gt=0.0)] | None = None
+    poisson: Annotated[float, Measure(None, "Poisson's ratio", ge=0.0, lt=0.5)] | None = None
+    density: Annotated[float, Measure(q.MASS_DENSITY, "mass density", gt=0.0)] | None = None
+    expansion: Expansion
+
+
+class Housing(Part):
+    """What holds the bearings of the ground apart."""
+
+    expansion: Expansion
+    temperature: Temperature | None = None
+
+
+class Environment(Part):
+    """Temperature of everything that names none of its own; lengths of the case hold at ``reference_temperature``."""
+
+    temperature: Temperature
+    reference_temperature: Temperature = REFERENCE
+    housing: Housing | None = None

@@ -1,0 +1,1 @@
+"""A mesh: two gears in contact on drive and back flanks."""

@@ -1,0 +1,1 @@
+"""A planetary set, expanded into rotors, pins and meshes."""

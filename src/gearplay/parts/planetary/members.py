@@ -1,0 +1,146 @@
+"""Parts of a planetary set: members, planets, position errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Final
+
+from pydantic import Field, ValidationError, model_validator
+
+from gearplay.parts.environment import Material, Temperature
+from gearplay.parts.rotor.gear import Runout, Teeth
+from gearplay.parts.rotor.schema import Drive, Initial, Load, Rotor, SpeedDrive, Weight
+from gearplay.parts.rotor.unbalance import Unbalance
+from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.support.schema import Support
+from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse
+from gearplay.vocabulary import quantities as q
+
+MOST_PLANETS: Final = 24
+PlanetNumber = Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of the planet, from 1")]
+
+
+def problems_of(make: Callable[[], object]) -> list[Problem]:
+    """Return the problems of a part that is made of fields of the same names."""
+    try:
+        make()
+    except ValidationError as error:
+        return [problem for detail in error.errors() for problem in detail.get("ctx", {}).get("problems", ())]
+    return []
+
+
+class Member(Part):
+    """Fields of a sun, a ring or a carrier in common with any rotor, and its bearing."""
+
+    mass: Annotated[
+        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+    ]
+    inertia: Annotated[
+        float,
+        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
+    ]
+    drive: Drive | None = None
+    load: Load = Load()
+    initial: Initial = Initial()
+    radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
+        0.0
+    )
+    floating: Annotated[bool, Field(description="true leaves its centre free in the plane")] = False
+    fixed: Annotated[bool, Field(description="true keeps it from turning")] = False
+    unbalance: Unbalance | None = None
+    material: Annotated[Material | None, Field(description="what it is made of")] = None
+    temperature: Temperature | None = None
+    support: Annotated[Support | None, Field(description="elastic support of its centre and rotation")] = None
+    sleeve: Annotated[Sleeve | None, Field(description="sleeve that holds it, with clearance")] = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Member:
+        problems = []
+        if self.fixed and self.drive is not None:
+            rule = "must not be given for a member that is fixed"
+            problems.append(Problem(("drive",), rule, "Remove one of the two"))
+        for name in ("support", "sleeve"):
+            part = getattr(self, name)
+            if part is not None and part.on is not None:
+                rule = "must not be given: members are held by the ground"
+                problems.append(Problem((name, "on"), rule, "Remove it"))
+        refuse(problems)
+        refuse(problems_of(lambda: self.rotor((0.0, 0.0))))
+        return self
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is kept from turning: fixed, driven at speed 0, or held by a torsional spring."""
+        driven_at_0 = isinstance(self.drive, SpeedDrive) and self.drive.speed == 0.0
+        return (
+            self.fixed or driven_at_0 or (self.support is not None and self.support.torsional_stiffness > 0.0)
+        )
+
+    def rotor(self, at: tuple[float, float], **more: Any) -> Rotor:
+        """Return it as a rotor with its centre ``at`` [m]."""
+        drive = SpeedDrive(speed=0.0) if self.fixed else self.drive
+        shared = {name: getattr(self, name) for name in Member.model_fields if name in Rotor.model_fields}
+        return Rotor.model_validate(shared | {"drive": drive, "position": at} | more)
+
+
+class Toothed(Member):
+    """A sun or a ring."""
+
+    teeth: Teeth
+    runout: Runout = Runout()
+
+
+class Planets(Part):
+    """The planets, which are alike."""
+
+    count: Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of planets")]
+    teeth: Teeth
+    mass: Annotated[float, Weight(q.MASS, "mass of one planet; 0 in linear analysis only", ge=0.0)]
+    inertia: Annotated[
+        float,
+        Weight(
+            q.INERTIA, "polar moment of inertia of one about its centre; 0 in linear analysis only", ge=0.0
+        ),
+    ]
+    angles: (
+        Annotated[
+            tuple[Annotated[float, Measure(q.ANGLE, "direction of a planet from the centre")], ...],
+            Listed(1, 24, "direction of each planet, counter-clockwise from +x; equally spaced if not given"),
+        ]
+        | None
+    ) = None
+    runout: Runout = Runout()
+    radial_damping: Annotated[
+        float, Measure(q.DAMPING, "viscous damping of a planet's motion beside its pin", ge=0.0)
+    ] = 0.0
+    load: Load = Load()
+    material: Annotated[Material | None, Field(description="what they are made of")] = None
+    temperature: Temperature | None = None
+
+    @property
+    def directions(self) -> tuple[float, ...]:
+        """Direction of every planet [rad]."""
+        if self.angles is not None:
+            return self.angles
+        return tuple(2.0 * math.pi * k / self.count for k in range(self.count))
+
+
+class PinError(Part):
+    """Where a pin is off its place on the carrier."""
+
+    planet: PlanetNumber
+    tangential: Annotated[
+        float, Measure(q.LENGTH, "ahead of its place, counter-clockwise", ge=-0.01, le=0.01)
+    ] = 0.0
+    radial: Annotated[float, Measure(q.LENGTH, "outside its place", ge=-0.01, le=0.01)] = 0.0
+
+
+class Eccentricity(Part):
+    """Runout of one planet's teeth, instead of that of all."""
+
+    planet: PlanetNumber
+    amplitude: Annotated[
+        float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
+    ]
+    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0

@@ -1,0 +1,256 @@
+"""Planetary sets: one table for sun, ring, carrier and planets, with pins and meshes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Final, Literal
+
+from pydantic import Field, model_validator
+
+from gearplay.model.geometry import ADDENDUM, POSITION_TOLERANCE, place_words
+from gearplay.parts.mesh.schema import (
+    FRICTION_SPEED,
+    Damping,
+    ErrorTerm,
+    Mesh,
+    Module,
+    PlanetMesh,
+    PressureAngle,
+    Stiffness,
+)
+from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
+from gearplay.parts.rotor.gear import Runout
+from gearplay.parts.rotor.schema import Coordinate, Rotor, SpeedDrive
+from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.support.schema import Support
+from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse
+from gearplay.vocabulary import quantities as q
+
+FIT: Final = 1e-6
+"""Part of a tooth by which a planet may be off where teeth mesh."""
+
+MEMBERS: Final = ("sun", "ring", "carrier")
+SHARED: Final = (
+    "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
+)  # fmt: skip
+"""Fields that every mesh of a set has of it."""
+
+
+class Planetary(Part):
+    """A planetary set: sun, planets on a carrier, ring.
+
+    It stands for the rotors ``NAME.sun``, ``NAME.ring``, ``NAME.carrier`` and ``NAME.planet1`` ..., the pins of the planets on
+    the carrier (sleeves by `pin`, or elastic supports by `support`) and the meshes of every planet with sun and ring. The
+    member with a drive is the input: from it power goes through the planets to the other side.
+    """
+
+    module: Module
+    pressure_angle: PressureAngle = math.radians(20.0)
+    backlash: Annotated[
+        float,
+        Measure(
+            q.LENGTH, "total backlash, normal, of every mesh at nominal centre distance", ge=0.0, le=10.0
+        ),
+    ]
+    stiffness: Annotated[Stiffness | None, Field(description="of both kinds of mesh")] = None
+    sun_planet: Annotated[Stiffness | None, Field(description="stiffness of the sun's meshes")] = None
+    planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
+    damping: Damping = Damping()
+    transmission_error: Annotated[
+        tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error of every mesh")
+    ] = ()
+    friction_coefficient: Annotated[
+        float, Measure(None, "coefficient of friction of the teeth", ge=0.0, le=1.0)
+    ] = 0.0
+    friction_speed: Annotated[
+        float, Measure(q.SPEED, "sliding speed of the flanks from which on friction is full", gt=0.0)
+    ] = FRICTION_SPEED
+    sun: Toothed
+    planets: Planets
+    ring: Toothed
+    carrier: Member
+    pin: Annotated[Sleeve | None, Field(description="sleeve of every planet on its pin")] = None
+    support: Annotated[Support | None, Field(description="elastic pin of every planet, instead")] = None
+    pin_errors: Annotated[tuple[PinError, ...], Listed(0, 24, "pins that are off their place")] = ()
+    eccentricities: Annotated[tuple[Eccentricity, ...], Listed(0, 24, "planets with their own runout")] = ()
+    position: Annotated[
+        tuple[Coordinate, Coordinate],
+        Listed(2, 2, "centre of the set"),
+        Field(exclude_if=lambda at: not any(at)),
+    ] = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Planetary:
+        refuse(self._problems())
+        return self
+
+    @property
+    def center_distance(self) -> float:
+        """Distance [m] of the planets' centres from that of the set."""
+        return 0.5 * self.module * (self.sun.teeth + self.planets.teeth)
+
+    @property
+    def input(self) -> Literal["sun", "ring", "carrier"]:
+        """The member that drives: with a drive that turns it; the sun where none has."""
+        for name in MEMBERS:
+            drive = getattr(self, name).drive
+            if drive is not None and not (isinstance(drive, SpeedDrive) and drive.speed == 0.0):
+                return name
+        return "sun"
+
+    def _problems(self) -> Iterator[Problem]:
+        for kind in ("sun_planet", "planet_ring"):
+            if self.stiffness is None and getattr(self, kind) is None:
+                rule = "is required, or stiffness for both kinds of mesh"
+                yield Problem((kind,), rule, "Give one")
+            if self.stiffness is not None and getattr(self, kind) is not None:
+                yield Problem((kind,), "must not be given beside stiffness", "Remove one of the two")
+        if (self.pin is None) == (self.support is None):
+            rule = "is required, or support" if self.pin is None else "must not be given beside support"
+            yield Problem(("pin",), rule, "Say how the planets sit on their pins")
+        for part in ("pin", "support"):
+            held = getattr(self, part)
+            if held is not None and held.on is not None:
+                yield Problem((part, "on"), "must not be given: pins are on the carrier", "Remove it")
+            if held is not None and any(held.offset):
+                yield Problem((part, "offset"), "must not be given for all pins at once", "Use pin_errors")
+        if self.support is not None and self.support.stiffness is None:
+            yield Problem(("support", "stiffness"), "is required of a pin", "Give it along both axes")
+        if self.sun_planet or self.planet_ring or self.stiffness:
+            yield from problems_of(
+                lambda: self._mesh(driver="sun", driven="planet", stiffness=self._stiffness("sun"))
+            )
+        yield from self._misfits()
+        for field in ("pin_errors", "eccentricities"):
+            named = [entry.planet for entry in getattr(self, field)]
+            for k, planet in enumerate(named):
+                if planet > self.planets.count:
+                    rule = f"must be at most {self.planets.count}, the number of planets"
+                    yield Problem((field, k, "planet"), rule, "Correct it")
+                elif planet in named[:k]:
+                    yield Problem((field, k, "planet"), "must not be named twice", "Remove one of the two")
+
+    def _misfits(self) -> Iterator[Problem]:
+        """Find what cannot be assembled: centre distances, spacing, planets that touch."""
+        z_s, z_p, z_r = self.sun.teeth, self.planets.teeth, self.ring.teeth
+        if z_r != z_s + 2 * z_p:
+            rule = (
+                f"must be {z_s + 2 * z_p}, since the planets are {z_s} + {z_p} = {z_s + z_p} half modules from the sun's centre "
+                f"and {z_r} - {z_p} = {z_r - z_p} from the ring's"
+            )
+            yield Problem(("ring", "teeth"), rule, "Correct a number of teeth: ring = sun + 2 x planet")
+            return
+        planets, count = self.planets, self.planets.count
+        if planets.angles is not None and len(planets.angles) != count:
+            rule = f"must have {count} items, one for each planet"
+            yield Problem(("planets", "angles"), rule, "Add or remove items, or correct count")
+            return
+        teeth = z_s + z_r
+        if planets.angles is None:
+            if teeth % count:
+                rule = (
+                    f"must divide the teeth of sun and ring, {z_s} + {z_r} = {teeth}, for equal spacing; "
+                    f"{teeth}/{count} = {teeth / count:.6g}"
+                )
+                near = [n for n in range(1, 25) if teeth % n == 0]
+                cure = f"Choose of {', '.join(map(str, near))} planets, other teeth, or give angles"
+                yield Problem(("planets", "count"), rule, cure)
+                return
+        else:
+            radius = 0.5 * self.module * (z_s + z_p)
+            for k, angle in enumerate(planets.angles):
+                steps = (angle - planets.angles[0]) * teeth / (2.0 * math.pi)
+                off = abs(steps - round(steps))
+                if off > FIT and off * 2.0 * math.pi / teeth * radius > POSITION_TOLERANCE:
+                    fit = math.degrees(planets.angles[0] + round(steps) * 2.0 * math.pi / teeth)
+                    rule = (
+                        f"must be a whole number of steps of 360/({z_s} + {z_r}) = {360.0 / teeth:.6g} deg "
+                        f"from planet 1, so that teeth mesh; it is {steps:.6g}"
+                    )
+                    place = place_words(
+                        radius * math.cos(math.radians(fit)), radius * math.sin(math.radians(fit))
+                    )
+                    cure = f"The nearest is {fit:.10g} deg, its centre at {place} from the sun's"
+                    yield Problem(("planets", "angles", k), rule, cure)
+        tips = self.module * (z_p + 2.0 * ADDENDUM)
+        places = sorted(angle % (2.0 * math.pi) for angle in planets.directions)
+        gaps = [
+            later - earlier
+            for earlier, later in zip(places, [*places[1:], places[0] + 2.0 * math.pi], strict=True)
+        ]
+        apart = (
+            2.0 * self.center_distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
+        )
+        if apart <= tips:
+            rule = (
+                f"must leave neighbours apart: their centres are {1e3 * apart:.4g} mm apart, their tip diameter is "
+                f"{1e3 * tips:.4g} mm"
+            )
+            at = ("planets", "count") if planets.angles is None else ("planets", "angles")
+            yield Problem(at, rule, "Take fewer planets, or smaller ones")
+
+    def parts(self, name: str) -> tuple[dict[str, Rotor], dict[str, Sleeve], dict[str, Support], list[Mesh]]:
+        """Return the rotors, sleeves and supports by name and the meshes of the expanded set ``name``."""
+        called = {member: f"{name}.{member}" for member in MEMBERS}
+        rotors = {
+            called["sun"]: self.sun.rotor(self.position, teeth=self.sun.teeth, runout=self.sun.runout),
+            called["ring"]: self.ring.rotor(
+                self.position, teeth=self.ring.teeth, internal=True, runout=self.ring.runout
+            ),
+            called["carrier"]: self.carrier.rotor(self.position),
+        }
+        members = {member: getattr(self, member) for member in MEMBERS}
+        sleeves = {called[m]: part.sleeve for m, part in members.items() if part.sleeve is not None}
+        supports = {called[m]: part.support for m, part in members.items() if part.support is not None}
+        shared = {"mass", "inertia", "teeth", "radial_damping", "load", "material", "temperature"}
+        runouts = {entry.planet: entry for entry in self.eccentricities}
+        errors = {entry.planet: entry for entry in self.pin_errors}
+        names = [f"{name}.planet{k}" for k in range(1, self.planets.count + 1)]
+        for k, (planet, direction) in enumerate(zip(names, self.planets.directions, strict=True), start=1):
+            c, s = math.cos(direction), math.sin(direction)
+            own = runouts.get(k)
+            runout = (
+                Runout(amplitude=own.amplitude, phase=own.phase) if own is not None else self.planets.runout
+            )
+            A = self.center_distance
+            rotors[planet] = Rotor.model_validate(
+                {field: getattr(self.planets, field) for field in shared}
+                | {"position": (self.position[0] + A * c, self.position[1] + A * s), "runout": runout}
+            )
+            off = errors.get(k, PinError(planet=k))
+            place = {
+                "on": called["carrier"],
+                "offset": (off.radial * c - off.tangential * s, off.radial * s + off.tangential * c),
+            }
+            if self.pin is not None:
+                sleeves[planet] = self.pin.model_copy(update=place)
+            if self.support is not None:
+                supports[planet] = self.support.model_copy(update=place)
+        return rotors, sleeves, supports, self._meshes(called, names)
+
+    def _meshes(self, called: Mapping[str, str], planets: list[str]) -> list[Mesh]:
+        # A carrier drives the planets along the member that stands still; they drive the other one.
+        along = "sun" if self.sun.stands and not self.ring.stands else "ring"
+        first = along if self.input == "carrier" else self.input
+        last = "ring" if first == "sun" else "sun"
+        # A planet's two flanks are half a pitch apart, and so are tooth and gap on opposite sides of an odd one.
+        half_pitch = math.pi if self.planets.teeth % 2 == 0 else 0.0
+        return [
+            self._mesh(
+                driver=called[first] if incoming else planet,
+                driven=planet if incoming else called[last],
+                stiffness=self._stiffness(first if incoming else last),
+                phase=0.0 if incoming else half_pitch,
+            )
+            for incoming in (True, False)
+            for planet in planets
+        ]
+
+    def _stiffness(self, member: str) -> object:
+        """Return the stiffness of the meshes with the sun, or with the ring."""
+        return self.stiffness or (self.sun_planet if member == "sun" else self.planet_ring)
+
+    def _mesh(self, **own: object) -> Mesh:
+        shared = {name: getattr(self, name) for name in SHARED}
+        return PlanetMesh.model_validate(shared | own)

@@ -1,0 +1,139 @@
+"""Protocol of the parts of a case that hold or connect rotors: the questions, each with a default.
+
+A kind of part is a folder: its fields and the answers to these questions (``schema``), its law (`gearplay.integrate.dispatch` has
+the questions of the kernels). `gearplay.parts.tables` lists the tables and lists of a case that hold parts.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from gearplay.parts.assembly import Assembly
+from gearplay.parts.rotor.schema import Rotor
+from gearplay.schema.fields import Part
+from gearplay.schema.finding import Finding
+
+
+@dataclass(frozen=True)
+class Packing:
+    """A mechanism being packed: its elements so far, and its rotors, which parts are added to.
+
+    Parameters
+    ----------
+    assembly
+        Elements, in the order of their kinds.
+    bodies
+        Rotors by name, in the order of the state.
+    records
+        Their packed records, in the same order.
+    centres
+        Nominal centres [m], by rotor.
+    as_published
+        Whether the equations are those of Han et al. 2021 as printed.
+
+    """
+
+    assembly: Assembly
+    bodies: Mapping[str, Rotor]
+    records: Sequence[Any]
+    centres: Mapping[str, tuple[float, float]]
+    as_published: bool
+
+    def place(self, name: str | None) -> int:
+        """Return the index of a rotor, -1 for the ground."""
+        return -1 if name is None else list(self.bodies).index(name)
+
+    def arm(self, name: str, on: str | None) -> tuple[float, float]:
+        """Return the vector [m] from the centre of a carrier to that of a rotor; 0 on the ground."""
+        if on is None:
+            return 0.0, 0.0
+        (x, y), (x_0, y_0) = self.centres[name], self.centres[on]
+        return x - x_0, y - y_0
+
+
+class Holder(Part):
+    """Base of parts that hold one rotor each, whose name is theirs: plain bearings (sleeves), supports.
+
+    ``kind`` is that of its elements, ``noun`` what a carrier carries, ``has_clearance`` whether the centre moves in a clearance.
+    """
+
+    kind: ClassVar[int]
+    noun: ClassVar[str]
+    has_clearance: ClassVar[bool] = False
+    if TYPE_CHECKING:
+        on: str | None
+        offset: tuple[float, float]
+
+    def frees_centre(self) -> bool:
+        """Return whether the rotor's centre can move in it."""
+        return True
+
+    def clearance(self) -> float | None:
+        """Return the radius [m] of the circle in which the centre moves freely; None for a part that is no bush."""
+        return None
+
+    def holds_rotation(self) -> bool:
+        """Return whether a spring holds the rotation."""
+        return False
+
+    def dissipates_by_friction(self) -> bool:
+        """Return whether its contacts rub."""
+        return False
+
+    def stores_impact_speeds(self) -> bool:
+        """Return whether forces depend on the speed at which a contact began."""
+        return False
+
+    @abstractmethod
+    def pack(self, packing: Packing, name: str, damping: float) -> None:
+        """Add its element to a mechanism, with further ``damping`` [N s/m] of the centre's motion relative to its carrier."""
+
+    def at_temperature(self, path: str, journal: float, bush: float) -> Self:
+        """Return the part with factors on the lengths of its rotor and of what carries it; ``path`` is its own, for errors."""
+        return self
+
+    def thermal_change(self, hot: Self) -> tuple[str, str] | None:
+        """Return a field and a text on its change at temperature; None where it keeps its lengths."""
+        return None
+
+    def time_invariant(self) -> Self:
+        """Return the part without what dissipates or varies in its contacts, for a linear system."""
+        return self
+
+    def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
+        """Yield findings; ``held`` is whether the centre cannot move, ``alone`` whether no other part holds the rotor."""
+        return iter(())
+
+
+class Joint(Part):
+    """Base of parts that connect rotors: couplings."""
+
+    kind: ClassVar[int]
+
+    @property
+    @abstractmethod
+    def label(self) -> str:
+        """Name in results."""
+
+    @abstractmethod
+    def named_rotors(self) -> Mapping[str, str]:
+        """Return the rotors that it names, by field."""
+
+    def rolling(self) -> Mapping[str, float]:
+        """Return factors c of rotors' rotations with sum c theta = 0 where nothing is strained; empty for none."""
+        return {}
+
+    def shared_axis(self) -> Sequence[str]:
+        """Return the rotors whose nominal centres are one point; empty for none."""
+        return ()
+
+    @abstractmethod
+    def pack(self, packing: Packing) -> None:
+        """Add its element to a mechanism."""
+
+    def findings(self, path: str, *, held: bool) -> Iterator[Finding]:
+        """Yield findings; ``held`` is whether no centre of its rotors can move."""
+        return iter(())

@@ -1,0 +1,49 @@
+"""Registry of the kinds of elements: the only list of them.
+
+A kind is a module with its record, the sizes of its entries and its laws, under the names of the functions in
+`gearplay.integrate.dispatch`, which calls them. Its constant ``KIND`` is its place in this list.
+"""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+from gearplay.parts.coupling import law as coupling
+from gearplay.parts.drive import excitation, positioner, servo
+from gearplay.parts.housing import law as housing
+from gearplay.parts.mesh import law as mesh
+from gearplay.parts.sleeve import law as sleeve
+from gearplay.parts.support import law as support
+
+SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
+SUPPORT, EXCITATION, HOUSING, POSITIONER = support.KIND, excitation.KIND, housing.KIND, positioner.KIND
+
+CONSTANTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of element, by the name of its dimension in results, and its module."""
+
+    name: str
+    file: ModuleType
+
+    def __post_init__(self) -> None:
+        missing = [word for word in CONSTANTS if not hasattr(self.file, word)]
+        if missing:
+            raise TypeError(f"{self.file.__name__} lacks {', '.join(missing)}")
+
+
+KINDS = (
+    Kind("servo", servo),
+    Kind("sleeve", sleeve),
+    Kind("mesh", mesh),
+    Kind("coupling", coupling),
+    Kind("support", support),
+    Kind("excitation", excitation),
+    Kind("base", housing),
+    Kind("positioner", positioner),
+)
+if [kind.file.KIND for kind in KINDS] != list(range(len(KINDS))):
+    raise TypeError("KIND of each module must be its place in KINDS")
+SIGNAL_COUNTS = tuple(len(kind.file.SIGNALS) for kind in KINDS)
+"""Number of signals of an element, by its kind."""

@@ -1,0 +1,1 @@
+"""A rotor: a planar rigid body with its gears."""

@@ -1,0 +1,251 @@
+"""Rotors: planar rigid bodies with drive, load and initial state."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, Tag, model_validator
+
+from gearplay.parts.drive.terms import Table, Terms
+from gearplay.parts.environment import Material, Temperature
+from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth
+from gearplay.parts.rotor.unbalance import Unbalance
+from gearplay.schema.fields import (
+    ByKind,
+    Counted,
+    FrozenTable,
+    Listed,
+    Measure,
+    Name,
+    Part,
+    Problem,
+    RotorName,
+    is_absent,
+    refuse,
+)
+from gearplay.vocabulary import quantities as q
+
+Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
+Ramp = Annotated[
+    float, Measure(q.TIME, "time of constant acceleration from start_speed; 0 starts at speed", ge=0.0)
+]
+StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp begins")]
+Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
+
+
+class Weight(Measure):
+    """A mass or a moment of inertia: 0, or large enough to divide by."""
+
+    def _within(self, value: float, *, text: bool = False) -> float:
+        value = super()._within(value, text=text)
+        return value and Measure(self.quantity, self.about, gt=0.0)._within(value, text=text)
+
+
+class RippleTerm(Part):
+    """One term ``amplitude sin(order speed t + phase)`` of a drive's ripple, relative to its speed."""
+
+    order: Annotated[
+        int, Field(ge=1, le=64, description="order: periods per revolution at the nominal speed")
+    ]
+    amplitude: Annotated[
+        float, Measure(q.RATIO, "amplitude (half peak to peak) over the speed", ge=0.0, le=0.5)
+    ]
+    phase: Annotated[float, Measure(q.ANGLE, "phase at t = 0")] = 0.0
+
+
+class SpeedDrive(Part):
+    """Prescribed rotation: ``theta = speed t`` after the ramp from ``start_speed``, or the integral of a speed that ripples."""
+
+    kind: Literal["speed"] = "speed"
+    speed: Speed
+    ramp: Ramp = 0.0
+    start_speed: StartSpeed = 0.0
+    ripple: Annotated[tuple[RippleTerm, ...], Listed(0, 8, "terms of the ripple of the speed")] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> SpeedDrive:
+        problems = []
+        total = sum(term.amplitude for term in self.ripple)
+        if total >= 1.0:
+            rule = f"must have amplitudes that add up to less than 1, lest the shaft reverse; they make {total:.4g}"
+            problems.append(Problem(("ripple",), rule, "Lower the amplitudes"))
+        if self.ripple and self.ramp > 0.0:
+            rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
+            problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
+        refuse([*problems, *_start_problems(self.start_speed, self.ramp)])
+        return self
+
+    @property
+    def starting_factor(self) -> float:
+        """Speed at t = 0 over ``speed``, by the phases of the ripple."""
+        return 1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple)
+
+
+class TorqueDrive(Part):
+    """Constant torque, terms that vary and a table over time, which add up."""
+
+    kind: Literal["torque"] = "torque"
+    torque: Annotated[float, Measure(q.TORQUE, "driving torque, counter-clockwise positive")]
+    terms: Terms = ()
+    table: Table = None
+
+
+class ServoDrive(Part):
+    """Speed loop with a torque limit: ``T = kp (target - omega) + ki integral``."""
+
+    kind: Literal["servo"] = "servo"
+    speed: Speed
+    proportional_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the speed error", gt=0.0)]
+    integral_gain: Annotated[float, Measure(q.ROTATIONAL_STIFFNESS, "gain on its integral", ge=0.0)]
+    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
+    ramp: Ramp = 0.0
+    start_speed: StartSpeed = 0.0
+
+    @model_validator(mode="after")
+    def _check(self) -> ServoDrive:
+        refuse(_start_problems(self.start_speed, self.ramp))
+        return self
+
+
+class PositionDrive(Part):
+    """Position loop with a torque limit: ``T = kp (angle - theta) + ki integral - kd omega``, of the rotor itself or of a sensor.
+
+    Where the sensor's rotor turns against this one the torque has the other sign. With a ``sample_time`` the torque is computed
+    at t = 0 and then once in that time, and held.
+    """
+
+    kind: Literal["position"] = "position"
+    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    proportional_gain: Annotated[
+        float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the error of the angle", gt=0.0)
+    ]
+    derivative_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the sensor's speed", ge=0.0)] = 0.0
+    integral_gain: Annotated[float, Measure(q.INTEGRAL_GAIN, "gain on the integral of the error", ge=0.0)] = (
+        0.0
+    )
+    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
+    sensor: (
+        Annotated[RotorName, Field(description="rotor whose angle is measured; this one if not given")] | None
+    ) = None
+    sample_time: Annotated[
+        float, Measure(q.TIME, "time between samples of the control; 0 for a continuous one", ge=0.0)
+    ] = 0.0
+
+
+def _start_problems(start_speed: float, ramp: float) -> list[Problem]:
+    if start_speed == 0.0 or ramp > 0.0:
+        return []
+    rule = "must be 0 for a drive without a ramp, which starts at its speed"
+    return [Problem(("start_speed",), rule, "Give the ramp's time, or remove it")]
+
+
+Drive = Annotated[
+    Annotated[SpeedDrive, Tag("kind:speed")]
+    | Annotated[TorqueDrive, Tag("kind:torque")]
+    | Annotated[ServoDrive, Tag("kind:servo")]
+    | Annotated[PositionDrive, Tag("kind:position")],
+    ByKind("speed", "torque", "servo", "position"),
+]
+
+
+class Load(Part):
+    """What holds a rotor back: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
+
+    torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
+    terms: Terms = ()
+    table: Table = None
+    drag: Annotated[float, Measure(q.ROTATIONAL_DRAG, "viscous drag", ge=0.0)] = 0.0
+    friction: Annotated[float, Measure(q.TORQUE, "dry friction torque", ge=0.0)] = 0.0
+    friction_speed: Annotated[
+        float, Measure(q.ANGULAR_SPEED, "speed within which dry friction is smoothed", gt=0.0)
+    ] = 0.01
+
+
+class Initial(Part):
+    """State at the start; rotations that are not given put drive flanks into touch, speeds that are not given match.
+
+    The order of tables does not matter. Given rotations and speeds are kept; see Starts in the conventions.
+    """
+
+    x: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along x")] = 0.0
+    y: Annotated[float, Measure(q.LENGTH, "displacement from the nominal centre along y")] = 0.0
+    vx: Annotated[float, Measure(q.SPEED, "velocity along x")] = 0.0
+    vy: Annotated[float, Measure(q.SPEED, "velocity along y")] = 0.0
+    theta: Annotated[float, Measure(q.ANGLE, "rotation")] | None = None
+    omega: Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation")] | None = None
+
+
+class Rotor(Part):
+    """A planar rigid body: a gear, a ring, a carrier, a shaft with several gears or a plain disc."""
+
+    teeth: Teeth | None = None
+    internal: Internal = False
+    mass: Annotated[
+        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+    ]
+    inertia: Annotated[
+        float,
+        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
+    ]
+    drive: Drive | None = None
+    load: Load = Load()
+    position: (
+        Annotated[tuple[Coordinate, Coordinate], Listed(2, 2, "nominal centre; from the meshes if not given")]
+        | None
+    ) = None
+    initial: Initial = Initial()
+    radial_damping: Annotated[
+        float,
+        Measure(q.DAMPING, "viscous damping of the centre's motion, beside its pin if it is carried", ge=0.0),
+    ] = 0.0
+    floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = (
+        False
+    )
+    runout: Runout = Runout()
+    unbalance: Annotated[Unbalance | None, Field(exclude_if=is_absent)] = None
+    material: Annotated[Material | None, Field(description="what it is made of", exclude_if=is_absent)] = None
+    temperature: Annotated[Temperature | None, Field(exclude_if=is_absent)] = None
+    gears: Annotated[
+        dict[Name, Gear],
+        Field(description="gears of a shaft by name, instead of teeth, internal and runout"),
+        Counted(0, 20),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+
+    @model_validator(mode="after")
+    def _check(self) -> Rotor:
+        problems = []
+        if isinstance(self.drive, SpeedDrive):
+            for name in ("theta", "omega"):
+                if getattr(self.initial, name) is not None:
+                    rule = "must not be given for a rotor whose drive prescribes its rotation"
+                    problems.append(
+                        Problem(("initial", name), rule, "Remove it, or use a torque or servo drive")
+                    )
+        if self.gears:
+            for name, unused in (("teeth", None), ("internal", False), ("runout", Runout())):
+                if getattr(self, name) != unused:
+                    rule = "must not be given beside gears, each of which has its own"
+                    problems.append(Problem((name,), rule, "Write it into one of the gears"))
+        elif self.internal and self.teeth is None:
+            problems.append(
+                Problem(("teeth",), "is required for an internal gear", "Give the number of teeth")
+            )
+        if self.unbalance is not None and self.unbalance.amount**2 >= self.mass * self.inertia:
+            rule = "must be less than sqrt(mass inertia), since the inertia about the axis includes it"
+            problems.append(Problem(("unbalance", "amount"), rule, "Check unbalance, mass and inertia"))
+        refuse(problems)
+        return self
+
+    def gear(self, name: str) -> Gear | Rotor:
+        """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.
+
+        Raises ``KeyError`` for a name that it has not, ``ValueError`` for "" where it has several.
+        """
+        if name:
+            return self.gears[name]
+        if not self.gears:
+            return self
+        (gear,) = self.gears.values()
+        return gear

@@ -1,0 +1,1 @@
+"""A plain bearing (sleeve): a journal in a bush with radial clearance."""

@@ -1,0 +1,356 @@
+"""A sleeve: a journal in a bush with radial clearance, on the ground or on another rotor (docs/theory, section 3).
+
+One contact. Where the bush is carried, ``damping`` acts between journal and bush, touching or not.
+"""
+
+import math
+from typing import Any
+
+from gearplay.kernels.advancement import (
+    PASSES,
+    RESOLUTION,
+    STAYS_OPEN,
+    TOUCHES,
+    open_span,
+    rotor_bounds,
+)
+from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.carrier_motion import carried
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.layout import (
+    FORCE,
+    FORCE_X,
+    FORCE_Y,
+    LOADED,
+    MARGIN,
+    OPEN,
+    PENETRATION,
+    RATE,
+    Branch,
+    Loads,
+    System,
+    impact_speed_at,
+    omega_of,
+    spin_of,
+    theta_of,
+    turn_of,
+    vx_of,
+    vy_of,
+    x_of,
+    y_of,
+)
+from gearplay.kernels.sample_block import place_rotor
+from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
+from gearplay.parts.sleeve.force import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
+
+__all__ = ["KIND", "RECORD", "SIGNALS"]
+MEMORY: tuple[float, ...] = ()
+MODES = 0
+PER_CONTACT = 2  # switches: touch, pull
+
+# Slots of the scratch: penetration [m], its rate [m/s], direction u, sliding speed [m/s], the bush's arm on its carrier [m],
+# velocity [m/s] of the journal's centre against the bush, its part across u.
+DELTA, DELTA_RATE, U_X, U_Y, SLIDING, ARM_X, ARM_Y, V_X, V_Y, ACROSS = range(10)
+
+
+@compiled_inline
+def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) -> None:
+    """Fill ``out`` with the kinematics of sleeve n at state y.
+
+    Equations (1), (2): e is the journal's displacement in the bush, delta = |e| - c. A bush on a carrier turns with it.
+    """
+    sleeve = system.records[KIND][n]
+    j = sleeve.journal
+    e_x, e_y = y[x_of(j)] - sleeve.misplaced_x, y[y_of(j)] - sleeve.misplaced_y
+    v_x, v_y = y[vx_of(system, j)], y[vy_of(system, j)]
+    arm_x, arm_y, bush_spin = 0.0, 0.0, 0.0
+    if sleeve.bush >= 0:
+        i = sleeve.bush
+        turn = turn_of(system, i, t, y)
+        bush_spin = spin_of(system, i, y)
+        shift_x, shift_y, _, _ = carried(turn, sleeve.offset_x, sleeve.offset_y)
+        arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
+        e_x -= y[x_of(i)] + shift_x
+        e_y -= y[y_of(i)] + shift_y
+        v_x -= y[vx_of(system, i)] - bush_spin * arm_y
+        v_y -= y[vy_of(system, i)] + bush_spin * arm_x
+    length = math.sqrt(e_x * e_x + e_y * e_y)
+    u_x, u_y = (e_x / length, e_y / length) if length > 0.0 else (1.0, 0.0)
+    out[DELTA] = length - sleeve.clearance
+    out[DELTA_RATE] = v_x * u_x + v_y * u_y
+    out[U_X], out[U_Y] = u_x, u_y
+    spin = spin_of(system, j, y)
+    out[SLIDING] = (
+        -v_x * u_y
+        + v_y * u_x
+        + spin * sleeve.shaft_radius
+        - bush_spin * (sleeve.shaft_radius + sleeve.clearance)
+    )
+    out[ARM_X], out[ARM_Y] = arm_x, arm_y
+    out[V_X], out[V_Y] = v_x, v_y
+    out[ACROSS] = -v_x * u_y + v_y * u_x
+
+
+@compiled_inline
+def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Do what `contact_kinematics` does; return the tangential force [N] on the journal."""
+    contacts, out = loads.contacts, loads.out
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    sleeve_geometry(system, n, t, y, out)
+    delta, rate = out[DELTA], out[DELTA_RATE]
+    normal, margin = sleeve_force(sleeve, delta, rate, branch.impact_speeds[sleeve.impact_slot])
+    contacts[k, PENETRATION], contacts[k, RATE], contacts[k, MARGIN] = delta, rate, margin
+    f_x, f_y, tangential = 0.0, 0.0, 0.0
+    if branch.modes[k] == LOADED:
+        if sleeve.friction > 0.0:
+            tangential = -sleeve.friction * normal * smooth_sign(out[SLIDING] / sleeve.friction_speed)
+        f_x = -normal * out[U_X] - tangential * out[U_Y]
+        f_y = -normal * out[U_Y] + tangential * out[U_X]
+    else:
+        normal = 0.0
+    if sleeve.damping > 0.0:
+        f_x -= sleeve.damping * out[V_X]
+        f_y -= sleeve.damping * out[V_Y]
+    contacts[k, FORCE], contacts[k, FORCE_X], contacts[k, FORCE_Y] = normal, f_x, f_y
+    return tangential
+
+
+@compiled_inline
+def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
+    """Fill sleeve n's row of the contact table at (t, y); return 0."""
+    _press(system, n, t, y, branch, loads)
+    return 0
+
+
+@compiled_inline
+def apply_forces(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
+) -> int:
+    """Add sleeve n's forces to the sums on its rotors, its row of the contact table filled; return 0."""
+    tangential = _press(system, n, t, y, branch, loads)
+    out, force = loads.out, loads.rotors
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    if branch.modes[k] != LOADED and sleeve.damping == 0.0:
+        return 0
+    f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+    j = sleeve.journal
+    force[j, 0] += f_x
+    force[j, 1] += f_y
+    force[j, 2] += sleeve.shaft_radius * tangential
+    if sleeve.bush >= 0:
+        b = sleeve.bush
+        force[b, 0] -= f_x
+        force[b, 1] -= f_y
+        force[b, 2] -= out[ARM_X] * f_y - out[ARM_Y] * f_x
+        force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
+    return 0
+
+
+@compiled_once
+def stay_open(
+    system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
+) -> tuple[int, float]:
+    """Return what sleeve n's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
+
+    Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
+    """
+    sleeve = system.records[KIND][n]
+    sleeve_geometry(system, n, t, y, out)
+    delta, rate = out[DELTA], out[DELTA_RATE]
+    c = sleeve.clearance
+    if delta >= 0.0 and rate > 0.0:
+        return TOUCHES, 0.0
+    a, _, _ = rotor_bounds(system, sleeve.journal, t, y, branch)
+    arm, b_a, b_alpha, b_spin = 0.0, 0.0, 0.0, 0.0
+    if sleeve.bush >= 0:
+        b_a, b_alpha, b_spin = rotor_bounds(system, sleeve.bush, t, y, branch)
+        arm = math.sqrt(sleeve.offset_x * sleeve.offset_x + sleeve.offset_y * sleeve.offset_y)
+    speed = math.sqrt(rate * rate + out[ACROSS] * out[ACROSS])
+    q, q_rate = min(delta, 0.0) * (delta + 2.0 * c), 2.0 * (delta + c) * rate
+    slack = RESOLUTION * system.contacts[sleeve.contact].natural
+    over, best = longest, 0.0
+    for _ in range(PASSES):
+        spin = b_spin + b_alpha * over
+        pull = a + b_a + arm * (spin * spin + b_alpha)
+        fastest = speed + pull * over
+        curvature = 2.0 * (fastest * fastest + c * pull)
+        span = open_span(q - 2.0 * slack * c, q_rate, curvature)
+        if span >= over:
+            return STAYS_OPEN, over
+        best = max(best, span)
+        over = max(math.sqrt(over * span), span)
+    return STAYS_OPEN, best
+
+
+# Columns of a sleeve's row of slopes: geometry, force and its derivatives by penetration, rate and stored speed; friction.
+S_U_X, S_U_Y, INV_L, V_U, V_N, S_ARM_X, S_ARM_Y, SPIN = range(8)
+N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(8, 17)
+SLOPES = 17
+
+
+@compiled_once
+def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
+    """Fill sleeve n's row of slopes at (t, y), the exact derivative of `apply_forces` on a fixed mode; return 0."""
+    _press(system, n, t, y, branch, loads)
+    out = loads.out
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    delta, rate, u_x, u_y = out[DELTA], out[DELTA_RATE], out[U_X], out[U_Y]
+    length = delta + sleeve.clearance
+    row[S_U_X], row[S_U_Y], row[V_U], row[V_N] = u_x, u_y, rate, out[ACROSS]
+    row[INV_L] = 1.0 / length if length > 0.0 else 0.0
+    row[S_ARM_X], row[S_ARM_Y], row[SPIN] = out[ARM_X], out[ARM_Y], 0.0
+    if sleeve.bush >= 0:
+        row[SPIN] = spin_of(system, sleeve.bush, y)
+    for c in range(N, SLOPES):
+        row[c] = 0.0
+    if branch.modes[k] == LOADED:
+        v_in = branch.impact_speeds[sleeve.impact_slot]
+        row[N] = loads.contacts[k, FORCE]
+        row[N_D], row[N_R], row[N_V] = sleeve_force_slopes(sleeve, delta, rate, v_in)
+        if sleeve.friction > 0.0:
+            u = out[SLIDING] / sleeve.friction_speed
+            row[DRAG_N] = -sleeve.friction * smooth_sign(u)
+            row[DRAG] = row[DRAG_N] * row[N]
+            row[DRAG_S] = -sleeve.friction * row[N] * smooth_sign_slope(u) / sleeve.friction_speed
+    row[F_X], row[F_Y] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+    return 0
+
+
+@compiled_inline
+def _motion_change(sleeve: Any, system: System, row: Floats, z: Floats) -> tuple[float, float, float, float]:
+    """Return what a change z of the state changes in the journal's displacement [m] and velocity [m/s] in the bush."""
+    j = sleeve.journal
+    e_x, e_y, v_x, v_y = z[x_of(j)], z[y_of(j)], z[vx_of(system, j)], z[vy_of(system, j)]
+    if sleeve.bush >= 0:
+        b = sleeve.bush
+        turn, spin = z[theta_of(b)], z[omega_of(system, b)]
+        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+        e_x -= z[x_of(b)] - arm_y * turn
+        e_y -= z[y_of(b)] + arm_x * turn
+        v_x -= z[vx_of(system, b)] - arm_y * spin - row[SPIN] * arm_x * turn
+        v_y -= z[vy_of(system, b)] + arm_x * spin - row[SPIN] * arm_y * turn
+    return e_x, e_y, v_x, v_y
+
+
+@compiled_once
+def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
+    """Return what a change z changes in sleeve n's penetration [m] and its rate [m/s], and that rate."""
+    sleeve = system.records[KIND][n]
+    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
+    u_x, u_y = row[S_U_X], row[S_U_Y]
+    turn = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
+    return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * turn, row[V_U]
+
+
+@compiled_once
+def add_change(
+    system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
+) -> None:
+    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and stored speeds changes in sleeve n's forces."""
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    loaded = branch.modes[k] == LOADED
+    if not loaded and sleeve.damping == 0.0:
+        return
+    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
+    j, b, R = sleeve.journal, sleeve.bush, sleeve.shaft_radius
+    f_x, f_y, pull = 0.0, 0.0, 0.0
+    if loaded:
+        u_x, u_y = row[S_U_X], row[S_U_Y]
+        turn = (-e_x * u_y + e_y * u_x) * row[INV_L]
+        delta = e_x * u_x + e_y * u_y
+        rate = v_x * u_x + v_y * u_y + row[V_N] * turn
+        stored = z[impact_speed_at(z, branch.impact_speeds, sleeve.impact_slot)]
+        normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * stored
+        if sleeve.friction > 0.0:
+            sliding = -v_x * u_y + v_y * u_x - row[V_U] * turn + R * z[omega_of(system, j)]
+            if b >= 0:
+                sliding -= (R + sleeve.clearance) * z[omega_of(system, b)]
+            pull = row[DRAG_N] * normal + row[DRAG_S] * sliding
+        # f = -N u + T n with n across u; dn = -u dswing
+        f_x = -normal * u_x - pull * u_y + (row[N] * u_y - row[DRAG] * u_x) * turn
+        f_y = -normal * u_y + pull * u_x - (row[N] * u_x + row[DRAG] * u_y) * turn
+    if sleeve.damping > 0.0:
+        f_x -= sleeve.damping * v_x
+        f_y -= sleeve.damping * v_y
+    force[j, 0] += f_x
+    force[j, 1] += f_y
+    force[j, 2] += R * pull
+    if b >= 0:
+        turn = z[theta_of(b)]
+        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+        force[b, 0] -= f_x
+        force[b, 1] -= f_y
+        force[b, 2] -= arm_x * f_y - arm_y * f_x - turn * (arm_y * row[F_Y] + arm_x * row[F_X])
+        force[b, 2] -= (R + sleeve.clearance) * pull
+
+
+@compiled_once
+def may_return(
+    system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
+    stages: Rows,
+) -> bool:  # fmt: skip
+    """Return whether switch s of sleeve n, not positive at both ends of a step of h [s], may be so in between.
+
+    The margin 1 + a ddelta/v_in follows the rate, whose bow between the ends shows in how far the journal went: a parabola
+    with the ends' rates and their mean stands 3/2 (mean - half their sum) above its chord. Twice that, as no rate is quite a
+    parabola; as printed the margin is a force and is evaluated at the ends alone.
+    """
+    sleeve = system.records[KIND][n]
+    k = sleeve.contact
+    start, end = loads_0.contacts, loads.contacts
+    mean = (end[k, PENETRATION] - start[k, PENETRATION]) / h
+    bow = 1.5 * abs(mean - 0.5 * (start[k, RATE] + end[k, RATE]))
+    at = sleeve.switch + s
+    return (
+        max(g_0[at], g_1[at]) + 2.0 * bow * sleeve.dissipation / branch.impact_speeds[sleeve.impact_slot]
+        > 0.0
+    )
+
+
+@compiled_inline
+def _power_loss(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return the power [W] lost in sleeve n: what its forces take from the rotors beyond what its springs store."""
+    sleeve = system.records[KIND][n]
+    tangential, out, k = _press(system, n, t, y, branch, loads), loads.out, sleeve.contact
+    lost = sleeve.damping * (out[V_X] * out[V_X] + out[V_Y] * out[V_Y])
+    if branch.modes[k] != OPEN:
+        elastic, _ = sleeve_force(sleeve, out[DELTA], 0.0, 1.0)
+        lost += (loads.contacts[k, FORCE] - elastic) * out[DELTA_RATE] - tangential * out[SLIDING]
+    return lost
+
+
+@compiled_once
+def observe(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
+) -> None:
+    """Fill sleeve n's signals of a full ``row``; where it acts its row of the contact table is of (t, y)."""
+    sleeve = system.records[KIND][n]
+    at, k = sleeve.signal, sleeve.contact
+    if acting:
+        row[at] = loads.contacts[k, PENETRATION]
+        row[at + 1], row[at + 2] = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
+        row[at + 3] = _power_loss(system, n, t, y, branch, loads)
+        return
+    sleeve_geometry(system, n, t, y, loads.out)
+    row[at], row[at + 1], row[at + 2], row[at + 3] = loads.out[DELTA], 0.0, 0.0, 0.0
+
+
+@compiled_once
+def show_free(
+    system: System, n: int, times: Floats, count: int, free_states: Rows, y: Floats, branch: Branch, scratch_memory: Rows,
+    out: Floats, shown: Rows,
+) -> bool:  # fmt: skip
+    """Fill sleeve n's signals in a block of free motion; return True."""
+    sleeve = system.records[KIND][n]
+    for s in range(count):
+        place_rotor(system, sleeve.journal, free_states, s, y)
+        if sleeve.bush >= 0:
+            place_rotor(system, sleeve.bush, free_states, s, y)
+        sleeve_geometry(system, n, times[s], y, out)
+        shown[0, s], shown[1, s], shown[2, s], shown[3, s] = out[DELTA], 0.0, 0.0, 0.0
+    return True

@@ -1,0 +1,1 @@
+"""An elastic support: linear springs and dampers between a rotor and the ground or a carrier."""

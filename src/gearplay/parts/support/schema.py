@@ -1,0 +1,101 @@
+"""Supports: linear bearings and torsional springs between a rotor and the ground or a carrier."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
+
+from pydantic import Field, model_validator
+
+from gearplay.parts.assembly import blank
+from gearplay.parts.joining import ROTATION
+from gearplay.parts.protocol import Holder, Packing
+from gearplay.parts.support import law
+from gearplay.schema.fields import Listed, Measure, Offset, Problem, RotorName, refuse
+from gearplay.schema.finding import Finding
+from gearplay.vocabulary import quantities as q
+
+Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
+Damping = Annotated[float, Measure(q.DAMPING, "damping along this axis", ge=0.0)]
+
+
+class Support(Holder):
+    """Springs and dampers on a rotor's centre, unstressed at its nominal place, and on its rotation, unstressed at theta = 0.
+
+    ``stiffness`` frees the centre, as a sleeve does, and adds to one. On a carrier x and y are its axes at rotation 0 and turn
+    with it; rates and the angle are relative to it. ``offset`` is its unstressed position relative to the nominal centre.
+    """
+
+    kind: ClassVar[int] = law.KIND
+    noun: ClassVar[str] = "support"
+
+    stiffness: (
+        Annotated[tuple[Stiffness, Stiffness], Listed(2, 2, "stiffness of the centre along x and y")] | None
+    ) = None
+    damping: Annotated[tuple[Damping, Damping], Listed(2, 2, "damping of the centre along x and y")] = (
+        0.0,
+        0.0,
+    )
+    torsional_stiffness: Annotated[
+        float, Measure(q.ROTATIONAL_STIFFNESS, "stiffness against rotation", ge=0.0)
+    ] = 0.0
+    torsional_damping: Annotated[float, Measure(q.ROTATIONAL_DRAG, "damping of the rotation", ge=0.0)] = 0.0
+    on: Annotated[RotorName, Field(description="rotor that carries it; the ground if not given")] | None = (
+        None
+    )
+    offset: Offset = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Support:
+        if not any(
+            (*(self.stiffness or ()), *self.damping, self.torsional_stiffness, self.torsional_damping)
+        ):
+            rule = "must have a stiffness or a damping that is not 0"
+            refuse([Problem((), rule, "Give stiffness, damping, torsional_stiffness or torsional_damping")])
+        return self
+
+    def frees_centre(self) -> bool:
+        """Return whether it has a stiffness along x or y, 0 included."""
+        return self.stiffness is not None
+
+    def holds_rotation(self) -> bool:
+        """Return whether it has a torsional stiffness."""
+        return self.torsional_stiffness > 0.0
+
+    def pack(self, packing: Packing, name: str, damping: float) -> None:
+        """Add its element; on the ground it is a spring of closed-form motion too."""
+        record, body = blank(law.RECORD), packing.bodies[name]
+        record.stiffness_x, record.stiffness_y = self.stiffness or (0.0, 0.0)
+        record.damping_x, record.damping_y = (each + damping for each in self.damping)
+        record.torsional_stiffness = self.torsional_stiffness
+        record.torsional_damping = self.torsional_damping
+        record.journal, record.carrier = packing.place(name), packing.place(self.on)
+        record.offset_x, record.offset_y = packing.arm(name, self.on)
+        record.misplaced_x, record.misplaced_y = self.offset
+        rate = math.sqrt(
+            max(
+                max(record.stiffness_x, record.stiffness_y) / (body.mass or math.inf),
+                record.torsional_stiffness / (body.inertia or math.inf),
+            )
+        )
+        assembly = packing.assembly
+        assembly.add(law.KIND, name, record, [record.journal, record.carrier], always=True, rate=rate)
+        if self.on is None:
+            alone = {record.journal: 1.0}
+            for axis, k, c, rest in (
+                (0, record.stiffness_x, record.damping_x, record.misplaced_x),
+                (1, record.stiffness_y, record.damping_y, record.misplaced_y),
+                (ROTATION, self.torsional_stiffness, self.torsional_damping, 0.0),
+            ):
+                assembly.join(axis, alone, k, c, rest=rest)
+
+    def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
+        """Yield warnings about damping of a held centre, and of a centre without a stiffness."""
+        if any(self.damping) and held:
+            text = "it does nothing, since the centre is held: give the support a stiffness, or the rotor a sleeve"
+            yield Finding("warning", f"{path}.damping", f"{text}.")
+        for axis, stiffness in zip("xy", self.stiffness or (), strict=False):
+            if stiffness == 0.0 and alone:
+                text = f"the centre is free along {axis}: without a stiffness there any force moves it away for good"
+                yield Finding("warning", f"{path}.stiffness", f"{text}.")

@@ -1,0 +1,15 @@
+"""Tables and lists of a case that hold parts, by their names: the only list of them."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from gearplay.parts.coupling.schema import Coupling
+from gearplay.parts.protocol import Holder, Joint
+from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.support.schema import Support
+
+HOLDERS: Final[Mapping[str, type[Holder]]] = MappingProxyType({"sleeves": Sleeve, "supports": Support})
+"""Tables by the names of the rotors that their parts hold."""
+JOINTS: Final[Mapping[str, type[Joint]]] = MappingProxyType({"couplings": Coupling})
+"""Lists of parts that connect rotors."""

@@ -1,0 +1,1 @@
+"""Fields of parts: quantities with units, bounds and messages."""
