@@ -150,7 +150,7 @@ def mesh_at(packed: Packed, j: int, y: Floats, t: float = 0.0) -> Floats:
 
 
 def sleeve_at(packed: Packed, k: int, y: Floats, t: float = 0.0) -> Floats:
-    """Return the kinematics of sleeve k (slots: `kernels.elements.sleeve`)."""
+    """Return the kinematics of sleeve k (slots: `gearplay.parts.sleeve.law`)."""
     out = np.zeros(OUT_SIZE)
     sleeve_geometry(packed.system, k, t, y, out)
     return out

@@ -1,6 +1,5 @@
 """Test-wide settings: depths, one kernel cache named by its source, compiled once for all workers during the first tests."""
 
-import hashlib
 import os
 import shutil
 import subprocess
@@ -14,10 +13,10 @@ from typing import Any
 import pytest
 
 from depth import ALL, FULL, SHARE
+from gearplay.kernels.compiled_files import kernel_digest
 from pictures import faults_of
 
 TESTS = Path(__file__).resolve().parent
-KERNELS = TESTS.parent / "src" / "gearplay" / "kernels"
 ALONE = (
     "acceptance/test_analyze",
     "acceptance/test_damaged",
@@ -54,7 +53,7 @@ finally:
     open({ready!r}, "w").close()
 """
 
-DIGEST = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(KERNELS.rglob("*.py")))).hexdigest()[:16]
+DIGEST = kernel_digest(TESTS.parent / "src" / "gearplay")[:16]
 if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"gearplay-kernels-{DIGEST}")
 

@@ -21,12 +21,21 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
     """Return two discs and a coupling, with or without play, of any ratio, with or without a lateral part."""
     damping = float(rng.choice([0.0, 0.05])) if damped else 0.0
     ratio = float(rng.choice([1.0, -2.0, 0.4]))
+    if not plain and rng.random() < 0.3:  # a spring in stages, its play among them
+        points = [(3e-4, 0.0), (8e-4, 0.1), (2e-3, 0.9)]
+        spring: Document = {
+            "torsional_stiffness": None,
+            "torque": points,
+            "rest_angle": float(rng.normal() * 1e-4),
+        }
+    else:
+        stiffness = float(rng.uniform(50.0, 500.0))
+        spring = {"torsional_stiffness": stiffness, "play": float(rng.choice([0.0, 4e-4, 2e-3]))}
     lateral = {"lateral_stiffness": float(rng.uniform(1e4, 1e6)), "lateral_damping": 400.0 * damping}
     document = shafts(
-        torsional_stiffness=float(rng.uniform(50.0, 500.0)),
         torsional_damping=damping,
-        play=float(rng.choice([0.0, 4e-4, 2e-3])),
         ratio=ratio,
+        **spring,
         **(lateral if ratio == 1.0 and rng.random() < 0.5 else {}),
     )
     for rotor in document["rotors"].values():
@@ -42,10 +51,30 @@ def potential(packed: Packed, y: Floats) -> float:
     total = 0.0
     for n, each in enumerate(packed.system.records[COUPLING]):
         phi, _ = coupling.twist(packed.system, n, 0.0, y)
-        total += 0.5 * each.stiffness * max(abs(phi) - each.half_play, 0.0) ** 2
+        if each.stages:
+            total += stored(packed.system.terms[each.first_stage :][: each.stages], phi - each.rest)
+        else:
+            total += 0.5 * each.stiffness * max(abs(phi) - each.half_play, 0.0) ** 2
         apart = [y[3 * each.a + axis] - y[3 * each.b + axis] for axis in range(2)]
         total += 0.5 * each.lateral_stiffness * (apart[0] ** 2 + apart[1] ** 2)
     return total
+
+
+def stored(stages: Floats, twist: float) -> float:
+    """Return the energy [J] of a spring in stages (twist, torque, stiffness at their start), counted from twist 0."""
+
+    def integral(to: float) -> float:
+        ends = [*stages[1:, 0], math.inf]
+        total = 0.0
+        for (start, torque, k), end in zip(stages, ends, strict=True):
+            first = -math.inf if start == stages[0, 0] else start
+            low, high = max(first, min(0.0, to)), min(end, max(0.0, to))
+            if high > low:
+                area = torque * (high - low) + 0.5 * k * ((high - start) ** 2 - (low - start) ** 2)
+                total += area if to > 0.0 else -area
+        return total
+
+    return integral(twist)
 
 
 def shafts(omega: tuple[float, float] = (0.0, 0.0), theta: float = 0.0, **fields: Any) -> Document:
@@ -116,6 +145,86 @@ def test_play_gives_free_motion_and_impacts_in_closed_form(measured: Measured) -
     difference = float(np.max(np.abs(run.signal("coupling_twist", "one-two") - twist)))
     measured("play: twist [rad]", difference, "1e-9")
     assert difference < 1e-9
+
+
+STAGES = [[0.0, 0.0], [1e-3, 2.0], [4e-3, 20.0]]  # 2000 N m/rad, then 6000
+K_1, K_2, KINK = 2000.0, 6000.0, 1e-3
+
+
+def test_stages_period_of_a_spring_of_two_stages(measured: Measured) -> None:
+    """From rest at an amplitude A: a quarter of a period is the way through both stages, each a cosine of its own."""
+    amplitude, inertia = 3e-3, 1.0 / (1.0 / J_1 + 1.0 / J_2)
+    run = simulate_one(shafts(theta=amplitude, torsional_stiffness=None, torque=STAGES))
+    w_1, w_2 = math.sqrt(K_1 / inertia), math.sqrt(K_2 / inertia)
+    centre = KINK - K_1 * KINK / K_2  # where the second stage alone would have no torque
+    outer = math.acos((KINK - centre) / (amplitude - centre)) / w_2
+    speed = w_2 * math.sqrt((amplitude - centre) ** 2 - (KINK - centre) ** 2)
+    quarter = outer + math.atan(w_1 * KINK / speed) / w_1
+    kinks = [4.0 * quarter * n + sign * outer for n in range(20) for sign in (-1, 1)]
+    kinks += [4.0 * quarter * (n + 0.5) + sign * outer for n in range(20) for sign in (-1, 1)]
+    expected = np.sort([t for t in kinks if 0.0 < t < 0.05])
+    phase = run.time % (4.0 * quarter)
+    phase = np.minimum(phase, 4.0 * quarter - phase)
+    sign = np.where(phase < quarter, 1.0, -1.0)
+    phase = np.minimum(phase, 2.0 * quarter - phase)
+    exact = sign * np.where(
+        phase < outer,
+        centre + (amplitude - centre) * np.cos(w_2 * phase),
+        math.hypot(KINK, speed / w_1) * np.sin(w_1 * (quarter - phase)),
+    )
+    worst = float(np.max(np.abs(run.signal("coupling_twist", "one-two") - exact)))
+    measured(f"spring in stages: twist over {len(expected)} kinks [rad]", worst, "1e-11")
+    assert len(expected) > 30
+    assert worst < 1e-11
+
+
+def test_stages_play_among_them_is_a_coupling_with_play() -> None:
+    """A stage without stiffness and a coupling with play are one motion."""
+    play = 1e-3
+    with_play = simulate_one(shafts(omega=(4.0, -1.0), play=play))
+    points = [[0.5 * play, 0.0], [0.5 * play + 0.01, 0.01 * K]]
+    staged = simulate_one(shafts(omega=(4.0, -1.0), torsional_stiffness=None, torque=points))
+    difference = np.abs(staged.signal("theta", "one") - with_play.signal("theta", "one"))
+    assert np.max(difference) < 1e-10
+
+
+def test_stages_statics_and_modes_at_a_load() -> None:
+    """The twist under a torque is on the curve, about the rest angle; the frequency is that of the stage's stiffness."""
+    for torque, twist, k in ((1.0, 0.5e-3, K_1), (8.0, 2e-3, K_2), (-8.0, -2e-3, K_2), (50.0, 9e-3, K_2)):
+        document = shafts(torsional_stiffness=None, torque=STAGES, rest_angle=2e-4)
+        document["rotors"]["one"] = {
+            "mass": 1.0, "inertia": J_1, "drive": {"kind": "torque", "torque": torque}
+        }  # fmt: skip
+        document["rotors"]["two"] = {
+            "mass": 1.0, "inertia": J_2, "drive": {"kind": "speed", "speed": 0.0}
+        }  # fmt: skip
+        modes = gp.modes(document).ds
+        assert modes["frequency"].values[-1] == pytest.approx(math.sqrt(k / J_1) / (2.0 * math.pi), rel=1e-9)
+        document["couplings"][0]["torsional_damping"] = 2.0 * math.sqrt(k * J_1)
+        settled = simulate_one(document)
+        found = settled.signal("coupling_twist", "one-two")[-1]
+        assert found == pytest.approx(twist + 2e-4, abs=1e-10)
+        assert settled.signal("coupling_torque", "one-two")[-1] == pytest.approx(torque, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"torque": STAGES}, r"torsional_stiffness = 2000\\.0: must not be given beside torque over the twist"),
+        ({"torsional_stiffness": None}, r"torsional_stiffness: is required, or torque over the twist"),
+        ({"torsional_stiffness": None, "torque": STAGES, "play": 1e-3}, r"play = 0\.001: must be 0 with torque"),
+        ({"rest_angle": 1e-3}, r"rest_angle = 0\.001: must be 0 without torque"),
+        ({"torsional_stiffness": None, "torque": [[1e-3, 1.0], [1e-3, 2.0]]}, r"torque\.1.*greater than that of the point"),
+        ({"torsional_stiffness": None, "torque": [[0.0, 0.0], [1e-3, 2.0], [2e-3, 1.0]]}, r"torque\.2.*no less torque"),
+        ({"torsional_stiffness": None, "torque": [[0.0, 1.0], [1e-3, 2.0]]}, r"torque.*must be 0 N m at a twist"),
+        ({"torsional_stiffness": None, "torque": [[0.0, 0.0]]}, r"torque.*at least two points"),
+    ],
+)  # fmt: skip
+def test_stages_contradictions_are_refused(fields: Document, message: str) -> None:
+    document = shafts(**fields)
+    document["couplings"][0] = {k: v for k, v in document["couplings"][0].items() if v is not None}
+    with pytest.raises(InputError, match=message):
+        gp.load_case(document)
 
 
 def test_energy_and_momentum_are_kept_with_play() -> None:

@@ -382,10 +382,11 @@ def test_dispatch_calls_the_law_of_the_kind_or_the_default() -> None:
 
 
 def test_a_law_without_a_required_function_is_refused() -> None:
-    def springs(system: Any, e: int) -> float: ...
+    def springs(system: Any, e: int) -> float:
+        return 0.0
 
     with pytest.raises(TypeError, match=r"parts\.sleeve\.law, .* must have a function springs"):
-        dispatch.dispatched(lambda function: function)(springs)
+        dispatch.dispatched(lambda function: function, required=True)(springs)
     whole = vars(registry.KINDS[1].file)
     for word in registry.CONSTANTS:
         part: Any = SimpleNamespace(**{name: item for name, item in whole.items() if name != word})

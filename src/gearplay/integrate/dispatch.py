@@ -2,11 +2,11 @@
 
 numba has no virtual calls: `dispatched` makes each function a chain of ifs over `gearplay.parts.registry.KINDS`. Callers use
 element indices e and never a kind; the law of a kind has a function of the same name and arguments, with the index n among the
-elements of its kind in place of e. A law without it has the body given here; the body ``...`` is no default.
+elements of its kind in place of e. A law without a function that is not required has the body given here.
 """
 
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 from gearplay.kernels.advancement import STAYS_OPEN
 from gearplay.kernels.arrays import Floats, Ints, Rows
@@ -30,15 +30,20 @@ def _generated(function: Callable[P, R], lines: list[str], names: dict[str, Any]
     made: Any = names[function.__name__]
     made.__annotations__, made.__doc__ = function.__annotations__, function.__doc__
     made.__module__, made.__qualname__ = function.__module__, function.__qualname__
-    return made
+    return cast(Callable[P, R], made)
 
 
 def _arguments(function: Callable[..., Any]) -> list[str]:
     return list(function.__code__.co_varnames[: function.__code__.co_argcount])
 
 
-def dispatched(decorate: Callable[[Any], Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator that dispatches a function of (system, e, ...) to the laws, and compiles it by ``decorate``."""
+def dispatched(
+    decorate: Callable[[Any], Any], *, required: bool = False
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator that dispatches a function of (system, e, ...) to the laws, and compiles it by ``decorate``.
+
+    Raises `TypeError` where it is ``required`` and a law lacks it.
+    """
 
     def make(function: Callable[P, R]) -> Callable[P, R]:
         name, names = function.__name__, dict[str, Any]()
@@ -51,7 +56,7 @@ def dispatched(decorate: Callable[[Any], Any]) -> Callable[[Callable[P, R]], Cal
                 lines.append(f"if kind == {kind.file.KIND}: return {kind.name}({passed})")
         if len(names) == len(KINDS):
             lines[-1] = lines[-1].partition(": ")[2]
-        elif Ellipsis in function.__code__.co_consts:
+        elif required:
             missing = [kind.file.__name__ for kind in KINDS if kind.name not in names]
             raise TypeError(f"{', '.join(missing)} must have a function {name}")
         else:
@@ -91,7 +96,7 @@ def apply_forces(
 
     ``acting`` starts with its length and rises, so that it holds kind after kind. Returns 1 where a geometry fails.
     """
-    ...
+    raise NotImplementedError
 
 
 @dispatched(compiled_inline)
@@ -160,7 +165,7 @@ def initialise_touch(
     """Set the own modes of element e with which a touch of its contact k begins, its rows of the contact table filled."""
 
 
-@dispatched(compiled_inline)
+@dispatched(compiled_inline, required=True)
 def observe(
     system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, acting: bool, row: Floats
 ) -> None:
@@ -198,13 +203,13 @@ def show(
 DERIVATIVE = ("linearise", "add_change", "crossing", "jump", "carry_sample")
 
 
-@dispatched(compiled_inline)
+@dispatched(compiled_inline, required=True)
 def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill element e's row of slopes at (t, y); return 1 where its geometry fails."""
-    ...
+    raise NotImplementedError
 
 
-@dispatched(compiled_inline)
+@dispatched(compiled_inline, required=True)
 def add_change(
     system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:

@@ -44,9 +44,11 @@ def kernel_digest(folder: Path) -> str:
 
 
 def _has_kernels(place: Path, file: Path) -> bool:
-    """Return whether a module is of the kernels or the integration, or a part's law."""
-    room = place.parts[0]
-    return room in ("kernels", "integrate") or (room == "parts" and b"gearplay.kernels" in file.read_bytes())
+    """Return whether a module is of the kernels or the integration, or of a part's law."""
+    room, *inner = place.parts
+    return room in ("kernels", "integrate") or (
+        room == "parts" and len(inner) > 1 and b"gearplay.kernels" in file.read_bytes()
+    )
 
 
 @cache

@@ -36,5 +36,5 @@ def _rows(case: Case) -> Iterator[tuple[str, str]]:
         )
     for name, sleeve in case.sleeves.items():
         yield f"sleeve of {name}", f"radial clearance {1e6 * sleeve.radial_clearance:.4g} um"
-    for coupling in case.couplings:
-        yield coupling.label, f"coupling, {coupling.torsional_stiffness:.4g} N m/rad"
+    for joint in case.joints:
+        yield joint.label, joint.summary

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final
 from gearplay.model import geometry
 from gearplay.model.check_pairs import installed_contact_ratio
 from gearplay.parts.mesh.involute import involute
+from gearplay.parts.rotor.gear import ADDENDUM
+from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
     z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
     path, degrees = f"rotors.{geometry.rotor_of(case, name)}.teeth", math.degrees(alpha)
     if geometry.gear_of(case, name).internal:
-        least = 2.0 * geometry.ADDENDUM / (1.0 - math.cos(alpha))
+        least = 2.0 * ADDENDUM / (1.0 - math.cos(alpha))
         if z < least:
             yield Finding(
                 "warning",
@@ -55,7 +57,7 @@ def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
                 f"from {math.ceil(least)} teeth on they do not. Take more teeth, or read forces near the tips with care.",
             )
         return
-    least = 2.0 * geometry.ADDENDUM / math.sin(alpha) ** 2
+    least = 2.0 * ADDENDUM / math.sin(alpha) ** 2
     if z < least - TOLERATED:
         yield Finding(
             "warning",
@@ -71,7 +73,7 @@ def _pointed(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
     internal = geometry.gear_of(case, name).internal
     if tip_thickness(z, internal, alpha) <= 0.0:
         kind = "internal teeth" if internal else "teeth"
-        more = "" if internal or 0.25 * math.pi <= geometry.ADDENDUM * math.tan(alpha) else ", or more teeth"
+        more = "" if internal or 0.25 * math.pi <= ADDENDUM * math.tan(alpha) else ", or more teeth"
         yield Finding(
             "warning",
             f"rotors.{geometry.rotor_of(case, name)}.teeth",
@@ -90,7 +92,7 @@ def tip_thickness(z: int, internal: bool, alpha: float) -> float:
     (0.695, True)
     """
     sign = -1.0 if internal else 1.0
-    base, tip = 0.5 * z * math.cos(alpha), 0.5 * z + sign * geometry.ADDENDUM
+    base, tip = 0.5 * z * math.cos(alpha), 0.5 * z + sign * ADDENDUM
     at_tip = involute(math.acos(min(1.0, base / max(tip, base))))
     return 2.0 * tip * (0.5 * math.pi / z + sign * (involute(alpha) - at_tip))
 
@@ -135,7 +137,7 @@ def fouls(z_1: int, z_2: int, alpha: float) -> bool:
     >>> fouls(29, 30, math.radians(20.0)), fouls(24, 34, math.radians(20.0))
     (True, False)
     """
-    r_1, r_2, h = 0.5 * z_1, 0.5 * z_2, geometry.ADDENDUM
+    r_1, r_2, h = 0.5 * z_1, 0.5 * z_2, ADDENDUM
     tip_1, tip_2, distance = r_1 + h, r_2 - h, r_2 - r_1
     base_1, base_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
     turn_1 = (tip_2**2 - tip_1**2 - distance**2) / (2.0 * distance * tip_1)
@@ -171,7 +173,7 @@ def _planets(case: Case) -> Iterator[Finding]:
 
 def _tip_radius(case: Case, name: str) -> float:
     radii = [
-        geometry.pitch_radius(case, mesh, called) + geometry.ADDENDUM * mesh.module
+        geometry.pitch_radius(case, mesh, called) + ADDENDUM * mesh.module
         for mesh in case.meshes
         for called in (mesh.driver, mesh.driven)
         if geometry.rotor_of(case, called) == name and not geometry.gear_of(case, called).internal
@@ -208,5 +210,5 @@ def _misfits(case: Case, names: list[str], at: dict[str, tuple[float, float]]) -
                 f"rotors.{name}.position",
                 f"its teeth cannot mesh with {suns[0]} and {rings[0]} as those of {other} do: it is "
                 f"{abs(steps - round(steps)):.3g} of a step of {360.0 / teeth:.5g} deg off. "
-                f"Turn it by {turn:.4g} deg about the centre, to {geometry.place_words(x, y)}.",
+                f"Turn it by {turn:.4g} deg about the centre, to {place_words(x, y)}.",
             )

@@ -59,7 +59,7 @@ def pack_excitations(
                 stops |= edges(tabled.start, tabled.start + 1.0 / tabled.sampling * (len(tabled.values) - 1))
                 fastest = max(fastest, 0.5 * math.pi * tabled.sampling)
         rotors[i].excitation = len(assembly.entries)
-        assembly.add(excitation.KIND, name, each, [i], always=True, rate=fastest)
+        assembly.add(excitation, name, each, [i], always=True, rate=fastest)
     return np.array(rows).reshape(-1, 3), record, stops
 
 

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from gearplay.model.traversal import mesh_order
 from gearplay.parts.mesh.involute import involute, involute_from_distance
-from gearplay.parts.rotor.gear import split_name
+from gearplay.parts.rotor.gear import ADDENDUM, split_name
+from gearplay.parts.rotor.schema import POSITION_TOLERANCE, place_words
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -13,11 +14,6 @@ if TYPE_CHECKING:
     from gearplay.parts.mesh.schema import Mesh
     from gearplay.parts.rotor.gear import Gear
     from gearplay.parts.rotor.schema import Rotor
-
-POSITION_TOLERANCE = 1e-7
-"""Metres by which centres may be off that must lie on each other or where teeth mesh."""
-ADDENDUM = 1.0  # in modules: full-depth teeth, ISO 53
-DEDENDUM = 1.25
 
 
 def gear_of(case: "Case", name: str) -> "Gear | Rotor":
@@ -268,15 +264,6 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
                 cure = f"Leave one position out, or place it at {place_words(*found[first])}"
                 raise InputError([Fault(f"rotors.{other}.position", place_words(*found[other]), rule, cure)])
     return found
-
-
-def place_words(x: float, y: float) -> str:
-    """Return a place in the plane [m] as a case file has it, to 0.1 um.
-
-    >>> place_words(0.08, -0.0000005)
-    '[80 mm, -0.0005 mm]'
-    """
-    return "[" + ", ".join(f"{round(1e3 * each, 4) + 0.0:.10g} mm" for each in (x, y)) + "]"
 
 
 def _way(case: "Case", j: int, known: str) -> tuple[float, float]:

@@ -15,6 +15,8 @@ from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
+from gearplay.parts.rotor.gear import ADDENDUM, DEDENDUM
+from gearplay.parts.rotor.schema import place_words
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -70,15 +72,13 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     # Two modules one way (apart for an external pair, together for an internal one) the tips leave each other;
     # a quarter module the other way they strike the roots, which is not modelled.
     nominal = abs(r_a + r_b)
-    leave = 2.0 * geometry.ADDENDUM * mesh.module
-    strike = (geometry.DEDENDUM - geometry.ADDENDUM) * mesh.module
+    leave = 2.0 * ADDENDUM * mesh.module
+    strike = (DEDENDUM - ADDENDUM) * mesh.module
     m.A_min = max(m.c0, nominal - (strike if m.s < 0.0 else leave))
     m.A_max = nominal + (leave if m.s < 0.0 else strike)
     if not m.A_min < m.A0 < m.A_max:
         way = (dx / m.A0, dy / m.A0) if m.A0 > 0.0 else (1.0, 0.0)
-        place = geometry.place_words(
-            *(c + nominal * each for c, each in zip(centres[foot], way, strict=True))
-        )
+        place = place_words(*(c + nominal * each for c, each in zip(centres[foot], way, strict=True)))
         raise InputError(
             [
                 Fault(
@@ -176,7 +176,7 @@ def pack_meshes(
         )
         rate = math.sqrt(k.highest * mobility)
         assembly.add(
-            mesh_element.KIND,
+            mesh_element,
             mesh.label,
             m,
             [m.a, m.b, m.frame],

@@ -106,7 +106,7 @@ def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
         s.rotor, s.speed = i, drive.speed
         s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
         rotors[i].controller = len(assembly.entries)
-        assembly.add(servo.KIND, name, s, [i], always=True, switches=1, states=1)
+        assembly.add(servo, name, s, [i], always=True, switches=1, states=1)
 
 
 def _pack_holders(case: "Case", packing: Packing, kinds: Container[int]) -> None:
@@ -150,7 +150,7 @@ def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
         rate = 2.0 * math.pi / drive.sample_time if drive.sample_time > 0.0 else 0.0
         states = 2 if drive.sample_time > 0.0 else 1
         rotors[places[name]].controller = len(assembly.entries)
-        assembly.add(positioner.KIND, name, record, joined, always=True, switches=1, states=states, rate=rate)
+        assembly.add(positioner, name, record, joined, always=True, switches=1, states=states, rate=rate)
 
 
 def pack(
@@ -183,7 +183,7 @@ def pack(
     packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
     _pack_holders(case, packing, range(MESH))
     terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
-    terms = np.concatenate([terms, _pack_ripples(case, rotors, len(terms))])
+    packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
     for joint in case.joints:
         joint.pack(packing)
     _pack_holders(case, packing, range(MESH, len(KINDS)))
@@ -191,14 +191,15 @@ def pack(
     if case.base is not None:
         whole = case.run.transient + case.run.duration if span is None else span
         base, record = case.base.pack(whole, Member(case.run.seed, member))
-    rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(terms), record)
-    terms = np.concatenate([terms, rows])
+    rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(packing.terms), record)
+    terms = np.concatenate([np.array(packing.terms, dtype=np.float64).reshape(-1, 3), rows])
     if case.base is not None:  # an element that shows it
-        assembly.add(housing.KIND, "base", blank(housing.RECORD), [0])
+        assembly.add(housing, "base", blank(housing.RECORD), [0])
     _pack_positioners(case, assembly, rotors)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(
         rotors,
+        [kind.file.RECORD for kind in KINDS],
         terms=terms,
         involutes=involutes,
         spline=spline,
@@ -212,7 +213,7 @@ def pack(
     return Packed(
         system=system,
         labels={"rotor": tuple(case.rotors)}
-        | {name: tuple(found) for name, found in assembly.labels.items()},
+        | {KINDS[kind].name: tuple(found) for kind, found in assembly.labels.items()},
         contact_labels=tuple(assembly.contact_labels),
         angular=np.array(assembly.angular, dtype=bool),
         natural=natural_sizes(system, assembly.states),

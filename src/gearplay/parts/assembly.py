@@ -22,7 +22,6 @@ from gearplay.kernels.layout import (
     System,
 )
 from gearplay.parts.joining import Spring, join_rotors
-from gearplay.parts.registry import KINDS
 
 Floats = NDArray[np.float64]
 
@@ -80,14 +79,14 @@ class Contact:
 
 @dataclass
 class Assembly:
-    """Elements of a mechanism, added kind after kind, in the order of `KINDS`."""
+    """Elements of a mechanism, added kind after kind, in the order of their kinds."""
 
     rotors: int
     entries: list[Any] = field(default_factory=list)
     contacts: list[Any] = field(default_factory=list)
     switches: list[Any] = field(default_factory=list)
     parts: dict[int, list[Any]] = field(default_factory=dict)
-    labels: dict[str, list[str]] = field(default_factory=dict)
+    labels: dict[int, list[str]] = field(default_factory=dict)  # by kind
     contact_labels: list[str] = field(default_factory=list)
     modes: int = 0
     states: int = 0
@@ -99,7 +98,7 @@ class Assembly:
 
     def add(
         self,
-        kind: int,
+        law: Any,
         label: str,
         record: Any,
         rotors: Sequence[int],
@@ -112,14 +111,16 @@ class Assembly:
         rate: float = 0.0,
         hides: bool = True,
     ) -> None:
-        """Add an element: its name, its record, the rotors it joins (-1 for the ground), its contacts; ``always`` where it acts
-        whatever they do, ``switches`` of the whole element, then ``of_contacts`` further ones of each contact, ``states`` of its
-        own, the angular frequency [rad/s] at which it makes its rotors swing; ``hides`` is whether the switches of its contacts
-        but touch may return within a step.
+        """Add an element: the module of its law, its name, its record, the rotors it joins (-1 for the ground), its contacts.
+
+        ``always`` is whether it acts whatever its contacts do; ``switches`` are of the whole element, ``of_contacts`` further
+        ones of each contact, ``states`` those of its own, ``rate`` the angular frequency [rad/s] at which its rotors oscillate;
+        ``hides`` is whether switches of its contacts other than touches may return within a step.
         """
+        kind: int = law.KIND
         self.fastest = max(self.fastest, rate)
         assert not self.entries or self.entries[-1].kind <= kind, "kind after kind"
-        file, entry, parts = KINDS[kind].file, blank(ELEMENT), self.parts.setdefault(kind, [])
+        entry, parts = blank(ELEMENT), self.parts.setdefault(kind, [])
         entry.kind, entry.index, entry.element = kind, len(parts), len(self.entries)
         entry.a, entry.b, entry.c = (*rotors, -1, -1, -1)[:3]
         entry.always, entry.states, entry.contacts = int(always), states, len(contacts)
@@ -127,13 +128,13 @@ class Assembly:
         entry.switch, entry.mode = len(self.switches), self.modes
         entry.state = 6 * self.rotors + self.states
         entry.signal = PER_ROTOR * self.rotors + self.signals
-        if file.SIGNALS:
-            self.labels.setdefault(KINDS[kind].name, []).append(label)
+        if law.SIGNALS:
+            self.labels.setdefault(kind, []).append(label)
         for contact in contacts:
             k = self._add_contact(entry, contact)
             self.contact_labels.append(f"{label}:{contact.name}" if contact.name else label)
             self.angular.append(contact.angular)
-            for own in range(file.PER_CONTACT):
+            for own in range(law.PER_CONTACT):
                 role = (TOUCH, PULL)[own] if own < 2 else OWN
                 self._add_switch(entry, k, role, hides and role != TOUCH)
         for _ in range(switches):
@@ -144,9 +145,9 @@ class Assembly:
         entry.switches = len(self.switches) - entry.switch
         parts.append(record)
         self.entries.append(entry)
-        self.modes += file.MODES
+        self.modes += law.MODES
         self.states += states
-        self.signals += len(file.SIGNALS)
+        self.signals += len(law.SIGNALS)
 
     def join(
         self, axis: int, factors: Mapping[int, float], stiffness: float, damping: float, *, rest: float = 0.0
@@ -176,6 +177,7 @@ class Assembly:
     def system(
         self,
         rotors: Sequence[Any],
+        records: Sequence[np.dtype[Any]],
         *,
         terms: Floats,
         involutes: Floats,
@@ -184,17 +186,17 @@ class Assembly:
         base: Floats,
         record: Floats,
     ) -> System:
-        """Return the packed system: modes of contacts come first; records of a kind hold the indices of their elements."""
+        """Return the packed system: modes of contacts come first; those of ``records`` of a kind hold the indices of elements."""
         joined = join_rotors(rotors, self.entries, self.springs, gravity)
         rows = [
             SimpleNamespace(**vars(row) | {"mode": row.mode + len(self.contacts)}) for row in self.entries
         ]
         kinds = []
-        for k, kind in enumerate(KINDS):
+        for k, form in enumerate(records):
             own, parts = [row for row in rows if row.kind == k], self.parts.get(k, [])
             for row, part in zip(own, parts, strict=True):
                 vars(part).update({name: getattr(row, name) for name, _ in PLACES})
-            kinds.append(stacked(kind.file.RECORD, parts))
+            kinds.append(stacked(form, parts))
         return System(
             rotors=stacked(ROTOR, rotors),
             elements=stacked(ELEMENT, rows),

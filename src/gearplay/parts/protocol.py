@@ -7,8 +7,8 @@ the questions of the kernels). `gearplay.parts.tables` lists the tables and list
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from gearplay.parts.assembly import Assembly
@@ -17,7 +17,7 @@ from gearplay.schema.fields import Part
 from gearplay.schema.finding import Finding
 
 
-@dataclass(frozen=True)
+@dataclass
 class Packing:
     """A mechanism being packed: its elements so far, and its rotors, which parts are added to.
 
@@ -33,6 +33,8 @@ class Packing:
         Nominal centres [m], by rotor.
     as_published
         Whether the equations are those of Han et al. 2021 as printed.
+    terms
+        Rows of three numbers that records refer to by the number of their first row.
 
     """
 
@@ -41,6 +43,13 @@ class Packing:
     records: Sequence[Any]
     centres: Mapping[str, tuple[float, float]]
     as_published: bool
+    terms: list[Sequence[float]] = field(default_factory=list)
+
+    def add_terms(self, rows: Iterable[Sequence[float]]) -> tuple[int, int]:
+        """Add rows of terms; return the number of the first and how many there are."""
+        first = len(self.terms)
+        self.terms += rows
+        return first, len(self.terms) - first
 
     def place(self, name: str | None) -> int:
         """Return the index of a rotor, -1 for the ground."""
@@ -117,6 +126,11 @@ class Joint(Part):
     @abstractmethod
     def label(self) -> str:
         """Name in results."""
+
+    @property
+    @abstractmethod
+    def summary(self) -> str:
+        """Kind and main numbers, for tables."""
 
     @abstractmethod
     def named_rotors(self) -> Mapping[str, str]:

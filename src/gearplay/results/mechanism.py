@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.geometry import (
-    ADDENDUM,
-    DEDENDUM,
     carrier_of,
     centres,
     full_name,
@@ -21,6 +19,7 @@ from gearplay.model.geometry import (
 )
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
+from gearplay.parts.rotor.gear import ADDENDUM, DEDENDUM
 from gearplay.pictures.planes import apart
 from gearplay.solver.frames import CarrierFrames, turned
 

@@ -1,7 +1,8 @@
 """A coupling: a torsional spring and damper between two rotors, rigid in its play (docs/theory, section 4).
 
 With play two contacts, one for each sense of the twist; without play none, and it always acts. So does its lateral part, a
-spring and damper between the displacements of the two centres.
+spring and damper between the displacements of the two centres. A spring in stages has a mode, the stage that the twist is in,
+and a switch at the ends of the stage.
 """
 
 import math
@@ -43,6 +44,12 @@ RECORD = np.dtype(
         ("stiffness", "f8"),  # N m/rad
         ("damping", "f8"),  # N m s/rad
         ("half_play", "f8"),  # rad
+        ("rest", "f8"),  # rad, twist without torque of a spring in stages
+        (
+            "first_stage",
+            "i8",
+        ),  # row of the terms: twist [rad], torque [N m], stiffness [N m/rad] from there on
+        ("stages", "i8"),  # number of these rows, 0 for a linear spring
         ("ratio", "f8"),  # of phi = theta_a - ratio theta_b
         ("lateral_stiffness", "f8"),  # N/m
         ("lateral_damping", "f8"),  # N s/m
@@ -63,7 +70,7 @@ SIGNALS = (
     ),
 )
 MEMORY: tuple[float, ...] = ()
-MODES = 0
+MODES = 1  # stage of the spring
 PER_CONTACT = 2  # switches: touch, pull
 
 
@@ -77,12 +84,70 @@ def twist(system: System, n: int, t: float, y: Floats) -> tuple[float, float]:
 
 
 @compiled_inline
-def _torque(system: System, n: int, phi: float, rate: float, loads: Loads) -> float:
+def _stage(system: System, n: int, phi: float, stage: int) -> tuple[float, float, float]:
+    """Return torque [N m], stiffness [N m/rad] of a stage at twist phi [rad], and how far [rad] phi is beyond its ends.
+
+    The first and the last stage have one end each.
+    """
+    coupling, terms = system.records[KIND][n], system.terms
+    row, x = coupling.first_stage + stage, phi - coupling.rest
+    below = terms[row, 0] - x if stage > 0 else -math.inf
+    above = x - terms[row + 1, 0] if stage + 1 < coupling.stages else -math.inf
+    return terms[row, 1] + terms[row, 2] * (x - terms[row, 0]), terms[row, 2], max(below, above)
+
+
+@compiled_inline
+def _elastic(system: System, n: int, phi: float, branch: Branch) -> tuple[float, float]:
+    """Return torque [N m] and stiffness [N m/rad] of the spring of coupling n without play at twist phi [rad]."""
+    coupling = system.records[KIND][n]
+    if coupling.stages == 0:
+        return coupling.stiffness * phi, coupling.stiffness
+    torque, stiffness, _ = _stage(system, n, phi, branch.modes[coupling.mode])
+    return torque, stiffness
+
+
+@compiled_inline
+def _torque(system: System, n: int, phi: float, rate: float, branch: Branch, loads: Loads) -> float:
     """Return the torque [N m] that turns phi back."""
     coupling = system.records[KIND][n]
     if coupling.contacts == 0:
-        return coupling.stiffness * phi + coupling.damping * rate
+        torque, _ = _elastic(system, n, phi, branch)
+        return torque + coupling.damping * rate
     return loads.contacts[coupling.contact, FORCE] - loads.contacts[coupling.contact + 1, FORCE]
+
+
+@compiled_once
+def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
+    """Return how far [rad] the twist of coupling n is beyond the ends of its stage; negative within."""
+    phi, _ = twist(system, n, t, y)
+    _, _, beyond = _stage(system, n, phi, branch.modes[system.records[KIND][n].mode])
+    return beyond
+
+
+@compiled_once
+def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Change to the next stage, on the side of the nearer end."""
+    coupling = system.records[KIND][n]
+    phi, _ = twist(system, n, t, y)
+    stage = branch.modes[coupling.mode]
+    row, x = coupling.first_stage + stage, phi - coupling.rest
+    last = stage + 1 == coupling.stages
+    upwards = stage == 0 or (not last and x > 0.5 * (system.terms[row, 0] + system.terms[row + 1, 0]))
+    branch.modes[coupling.mode] = stage + 1 if upwards else stage - 1
+
+
+@compiled_once
+def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
+    """Set the stage of coupling n from its twist."""
+    coupling = system.records[KIND][n]
+    phi, _ = twist(system, n, t, y)
+    stage = 0
+    while (
+        stage + 1 < coupling.stages
+        and phi - coupling.rest > system.terms[coupling.first_stage + stage + 1, 0]
+    ):
+        stage += 1
+    branch.modes[coupling.mode] = stage
 
 
 @compiled_inline
@@ -121,7 +186,7 @@ def apply_forces(
     contact_kinematics(system, n, t, y, branch, loads)
     coupling = system.records[KIND][n]
     phi, rate = twist(system, n, t, y)
-    torque = _torque(system, n, phi, rate, loads)
+    torque = _torque(system, n, phi, rate, branch, loads)
     loads.rotors[coupling.a, 2] -= torque
     loads.rotors[coupling.b, 2] += coupling.ratio * torque
     f_x, f_y = lateral_force(system, n, y)
@@ -165,21 +230,27 @@ def may_return(
     system: System, n: int, s: int, h: float, branch: Branch, loads_0: Loads, loads: Loads, g_0: Floats, g_1: Floats,
     stages: Rows,
 ) -> bool:  # fmt: skip
-    """Return whether pull switch s of coupling n, not positive at both ends of a step of h [s], may be so in between.
+    """Return whether a pull or the stage's switch of coupling n, not positive at both ends of a step of h [s], may be in between.
 
-    The torque changes by k dp/dt + c d2p/dt2, of which the stages show the largest.
+    A pull's torque changes by k dp/dt + c d2p/dt2, the twist by its rate; the derivatives in ``stages`` bound these.
     """
     coupling = system.records[KIND][n]
     k = coupling.contact + s // PER_CONTACT
-    curvature = 0.0
+    at, curvature = coupling.switch + s, 0.0
     for stage in range(stages.shape[0]):
         alpha_a, alpha_b = (
             stages[stage, omega_of(system, coupling.a)],
             stages[stage, omega_of(system, coupling.b)],
         )
         curvature = max(curvature, abs(alpha_a - coupling.ratio * alpha_b))
+    if coupling.stages > 0:  # the rate at most, by its mean over the step
+        nominal = (
+            system.rotors[coupling.a].nominal_speed - coupling.ratio * system.rotors[coupling.b].nominal_speed
+        )
+        relative = stages[0, theta_of(coupling.a)] - coupling.ratio * stages[0, theta_of(coupling.b)]
+        fastest = abs(nominal + relative)
+        return 0.5 * (g_0[at] + g_1[at] + h * (fastest + h * curvature)) > 0.0
     fastest = max(abs(loads_0.contacts[k, RATE]), abs(loads.contacts[k, RATE])) + 0.5 * h * curvature
-    at = coupling.switch + s
     return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * curvature)) > 0.0
 
 
@@ -207,9 +278,10 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     acts = coupling.contacts == 0
     for k in range(coupling.contact, coupling.contact + coupling.contacts):
         acts = acts or branch.modes[k] == LOADED
-    row[BY_TWIST] = coupling.stiffness if acts else 0.0
+    phi, row[TWIST_RATE] = twist(system, n, t, y)
+    _, stiffness = _elastic(system, n, phi, branch)
+    row[BY_TWIST] = stiffness if acts else 0.0
     row[BY_RATE] = coupling.damping if acts else 0.0
-    _, row[TWIST_RATE] = twist(system, n, t, y)
     return 0
 
 
@@ -254,7 +326,9 @@ def _power_loss(
     """Return the power [W] that coupling n loses: what its torque and force take beyond what its springs store."""
     coupling = system.records[KIND][n]
     a, b = coupling.a, coupling.b
-    elastic = coupling.stiffness * phi if coupling.contacts == 0 else 0.0
+    elastic = 0.0
+    if coupling.contacts == 0:
+        elastic, _ = _elastic(system, n, phi, branch)
     for end in range(coupling.contacts):
         if branch.modes[coupling.contact + end] != OPEN:
             elastic += coupling.stiffness * (phi - (1.0 - 2.0 * end) * coupling.half_play)
@@ -272,6 +346,10 @@ def observe(
     phi, rate = twist(system, n, t, y)
     row[at] = phi
     # One without play transmits torque in free motion, too.
-    torque = _torque(system, n, phi, rate, loads) if acting or system.records[KIND][n].contacts == 0 else 0.0
+    torque = (
+        _torque(system, n, phi, rate, branch, loads)
+        if acting or system.records[KIND][n].contacts == 0
+        else 0.0
+    )
     row[at + 1], row[at + 2] = torque, _power_loss(system, n, phi, rate, torque, y, branch)
     row[at + 3], row[at + 4] = lateral_force(system, n, y)

@@ -8,7 +8,6 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field, model_validator
 
-from gearplay.model.geometry import ADDENDUM, POSITION_TOLERANCE, place_words
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
     Damping,
@@ -20,8 +19,8 @@ from gearplay.parts.mesh.schema import (
     Stiffness,
 )
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
-from gearplay.parts.rotor.gear import Runout
-from gearplay.parts.rotor.schema import Coordinate, Rotor, SpeedDrive
+from gearplay.parts.rotor.gear import ADDENDUM, Runout
+from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse

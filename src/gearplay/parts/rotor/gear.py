@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field
 
 from gearplay.schema.fields import NAME, Measure, Part
 from gearplay.vocabulary import quantities as q
+
+ADDENDUM: Final = 1.0
+"""In modules: full-depth teeth, ISO 53."""
+DEDENDUM: Final = 1.25
 
 GearName = Annotated[
     str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
 
@@ -32,6 +32,10 @@ Ramp = Annotated[
 ]
 StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp begins")]
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
+
+
+POSITION_TOLERANCE: Final = 1e-7
+"""Distance [m] of centres that should lie on each other, or where teeth mesh, below which they do."""
 
 
 class Weight(Measure):
@@ -249,3 +253,12 @@ class Rotor(Part):
             return self
         (gear,) = self.gears.values()
         return gear
+
+
+def place_words(x: float, y: float) -> str:
+    """Return a place in the plane [m] as a case file has it, to 0.1 um.
+
+    >>> place_words(0.08, -0.0000005)
+    '[80 mm, -0.0005 mm]'
+    """
+    return "[" + ", ".join(f"{round(1e3 * each, 4) + 0.0:.10g} mm" for each in (x, y)) + "]"

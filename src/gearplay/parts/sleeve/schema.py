@@ -178,7 +178,7 @@ class Sleeve(Holder):
         contact = Contact(floor=self.minimum_impact_speed, closed=self.radial_clearance == 0.0)
         stiffness = s.stiffness * s.exponent * TYPICAL_DEPTH ** (s.exponent - 1.0)
         packing.assembly.add(
-            law.KIND,
+            law,
             name,
             s,
             [s.journal, s.bush],

@@ -80,7 +80,7 @@ class Support(Holder):
             )
         )
         assembly = packing.assembly
-        assembly.add(law.KIND, name, record, [record.journal, record.carrier], always=True, rate=rate)
+        assembly.add(law, name, record, [record.journal, record.carrier], always=True, rate=rate)
         if self.on is None:
             alone = {record.journal: 1.0}
             for axis, k, c, rest in (
