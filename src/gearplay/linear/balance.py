@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -94,12 +93,12 @@ def balance(force: Force, stiffness: Stiffness, start: Floats, acting: float) ->
 
 
 def _largest(values: Floats) -> float:
-    return float(np.max(np.abs(values), initial=0.0))
+    return float(np.abs(values).max(initial=0.0))
 
 
 def _principal(stiffness: Floats) -> tuple[Floats, Floats]:
     """Return stiffnesses [J], rising, and their directions, shape [coordinate, direction]."""
-    sizes, ways = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), check_finite=False, driver="evd")
+    sizes, ways = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     return sizes, ways
 
 

@@ -31,10 +31,19 @@ def bilateral_meshes(system: System, state: Floats, memory: Floats) -> tuple[int
     return tuple(found)
 
 
-def act_on_both_sides(system: System, slopes: Slopes, state: Floats, meshes: tuple[int, ...]) -> bool:
+def linear_bushes(system: System) -> tuple[int, ...]:
+    """Return the bushes without clearance whose law is linear."""
+    sleeves = system.records[SLEEVE]
+    linear = (sleeves["clearance"] == 0.0) & (sleeves["exponent"] == 1.0) & (sleeves["bed"] == 0)
+    return tuple(np.flatnonzero(linear).tolist())
+
+
+def act_on_both_sides(
+    system: System, slopes: Slopes, state: Floats, meshes: tuple[int, ...], bushes: tuple[int, ...]
+) -> bool:
     """Give the slopes of meshes, linearised at ``state``, one flank that acts on both sides; return whether any slope is new.
 
-    So too for bushes without clearance and load of a linear law, whose journal is in their centre: these act in all directions.
+    Slopes of ``bushes`` (`linear_bushes`) with the journal in their centre become those of a spring in all directions.
     """
     for n in meshes:
         mesh = system.records[MESH][n]
@@ -44,12 +53,12 @@ def act_on_both_sides(system: System, slopes: Slopes, state: Floats, meshes: tup
         row[drive + F] = row[drive + F] or LEAST
         row[drive + F_P] = mesh.k_m
         row[drive + F_R] = mesh.C_m if mesh.ramp == RAMP_CONSTANT else 0.0
-    changed, out = bool(meshes), np.zeros(OUT_SIZE)
-    for n, sleeve in enumerate(system.records[SLEEVE]):
-        if sleeve["clearance"] == 0.0 and sleeve["exponent"] == 1.0 and sleeve["bed"] == 0:
-            sleeve_geometry(system, n, 0.0, state, out)
-            if out[DELTA] <= NO_GAP:
-                row = slopes.elements[sleeve["element"]]
-                row[N], row[N_D], row[INV_L] = sleeve["stiffness"] * NO_GAP, sleeve["stiffness"], 1.0 / NO_GAP
-                changed = True
+    changed, sleeves = bool(meshes), system.records[SLEEVE]
+    for n in bushes:
+        sleeve, out = sleeves[n], np.zeros(OUT_SIZE)
+        sleeve_geometry(system, n, 0.0, state, out)
+        if out[DELTA] <= NO_GAP:
+            row = slopes.elements[sleeve["element"]]
+            row[N], row[N_D], row[INV_L] = sleeve["stiffness"] * NO_GAP, sleeve["stiffness"], 1.0 / NO_GAP
+            changed = True
     return changed

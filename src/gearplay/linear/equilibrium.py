@@ -17,7 +17,7 @@ from gearplay.integrate.switches import make_branch
 from gearplay.kernels.compiled_once import bound
 from gearplay.kernels.layout import OPEN
 from gearplay.linear.balance import balance
-from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes
+from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes, linear_bushes
 from gearplay.linear.time_invariant import Smooth
 from gearplay.model import rolling
 from gearplay.model.initial import initial_state
@@ -66,6 +66,8 @@ class Linear:
             matrix_at, self.system, self.active_set, self.state, self.branch, self.slopes, self.loads, self.scratch,
             self.columns,
         )  # fmt: skip
+        self.riding = np.flatnonzero(smooth.frames.speeds).tolist()
+        self.linear_bushes = linear_bushes(self.system)
         self.bilateral: tuple[int, ...] = ()
 
     def start(self) -> None:
@@ -77,7 +79,7 @@ class Linear:
         """Set the centres' velocities to those of steadily rotating carriers; return their accelerations, shape [coordinate]."""
         frames, n, state = self.smooth.frames, self.rotors, self.state
         whole = np.zeros(3 * n)
-        for i in np.flatnonzero(frames.speeds):
+        for i in self.riding:
             x, y = frames.arms[i] + state[3 * i : 3 * i + 2]
             state[3 * (n + i) : 3 * (n + i) + 2] = frames.speeds[i] * np.array([-y, x])
             whole[3 * i : 3 * i + 2] = -(frames.speeds[i] ** 2) * np.array([x, y])
@@ -102,7 +104,7 @@ class Linear:
         """Return the derivative of all rates by all states, shape [state, state]; call `forces` first."""
         self.columns[:] = 0.0
         self._matrix_at()
-        if act_on_both_sides(self.system, self.slopes, self.state, self.bilateral):
+        if act_on_both_sides(self.system, self.slopes, self.state, self.bilateral, self.linear_bushes):
             for column in range(self.size):
                 self.scratch[column] = 1.0
                 rate_of_change(
@@ -243,7 +245,7 @@ def find_equilibrium(linear: Linear) -> Equilibrium:
         state[free] = origin + natural * at
         riding = linear.ride()
         found = linear.forces()
-        if found is None or not np.all(np.isfinite(found)):
+        if found is None or not np.isfinite(found).all():
             return None
         left = found - mass * riding
         return natural * (left if across is None else across.T @ left)
