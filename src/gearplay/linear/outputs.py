@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem
-from gearplay.parts.registry import COUPLING, KINDS, SLEEVE, SUPPORT
+from gearplay.parts.registry import COUPLING, KINDS
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -48,10 +48,10 @@ def output_of(system: LinearSystem, name: str) -> Output:
     if kind in BEARINGS and f"{label}.x" in system.coordinates:
         on = list(labels["rotor"]).index(label)
         place, rate = none.copy(), none.copy()
-        for which in (SLEEVE, SUPPORT):
-            for n, held in enumerate(labels.get(KINDS[which].name, ())):
+        for which in KINDS:
+            for n, held in enumerate(labels.get(which.name, ()) if hasattr(which.file, "mounts") else ()):
                 if held == label:
-                    more = system.linear.force_rows(_element(system, which, n), on, BEARINGS[kind])
+                    more = system.linear.force_rows(_element(system, which.file.KIND, n), on, BEARINGS[kind])
                     place, rate = place + more[0], rate + more[1]
         return Output(place, rate, "N")
     rule = (

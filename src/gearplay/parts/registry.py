@@ -4,13 +4,16 @@ A kind is a module with its record, the sizes of its entries and its laws, under
 `gearplay.integrate.dispatch`, which calls them. Its constant ``KIND`` is its place in this list.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 from gearplay.parts.coupling import law as coupling
 from gearplay.parts.drive import excitation, positioner, servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.mesh import law as mesh
+from gearplay.parts.mount import Mount
 from gearplay.parts.sleeve import law as sleeve
 from gearplay.parts.support import law as support
 
@@ -47,3 +50,20 @@ if [kind.file.KIND for kind in KINDS] != list(range(len(KINDS))):
     raise TypeError("KIND of each module must be its place in KINDS")
 SIGNAL_COUNTS = tuple(len(kind.file.SIGNALS) for kind in KINDS)
 """Number of signals of an element, by its kind."""
+
+
+def mounts(records: Sequence[Any]) -> Iterator[Mount]:
+    """Yield the mounting of rotors in the parts that hold them, from the ``records`` of a packed system, kind after kind.
+
+    Laws with a function ``mounts`` of their records have such parts.
+    """
+    for kind in KINDS:
+        if hasattr(kind.file, "mounts"):
+            yield from kind.file.mounts(records[kind.file.KIND])
+
+
+def joined_centres(records: Sequence[Any]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of rotors between whose centres a force acts (function ``joined_centres`` of a law)."""
+    for kind in KINDS:
+        if hasattr(kind.file, "joined_centres"):
+            yield from kind.file.joined_centres(records[kind.file.KIND])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion
 from gearplay.kernels.layout import System
-from gearplay.parts.registry import COUPLING, MESH, SLEEVE, SUPPORT
+from gearplay.parts.registry import MESH, joined_centres, mounts
 
 Floats = NDArray[np.float64]
 
@@ -130,40 +130,23 @@ def turned(vectors: Floats, angle: Floats) -> Floats:
 
 
 def _seats(system: System) -> Floats:
-    """Return the positions of bushes, else supports, from the nominal centres of their rotors [m], shape [rotor, 2]."""
+    """Return the seats of rotors from their nominal centres [m], the first of several parts', shape [rotor, 2]."""
     found = np.zeros((system.rotors.size, 2))
-    for records in (system.records[SUPPORT], system.records[SLEEVE]):
-        for each in records:
-            found[int(each["journal"])] = each["misplaced_x"], each["misplaced_y"]
+    for mount in reversed(list(mounts(system.records))):
+        found[mount.rotor] = mount.seat
     return found
 
 
 def _carriers(system: System) -> dict[int, tuple[int, tuple[float, float]]]:
     """Return the carrier and the place on it of every rotor that is carried."""
-    found = {}
-    for sleeve in system.records[SLEEVE]:
-        if sleeve["bush"] >= 0:
-            place = (sleeve["offset_x"] - sleeve["misplaced_x"], sleeve["offset_y"] - sleeve["misplaced_y"])
-            found[int(sleeve["journal"])] = (int(sleeve["bush"]), place)
-    for support in system.records[SUPPORT]:
-        if support["carrier"] >= 0:
-            found[int(support["journal"])] = (
-                int(support["carrier"]),
-                (support["offset_x"], support["offset_y"]),
-            )
-    return found
+    return {each.rotor: (each.carrier, each.place) for each in mounts(system.records) if each.carrier >= 0}
 
 
 def _groups(system: System, carriers: dict[int, tuple[int, tuple[float, float]]]) -> list[set[int]]:
     """Return the rotors that forces on their centres join."""
     n = system.rotors.size
     pairs = [(i, carrier) for i, (carrier, _) in carriers.items()]
-    pairs += [(int(mesh["a"]), int(mesh["b"])) for mesh in system.records[MESH]]
-    pairs += [
-        (int(coupling["a"]), int(coupling["b"]))
-        for coupling in system.records[COUPLING]
-        if coupling["lateral_stiffness"] > 0.0 or coupling["lateral_damping"] > 0.0
-    ]
+    pairs += joined_centres(system.records)
     root = list(range(n))
 
     def top(i: int) -> int:
@@ -200,17 +183,8 @@ def _is_broken(system: System, group: set[int]) -> bool:
     free = any(rotors[i].inv_mass > 0.0 for i in group)
     if free and (np.any(system.gravity) or system.base[housing_motion.KIND] != housing_motion.NONE):
         return True
-    for support in system.records[SUPPORT]:
-        if int(support["journal"]) in group:
-            alike = (
-                support["stiffness_x"] == support["stiffness_y"]
-                and support["damping_x"] == support["damping_y"]
-            )
-            misplaced = support["misplaced_x"] != 0.0 or support["misplaced_y"] != 0.0
-            if support["carrier"] < 0 and (not alike or misplaced):
-                return True
     return any(
-        sleeve["bush"] < 0 and (sleeve["misplaced_x"] != 0.0 or sleeve["misplaced_y"] != 0.0)
-        for sleeve in system.records[SLEEVE]
-        if int(sleeve["journal"]) in group
+        each.carrier < 0 and (not each.isotropic or each.seat != (0.0, 0.0))
+        for each in mounts(system.records)
+        if each.rotor in group
     )

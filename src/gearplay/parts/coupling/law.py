@@ -6,6 +6,7 @@ and a switch at the ends of the stage.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -72,6 +73,12 @@ SIGNALS = (
 MEMORY: tuple[float, ...] = ()
 MODES = 1  # stage of the spring
 PER_CONTACT = 2  # switches: touch, pull
+
+
+def joined_centres(records: Any) -> list[tuple[int, int]]:
+    """Return the pairs of rotors between whose centres a force acts."""
+    lateral = (records["lateral_stiffness"] > 0.0) | (records["lateral_damping"] > 0.0)
+    return [(int(each["a"]), int(each["b"])) for each in records[lateral]]
 
 
 @compiled_inline

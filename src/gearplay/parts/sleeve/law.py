@@ -42,6 +42,7 @@ from gearplay.kernels.layout import (
 )
 from gearplay.kernels.sample_block import place_rotor
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
+from gearplay.parts.mount import Mount
 from gearplay.parts.sleeve.force import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
 
 __all__ = ["KIND", "RECORD", "SIGNALS"]
@@ -52,6 +53,20 @@ PER_CONTACT = 2  # switches: touch, pull
 # Slots of the scratch: penetration [m], its rate [m/s], direction u, sliding speed [m/s], the bush's arm on its carrier [m],
 # velocity [m/s] of the journal's centre against the bush, its part across u.
 DELTA, DELTA_RATE, U_X, U_Y, SLIDING, ARM_X, ARM_Y, V_X, V_Y, ACROSS = range(10)
+
+
+def mounts(records: Any) -> list[Mount]:
+    """Return the mounting of the journals."""
+    return [
+        Mount(
+            int(each["journal"]),
+            int(each["bush"]),
+            (float(each["offset_x"] - each["misplaced_x"]), float(each["offset_y"] - each["misplaced_y"])),
+            (float(each["misplaced_x"]), float(each["misplaced_y"])),
+            isotropic=True,
+        )
+        for each in records
+    ]
 
 
 @compiled_inline

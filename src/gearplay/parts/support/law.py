@@ -4,6 +4,8 @@ No contact: it always acts, without stress where the rotor is at its nominal cen
 with it, rates are those seen from there, and the reaction acts at the journal's centre, so that angular momentum is kept.
 """
 
+from typing import Any
+
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Rows
@@ -25,6 +27,7 @@ from gearplay.kernels.layout import (
     x_of,
     y_of,
 )
+from gearplay.parts.mount import Mount
 
 KIND = 4
 RECORD = np.dtype(
@@ -62,6 +65,22 @@ PER_CONTACT = 0
 # speed [rad/s], the velocity [m/s] seen from it, the force [N]; then the torque [N m].
 COSINE, SINE, ARM_X, ARM_Y, SPIN, V_X, V_Y, F_X, F_Y, TORQUE = range(10)
 SLOPES = 10
+
+
+def mounts(records: Any) -> list[Mount]:
+    """Return the mounting of the rotors; a support acts alike in all directions where both axes do."""
+    return [
+        Mount(
+            int(each["journal"]),
+            int(each["carrier"]),
+            (float(each["offset_x"]), float(each["offset_y"])),
+            (float(each["misplaced_x"]), float(each["misplaced_y"])),
+            isotropic=bool(
+                each["stiffness_x"] == each["stiffness_y"] and each["damping_x"] == each["damping_y"]
+            ),
+        )
+        for each in records
+    ]
 
 
 @compiled_inline

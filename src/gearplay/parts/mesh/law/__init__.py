@@ -22,6 +22,7 @@ from gearplay.parts.mesh.law.record import (
     PER_CONTACT,
     RECORD,
     SIGNALS,
+    joined_centres,
 )
 from gearplay.parts.mesh.law.slopes import SLOPES, add_change, crossing, linearise
 from gearplay.parts.mesh.law.switches import (
@@ -49,6 +50,7 @@ __all__ = [
     "forcing_rate",
     "initialise",
     "initialise_touch",
+    "joined_centres",
     "jump",
     "linearise",
     "may_return",

@@ -1,6 +1,7 @@
 """Packed record, signals, modes and switches of a mesh."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -112,3 +113,8 @@ MODES = 6
 # Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, if any; then, with friction, the
 # hand-over to the next pair and for each flank the edge of the band in which its sliding is slower than ``friction_speed``.
 EDGE = 2 * PER_CONTACT
+
+
+def joined_centres(records: Any) -> list[tuple[int, int]]:
+    """Return the pairs of rotors between whose centres a force acts."""
+    return [(int(each["a"]), int(each["b"])) for each in records]
