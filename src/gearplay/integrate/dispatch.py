@@ -153,6 +153,11 @@ def initialise(system: System, e: int, t: float, y: Floats, branch: Branch, load
 
 
 @dispatched(compiled_inline)
+def locate_kinks(system: System, e: int, located: bool, branch: Branch, loads: Loads, g: Floats) -> None:
+    """Set whether kinks of element e's forces are located as events, and the values of their switches by ``loads``."""
+
+
+@dispatched(compiled_inline)
 def takes_samples(system: System, e: int) -> bool:
     """Return whether `initialise` takes a sample of element e, as is due at its sampling times only."""
     return False

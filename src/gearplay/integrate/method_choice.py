@@ -17,7 +17,7 @@ from gearplay.integrate.implicit import (
 )
 from gearplay.integrate.implicit_stages import trace
 from gearplay.integrate.next_touch import something_is_due
-from gearplay.integrate.restart import restart
+from gearplay.integrate.restart import locate_kinks, restart
 from gearplay.integrate.run import CALLS, DONE, REJECTED, T_END, H, Run, T
 from gearplay.integrate.runge_kutta import ORDER, STAGES
 from gearplay.integrate.step_end import accept, go_on
@@ -48,12 +48,13 @@ def is_quiet(system: System, run: Run) -> bool:
 
 
 @compiled_inline
-def fall_back(run: Run, backoff: int) -> int:
+def fall_back(system: System, run: Run, backoff: int) -> int:
     """Return to explicit steps for at least ``backoff`` steps; return `NOT_TAKEN`."""
     numbers = run.implicit.numbers
     numbers[IN_USE] = numbers[QUIET] = 0
     numbers[BACKOFF] = backoff
     run.clock[H] = run.implicit.sizes[H_EXPLICIT]
+    locate_kinks(system, run, True)
     return NOT_TAKEN
 
 
@@ -81,33 +82,34 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if numbers[IN_USE] == 0:
         clock[H] = sizes[H_EXPLICIT]
         numbers[TRIED], numbers[CALLS_TRIED] = 0, counts[CALLS]
+        locate_kinks(system, run, False)
     twice, t = min(2 * numbers[BACKOFF], MOST_BACKOFF), clock[T]
     h, error = min(clock[H], longest), 0.0
     for turn in range(REJECTIONS + 1):
         if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
-            return fall_back(run, twice)
+            return fall_back(system, run, twice)
         to_stop = h >= (stop - t) * (1.0 - 1e-12)
         part = stop - t if to_stop else h
         if attempt_implicit(system, run, part) != 0:
             counts[REJECTED] += 1
             h = SHORTER * part
             if h < SHORTEST * sizes[H_EXPLICIT]:
-                return fall_back(run, twice)
+                return fall_back(system, run, twice)
             continue
         error = implicit_error(system, run, part)
         if error <= 1.0:
             break
         counts[REJECTED] += 1
         if not math.isfinite(error):
-            return fall_back(run, twice)
+            return fall_back(system, run, twice)
         h = part * max(0.2, 0.8 * error ** (-1.0 / ORDER))
     t_new = stop if to_stop else t + part
     if watch(system, run, t_new, run.y_new, run.loads) != 0:
-        return fall_back(run, twice)
+        return fall_back(system, run, twice)
     switch_values(system, run.active_set, t_new, run.y_new, run.branch, run.loads, run.g_1)
     first, _ = first_switch(system, run, part, True)
     if first >= 0:
-        return fall_back(run, FIRST_BACKOFF if numbers[TRIED] > 5 * TRIAL else twice)
+        return fall_back(system, run, FIRST_BACKOFF if numbers[TRIED] > 5 * TRIAL else twice)
     status = accept(system, run, part, t_new, -1)
     if status != DONE:
         return status
@@ -121,6 +123,6 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     clock[H] = h * min(2.0, growth) if changes else h
     if numbers[TRIED] % TRIAL == 0:
         if not pays(run, h):
-            fall_back(run, min(4 * numbers[BACKOFF], LONG_BACKOFF))
+            fall_back(system, run, min(4 * numbers[BACKOFF], LONG_BACKOFF))
         numbers[CALLS_TRIED] = counts[CALLS]
     return DONE

@@ -142,6 +142,14 @@ def resolve_coincidence(system: System, run: Run, t: float) -> bool:
 
 
 @compiled_once
+def locate_kinks(system: System, run: Run, located: bool) -> None:
+    """Locate kinks of forces as events from the present state on, or integrate across them."""
+    acting = run.active_set.acting
+    for c in range(1, acting[0] + 1):
+        dispatch.locate_kinks(system, acting[c], located, run.branch, run.loads_0, run.g_0)
+
+
+@compiled_once
 def restart(system: System, run: Run) -> int:
     """Rebuild the active set for the new contact states, evaluate it, shorten the step and count events; return a status."""
     clock, counts, modes = run.clock, run.counts, run.branch.modes
@@ -152,6 +160,10 @@ def restart(system: System, run: Run) -> int:
             modes[ramp] = 0
             if system.rotors[i].drive == DRIVE_SPEED:
                 run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
+    if run.implicit.numbers[IN_USE] == 1:
+        if evaluate(system, run, t) != 0:
+            return CANNOT_MESH
+        locate_kinks(system, run, True)
     while True:
         rebuild(system, run.active_set, t, run.y, run.branch)
         for i in range(system.rotors.size):

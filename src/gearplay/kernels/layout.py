@@ -220,7 +220,12 @@ class Loads(Group):
 # Columns of the contact table that the right-hand side fills, one row per contact.
 PENETRATION, RATE, MARGIN, FORCE, FORCE_X, FORCE_Y = range(6)
 CONTACT_COLUMNS = 6
-OUT_SIZE = 29  # of the longest scratch: `mesh_geometry`
+LAST_TURN, LAST_COSINE_1, LAST_SINE = (
+    29,
+    30,
+    31,
+)  # behind the longest scratch, that of `mesh_geometry`: `rotation`
+OUT_SIZE = 32
 MEMORY = 12  # of the longest memory: `elements.mesh`
 
 # Columns of a sampled row, per rotor.

@@ -9,6 +9,8 @@ from typing import Any
 from gearplay.kernels.compiled import compiled_inline
 
 RAMP_SMOOTH, RAMP_AS_PRINTED, RAMP_CONSTANT = 0, 1, 2
+ON_RAMP, PAST_RAMP, NOT_LOCATED = 0, 1, 2
+"""Modes of a flank: below the end of its ramp, past it, or not located: then the penetration alone decides."""
 
 
 @compiled_inline
@@ -21,7 +23,7 @@ def damping_ramp(u: float, past: int) -> float:
     >>> damping_ramp(0.5, 0), damping_ramp(1e4, 0)
     (0.5, 1.0)
     """
-    if past == 1 or u >= 1.0:
+    if past == PAST_RAMP or u >= 1.0:
         return 1.0
     if u <= 0.0:
         return 0.0
@@ -40,7 +42,7 @@ def flank_damping(mesh: Any, p: float, past: int, back: int) -> float:
         return mesh.C_m * damping_ramp(p * mesh.inv_depth, past)
     if back == 1:
         return 0.0
-    return mesh.C_m if past == 1 else mesh.C_m * (1.0 - damping_ramp(p * mesh.inv_depth, past))
+    return mesh.C_m if past == PAST_RAMP else mesh.C_m * (1.0 - damping_ramp(p * mesh.inv_depth, past))
 
 
 @compiled_inline
@@ -53,7 +55,7 @@ def flank_force(
     which lets go and takes hold again before it opens (the ramp ends with p^2) shows both.
     """
     u = max(p * mesh.inv_depth, 0.0)
-    on_ramp = past == 0 and mesh.ramp == RAMP_SMOOTH
+    on_ramp = past != PAST_RAMP and mesh.ramp == RAMP_SMOOTH
     if u >= 1.0 or not on_ramp:
         force = stiffness * p + flank_damping(mesh, p, past, back) * rate
         return force, force * mesh.inv_depth if on_ramp else force
@@ -69,7 +71,7 @@ def flank_slopes(
     damping = flank_damping(mesh, p, past, back)
     steepness = 0.0
     u = p * mesh.inv_depth
-    if past == 0 and 0.0 < u < 1.0 and mesh.ramp != RAMP_CONSTANT:
+    if past != PAST_RAMP and 0.0 < u < 1.0 and mesh.ramp != RAMP_CONSTANT:
         steepness = 6.0 * mesh.C_m * mesh.inv_depth * u * (1.0 - u)
         if mesh.ramp != RAMP_SMOOTH:
             steepness = 0.0 if back == 1 else -steepness

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.carrier_motion import carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import System, omega_of, spin_of, theta_of, turn_of, vx_of, vy_of, x_of, y_of
@@ -187,12 +188,11 @@ def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: 
     frame_angle = 0.0
     if mesh.frame >= 0:  # the nominal direction turns with the carrier
         frame_angle = y[theta_of(mesh.frame)]
-        turn = turn_of(system, mesh.frame, t, y)
-        c, sn = math.cos(turn), math.sin(turn)
-        u_x, u_y = c * mesh.u0_x - sn * mesh.u0_y, sn * mesh.u0_x + c * mesh.u0_y
+        shift_x, shift_y, _, _ = carried(turn_of(system, mesh.frame, t, y), mesh.u0_x, mesh.u0_y, out)
+        u_x, u_y = mesh.u0_x + shift_x, mesh.u0_y + shift_y
         # (dx, dy) counts from the fixed start position; from here on it counts from the turned one.
-        dx += mesh.A0 * (mesh.u0_x - u_x)
-        dy += mesh.A0 * (mesh.u0_y - u_y)
+        dx -= mesh.A0 * shift_x
+        dy -= mesh.A0 * shift_y
 
     along, across = dx * u_x + dy * u_y, -dx * u_y + dy * u_x
     length = mesh.A0 + along

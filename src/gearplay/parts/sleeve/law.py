@@ -84,7 +84,7 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
         i = sleeve.bush
         turn = turn_of(system, i, t, y)
         bush_spin = spin_of(system, i, y)
-        shift_x, shift_y, _, _ = carried(turn, sleeve.offset_x, sleeve.offset_y)
+        shift_x, shift_y, _, _ = carried(turn, sleeve.offset_x, sleeve.offset_y, out)
         arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
         e_x -= y[x_of(i)] + shift_x
         e_y -= y[y_of(i)] + shift_y

@@ -94,7 +94,7 @@ def load_support(system: System, n: int, t: float, y: Floats, out: Floats) -> No
     if b >= 0:
         base_turn = turn_of(system, b, t, y)
         base_spin = spin_of(system, b, y)
-        shift_x, shift_y, cosine_1, sine = carried(base_turn, support.offset_x, support.offset_y)
+        shift_x, shift_y, cosine_1, sine = carried(base_turn, support.offset_x, support.offset_y, out)
         cosine = 1.0 + cosine_1
         away_x, away_y = e_x - y[x_of(b)], e_y - y[y_of(b)]
         e_x, e_y = away_x - shift_x, away_y - shift_y
@@ -138,7 +138,9 @@ def apply_forces(
 @compiled_once
 def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
     """Fill support n's row of slopes at (t, y): its kinematics and its force; return 0."""
-    load_support(system, n, t, y, row)
+    load_support(system, n, t, y, loads.out)
+    for k in range(SLOPES):
+        row[k] = loads.out[k]
     return 0
 
 

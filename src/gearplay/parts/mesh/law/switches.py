@@ -19,7 +19,7 @@ from gearplay.kernels.layout import (
     vx_of,
     vy_of,
 )
-from gearplay.parts.mesh.flank import RAMP_CONSTANT, RAMP_SMOOTH
+from gearplay.parts.mesh.flank import NOT_LOCATED, ON_RAMP, PAST_RAMP, RAMP_CONSTANT, RAMP_SMOOTH
 from gearplay.parts.mesh.geometry import (
     is_printed,
     mesh_phase,
@@ -83,10 +83,16 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
         _, low, high = edges_of(mesh, s, modes)
         return max(psi - high, low - psi)
     flank = s // PER_CONTACT
-    if mesh.C_m == 0.0 or mesh.ramp == RAMP_CONSTANT or modes[mesh.contact + flank] == OPEN:
+    past = modes[mesh.mode + flank]
+    if (
+        mesh.C_m == 0.0
+        or mesh.ramp == RAMP_CONSTANT
+        or past == NOT_LOCATED
+        or modes[mesh.contact + flank] == OPEN
+    ):
         return -1.0
     beyond = loads.contacts[mesh.contact + flank, PENETRATION] - mesh.depth
-    return beyond if modes[mesh.mode + flank] == 0 else -beyond
+    return beyond if past == ON_RAMP else -beyond
 
 
 @compiled_once
@@ -130,8 +136,23 @@ def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, load
     depth = mesh.depth
     for flank in range(2):
         past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
-        branch.modes[mesh.mode + flank] = 1 if past else 0
+        branch.modes[mesh.mode + flank] = PAST_RAMP if past else ON_RAMP
     _settle_phase(system, n, t, y, branch.modes, loads.contacts)
+
+
+@compiled_once
+def locate_kinks(system: System, n: int, located: bool, branch: Branch, loads: Loads, g: Floats) -> None:
+    """Set the modes of the smooth ramps of mesh n's flanks, and the values of their switches, by the penetrations in ``loads``."""
+    mesh, modes = system.records[KIND][n], branch.modes
+    if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH:
+        return
+    for flank in range(2):
+        slot, at = mesh.mode + flank, mesh.switch + PER_CONTACT * flank + PER_CONTACT - 1
+        modes[slot], g[at] = NOT_LOCATED, -1.0
+        if located:
+            beyond = loads.contacts[mesh.contact + flank, PENETRATION] - mesh.depth
+            modes[slot] = PAST_RAMP if beyond > 0.0 else ON_RAMP
+            g[at] = -1.0 if modes[mesh.contact + flank] == OPEN else -abs(beyond)
 
 
 @compiled_once
@@ -142,7 +163,7 @@ def initialise_touch(
     mesh = system.records[KIND][n]
     modes = branch.modes
     flank = k - mesh.contact
-    modes[mesh.mode + flank] = 0
+    modes[mesh.mode + flank] = ON_RAMP
     if modes[mesh.contact + 1 - flank] == OPEN:
         _settle_phase(system, n, t, y, modes, loads.contacts)
     elif mesh.friction > 0.0:
@@ -242,9 +263,11 @@ def may_return(
     if role == PULL and mesh.ramp == RAMP_CONSTANT:
         return _may_change_constant(system, mesh, s, k, h, start, end, g_0, g_1, stages)
     if role == PULL:
-        smooth = mesh.ramp == RAMP_SMOOTH and past == 0
+        smooth = mesh.ramp == RAMP_SMOOTH and past != PAST_RAMP
         return smooth and g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
-    sign = 1.0 if past == 0 else -1.0
+    if past == NOT_LOCATED:
+        return False
+    sign = 1.0 if past == ON_RAMP else -1.0
     rising, falling = sign * start[k, RATE], -sign * end[k, RATE]
     return rising > 0.0 and falling > 0.0 and g_0[at] + rising * h > 0.0 and g_1[at] + falling * h > 0.0
 
