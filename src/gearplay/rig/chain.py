@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearplay.files.record import Channel, Record
 from gearplay.rig.collector import convert, filter_response, keep_back_aliases, thin_out
 from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
-from gearplay.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
+from gearplay.rig.sensor import noise_voltage, sensor_response, sensor_voltage
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -185,8 +185,8 @@ def _channels(
         "sensor": sensor.kind,
         "sensitivity": f"{sensor.sensitivity:g} V/(m/s^2)",
         "quantum": f"{collector.quantum:.9g} V",
-        **_clipped("sensor_saturated", clipping(beyond[span.inside], rate * span.factor, span.start)),
-        **_clipped("converter_clipped", clipping(cut, rate, span.start)),
+        **_clipped("sensor_saturated", beyond[span.inside], rate * span.factor, span.start),
+        **_clipped("converter_clipped", cut, rate, span.start),
     }
     return [
         Channel(f"{name}.acceleration", ideal, rate, "m/s^2", span.start, about),
@@ -196,13 +196,15 @@ def _channels(
     ]
 
 
-def _clipped(what: str, found: Clipping) -> dict[str, str]:
-    """Return the flag, the share of samples and the time of the first as attributes."""
-    return {
-        what: "yes" if found.first is not None else "no",
-        f"{what}_share": f"{found.share:.6g}",
-        f"{what}_first": "never" if found.first is None else f"{found.first:.9g} s",
-    }
+def _clipped(what: str, beyond: NDArray[np.bool_], sampling: float, start: float) -> dict[str, str]:
+    """Return whether samples were cut off, their share and the time of the first, as attributes.
+
+    >>> _clipped("cut", np.array([False, True, True, False]), 10.0, 2.0)
+    {'cut': 'yes', 'cut_share': '0.5', 'cut_first': '2.1 s'}
+    """
+    first = f"{start + int(np.argmax(beyond)) / sampling:.9g} s" if np.any(beyond) else "never"
+    share = float(np.mean(beyond))
+    return {what: "yes" if share else "no", f"{what}_share": f"{share:.6g}", f"{what}_first": first}
 
 
 def _inputs(acceleration: Floats | Mapping[str, Floats], rig: Rig) -> dict[str, Floats]:

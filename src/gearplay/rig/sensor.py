@@ -1,6 +1,5 @@
 """Accelerometer: seismic element, AC coupling, saturation."""
 
-from dataclasses import dataclass
 from math import sqrt, tau
 
 import numpy as np
@@ -39,25 +38,6 @@ def sensor_response(sensor: Accelerometer, frequency: Floats) -> Complex:
     w_c, w_n, zeta = tau * sensor.coupling_corner, tau * sensor.natural_frequency, sensor.damping_ratio
     response: Complex = s / (s + w_c) * w_n**2 / (s**2 + 2.0 * zeta * w_n * s + w_n**2)
     return response
-
-
-@dataclass(frozen=True)
-class Clipping:
-    """How much of a record was cut off: share of its samples, and the time of the first [s], None if none was."""
-
-    share: float
-    first: float | None
-
-
-def clipping(beyond: NDArray[np.bool_], sampling: float, start: float) -> Clipping:
-    """Count the samples that are beyond the limits, taken at ``sampling`` [Hz] from ``start`` [s] on.
-
-    >>> clipping(np.array([False, True, True, False]), 10.0, 2.0)
-    Clipping(share=0.5, first=2.1)
-    """
-    if not np.any(beyond):
-        return Clipping(0.0, None)
-    return Clipping(float(np.mean(beyond)), start + int(np.argmax(beyond)) / sampling)
 
 
 def sensor_voltage(sensor: Accelerometer, means: Floats, sampling: float) -> tuple[Floats, NDArray[np.bool_]]:
