@@ -1,5 +1,6 @@
-"""Atomic writing: files are complete or absent, and only gearplay's own files are replaced."""
+"""Atomic writing: files are complete or absent, and only plain files of the user are replaced; checksum at a file's end."""
 
+import hashlib
 import os
 import secrets
 import shutil
@@ -7,9 +8,14 @@ import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from gearplay.vocabulary.errors import Fault, InputError, TakenError
+
+MARK: Final = b"gearplay sha256:"
+"""Marker at the end of a file, before the SHA-256 of all bytes before it; HDF5 reads only up to its own end."""
+LENGTH: Final = len(MARK) + hashlib.sha256().digest_size
+"""Of marker and digest [bytes]."""
 
 KINDS = (
     (stat.S_ISDIR, "a folder", "Add a file name."),
@@ -193,3 +199,12 @@ def write_figures(folder: Path, figures: Mapping[str, bytes]) -> None:
     """Write PNGs by name into ``folder/figures``, each atomically."""
     for name, png in figures.items():
         write_bytes(folder / "figures" / f"{name}.png", png)
+
+
+def with_checksum(content: bytes) -> bytes:
+    """Return content with the marker and its digest behind, so that damage is detected.
+
+    >>> len(with_checksum(b"abc")) - LENGTH
+    3
+    """
+    return content + MARK + hashlib.sha256(content).digest()

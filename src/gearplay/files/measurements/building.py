@@ -1,16 +1,16 @@
 """Channels and records from the content of a file: selection by name, checks of samples, units and rates."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files import sandbox
 from gearplay.files.measurements.rates import Declaration, agreed_rate, check_finite
 from gearplay.files.measurements.refusing import check_samples, damaged, quoted
 from gearplay.files.record import Channel, Record
@@ -22,13 +22,12 @@ _NAME_AND_UNIT = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", re
 
 
 @dataclass(frozen=True)
-class Request:
-    """Request to read a file: its path and size [bytes], the channels, the sampling rate [Hz]."""
+class Request(sandbox.Request):
+    """Request to read a file: also the channels, the sampling rate [Hz], the kind of file."""
 
-    path: Path
-    size: int
     channels: tuple[str, ...] | None = None
     sampling: float | None = None
+    kind: str = "csv"
 
     def select(self, names: Sequence[str]) -> list[int]:
         """Return the indices of the channels to read; of a requested name that is repeated, the first.
@@ -87,35 +86,36 @@ def as_text(attributes: Mapping[str, object]) -> Mapping[str, str]:
     shown = {
         escape_controls(str(key)): shorten(str(value), 1000) for key, value in list(attributes.items())[:200]
     }
-    return MappingProxyType({key: text for key, text in shown.items() if text})
+    return {key: text for key, text in shown.items() if text}
 
 
-def make_channel(
-    request: Request,
-    name: str,
-    values: NDArray[Any],
-    *,
-    declared: Sequence[Declaration],
-    unit: str = "",
-    start: float = 0.0,
-    attributes: Mapping[str, object] = MappingProxyType({}),
-) -> Channel:
-    """Return a channel after checking samples, start and sampling rate.
+class Samples(NamedTuple):
+    """Content of one channel as the file has it.
 
     Parameters
     ----------
-    request
-        Request of the caller.
-    name, unit
-        As the file has them.
     values
         Samples, shape [time], of any real type.
     declared
         Sampling rates that the file declares [Hz]; see `agreed_rate`.
+    unit
+        Empty where the file has none.
     start
         Time of the first sample [s].
     attributes
         Further properties; kept as text.
+
+    """
+
+    values: NDArray[Any]
+    declared: Sequence[Declaration]
+    unit: str = ""
+    start: float = 0.0
+    attributes: Mapping[str, object] = MappingProxyType({})
+
+
+def make_channel(request: Request, name: str, content: Samples) -> Channel:
+    """Return a channel after checking samples, start and sampling rate.
 
     Raises
     ------
@@ -126,18 +126,20 @@ def make_channel(
         Where neither the file nor the caller states the rate, or they contradict each other.
 
     """
+    values, declared, unit, start, attributes = content
+    channel = f"channel {quoted(name)}"
     if values.ndim != 1 or values.dtype.kind not in "fiub":
-        raise damaged(request.path, f"channel {quoted(name)} must hold real numbers", "Choose other channels")
+        raise damaged(request.path, f"{channel} must hold real numbers", "Choose other channels")
     if values.size == 0:
-        raise damaged(request.path, f"channel {quoted(name)} must hold samples, none found")
+        raise damaged(request.path, f"{channel} must hold samples, none found")
     check_samples(request.path, values.size)
     samples = np.ascontiguousarray(values, dtype=np.float64)
     check_finite(request.path, name, samples)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 8 and np.abs(samples).max() > 2.0**53:
-        rule = f"channel {quoted(name)} must hold whole numbers up to 2^53, {np.abs(samples).max():.6g} found"
+        rule = f"{channel} must hold whole numbers up to 2^53, {np.abs(samples).max():.6g} found"
         raise damaged(request.path, rule, "Choose other channels")
     if not np.isfinite(start):
-        raise damaged(request.path, f"channel {quoted(name)} must start at a finite time, {start} found")
+        raise damaged(request.path, f"{channel} must start at a finite time, {start} found")
     rate = agreed_rate(request.path, name, declared, request.sampling)
     return Channel(
         escape_controls(name), samples, rate, escape_controls(unit), float(start), as_text(attributes)
@@ -146,17 +148,42 @@ def make_channel(
 
 def make_record(
     request: Request,
-    channels: Sequence[Channel],
-    kind: str,
-    attributes: Mapping[str, object] | None = None,
+    names: Sequence[str],
+    load: Callable[[int], Samples],
+    attributes: Mapping[str, object],
+    *,
     found: Sequence[str] = (),
+    kind: str = "",
 ) -> Record:
     """Return the record of a file.
 
-    Raises `MeasurementError` where there is no channel; ``found`` names what there is instead.
+    Parameters
+    ----------
+    request
+        Request of the caller.
+    names
+        Names of all channels in the file; repeated and empty ones are made distinct.
+    load
+        Returns the content of the channel at an index.
+    attributes
+        Further properties of the file; kept as text.
+    found
+        Names of what there is in a file without a channel.
+    kind
+        Kind of file; the requested one if empty.
+
+    Raises
+    ------
+    MeasurementError
+        Where there is no channel, and as `make_channel`.
+    InputError
+        For a name that the file does not hold, and as `make_channel`.
+
     """
+    names = distinct(names)
+    channels = [make_channel(request, names[k], load(k)) for k in request.select(names)]
     if not channels:
         shown = ", ".join(shorten(each, 60) for each in found[:6]) + (", ..." if len(found) > 6 else "")
         rule = "must hold at least one channel of evenly sampled numbers"
         raise damaged(request.path, f"{rule}; found: {shown}" if found else rule, "Choose another file")
-    return Record(tuple(channels), request.path.name, kind, as_text(attributes or {}))
+    return Record(tuple(channels), request.path.name, kind or request.kind, as_text(attributes))

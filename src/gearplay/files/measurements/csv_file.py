@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.csv_layout import (
     Layout,
     clock_time,
@@ -157,17 +157,10 @@ def read(request: Request) -> Record:
         raise damaged(
             path, f"must hold a column beside the time {quoted(layout.names[time or 0])}", "Export it again"
         )
-    names = distinct([layout.names[k] for k in places])
-    channels = [
-        make_channel(
-            request,
-            names[k],
-            values[:, places[k]],
-            declared=declared,
-            unit=layout.units[places[k]],
-            start=start,
-        )
-        for k in request.select(names)
-    ]
-    said = {key: words for key, words in layout.declared.items() if key not in ("rows", "sampling", "start")}
-    return make_record(request, channels, "csv", said)
+    about = {key: text for key, text in layout.declared.items() if key not in ("rows", "sampling", "start")}
+    return make_record(
+        request,
+        [layout.names[k] for k in places],
+        lambda k: Samples(values[:, places[k]], declared, layout.units[places[k]], start),
+        about,
+    )

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import (
     Declaration,
     agreed_rate,
@@ -18,7 +18,7 @@ from gearplay.files.measurements.rates import (
     time_scale,
 )
 from gearplay.files.measurements.refusing import damaged, quoted
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, shorten
 
 MOST_COLUMNS: Final = 4096
@@ -175,24 +175,27 @@ class NamedArrays:
     def record(self, kind: str, known: Sequence[str] = ()) -> Record:
         """Return the record of all requested channels; attributes in ``known`` are not repeated as text."""
         columns = self.columns()
-        names = distinct([column.name for column in columns])
-        channels = [self.channel(columns[k], names[k], known) for k in self.request.select(names)]
         used = {id(e) for e in (*self.scalars, *self.axes, *(column.entry for column in columns))}
         left_out = [
             e for e in self.entries if id(e) not in used and getattr(e.value, "shape", (1,)) is not None
         ]
-        said: dict[str, object] = {
-            self.separator.join(e.path): e.value
-            if isinstance(e.value, str)
-            else np.asarray(self._load(e)).item()
-            for e in self.scalars[:100]
-        }
+        about: dict[str, object] = {}
+        for e in self.scalars[:100]:
+            value = e.value if isinstance(e.value, str) else np.asarray(self._load(e)).item()
+            about[self.separator.join(e.path)] = value
         if left_out:
-            said["left out"] = shorten(", ".join(self.separator.join(e.path) for e in left_out), 900)
-        return make_record(self.request, channels, kind, said, [str(e) for e in self.entries])
+            about["left out"] = shorten(", ".join(self.separator.join(e.path) for e in left_out), 900)
+        return make_record(
+            self.request,
+            [column.name for column in columns],
+            lambda k: self.samples(columns[k], known),
+            about,
+            found=[str(e) for e in self.entries],
+            kind=kind,
+        )
 
-    def channel(self, column: _Column, name: str, known: Sequence[str]) -> Channel:
-        """Return one channel."""
+    def samples(self, column: _Column, known: Sequence[str]) -> Samples:
+        """Return the content of one channel."""
         entry = column.entry
         declared = self._declared(entry)
         start = self._number(entry, _STARTS)
@@ -202,15 +205,7 @@ class NamedArrays:
             rate, start = axis
             declared = [*declared, rate]
         about = {key: value for key, value in entry.attributes.items() if key not in known}
-        return make_channel(
-            self.request,
-            name,
-            values,
-            declared=declared,
-            unit=self._unit(column),
-            start=start,
-            attributes=about,
-        )
+        return Samples(values, declared, self._unit(column), start, about)
 
     def _axis(self, entry: Entry) -> tuple[Declaration, float] | None:
         """Return rate [Hz] and start [s] by the time axis attached to an entry, in its group, or its first column."""

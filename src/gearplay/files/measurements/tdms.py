@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import Declaration, declarations, even_sampling, time_scale
 from gearplay.files.measurements.refusing import (
     MOST_NODES,
@@ -18,7 +18,7 @@ from gearplay.files.measurements.refusing import (
     need,
     quoted,
 )
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 
 UNITS: Final = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 """Properties that hold a channel's unit."""
@@ -95,7 +95,6 @@ def read(request: Request) -> Record:
     _check_segments(path, request.size)
     nptdms = need("nptdms", "npTDMS", path)
     complaints = Complaints("nptdms")
-    channels: list[Channel] = []
     with fenced(path, "TDMS"), path.open("rb") as stream, nptdms.TdmsFile(stream, keep_open=True) as file:
         groups = {group.name: list(group.channels()) for group in file.groups()}
         found = [
@@ -104,27 +103,20 @@ def read(request: Request) -> Record:
             for channel in group
             if channel.dtype.kind in "fiub" and not _is_axis(channel, group) and len(channel)
         ]
-        plain = [channel.name for channel in found]
-        names = distinct([c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found])
-        for k in request.select(names):
+
+        def load(k: int) -> Samples:
             channel = found[k]
             declared, start = _rates(request, channel, groups[channel.group_name])
             values = _values(request, channel)
             complaints.refuse(path, "TDMS")
-            channels.append(
-                make_channel(
-                    request,
-                    names[k],
-                    values,
-                    declared=declared,
-                    unit=_unit(channel.properties),
-                    start=start,
-                    attributes=_about(channel),
-                )
-            )
-        said = dict(file.properties)
+            return Samples(values, declared, _unit(channel.properties), start, _about(channel))
+
+        plain = [channel.name for channel in found]
+        names = [c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found]
+        everything = [c.path for group in groups.values() for c in group]
+        record = make_record(request, names, load, dict(file.properties), found=everything)
         complaints.refuse(path, "TDMS")
-    return make_record(request, channels, "tdms", said, [c.path for group in groups.values() for c in group])
+    return record
 
 
 def _about(channel: Any) -> dict[str, object]:
