@@ -25,9 +25,7 @@ def words_of(dataset: "xr.Dataset", otherwise: str) -> str:
     if "case" not in dataset.attrs:
         return str(dataset.attrs.get("title") or otherwise)
     case = case_in(dataset)
-    return case_words(case if case.title else case.model_copy(update={"title": otherwise})).replace(
-        " um", " µm"
-    )
+    return case_words(case if case.title else case.model_copy(update={"title": otherwise}))
 
 
 def case_words(case: Case) -> str:
