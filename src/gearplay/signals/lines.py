@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearplay.results.spectra import Spectrum, smoothed
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.signals.checks import refuse
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,8 @@ class Line:
 def _band(spectrum: Spectrum, low: float, high: float) -> tuple[int, int]:
     inside = np.nonzero((spectrum.frequency >= low) & (spectrum.frequency <= high))[0]
     if inside.size < 3:
-        raise InputError(
-            [
-                Fault(
-                    "band",
-                    f"{low:.4g}..{high:.4g} Hz",
-                    f"must hold at least 3 lines of the spectrum (one each {spectrum.resolution:.4g} Hz)",
-                    "Widen the band or take a longer record.",
-                )
-            ]
-        )
+        rule = f"must hold at least 3 lines of the spectrum (one each {spectrum.resolution:.4g} Hz)"
+        refuse("band", f"{low:.4g}..{high:.4g} Hz", rule, "Widen the band or take a longer record")
     return int(inside[0]), int(inside[-1])
 
 
@@ -49,8 +41,8 @@ def _offset(window: str, left: float, peak: float, right: float) -> tuple[float,
         d = ratio / (1.0 + ratio)
         return side * d, 1.0 / float(np.sinc(d))
     low, middle, high = (math.log(max(v, 1e-300)) for v in (left, peak, right))
-    bend = low - 2.0 * middle + high
-    d = 0.5 * (low - high) / bend if bend < 0.0 else 0.0
+    curvature = low - 2.0 * middle + high
+    d = 0.5 * (low - high) / curvature if curvature < 0.0 else 0.0
     return d, math.exp(-0.25 * (low - high) * d)
 
 
@@ -95,11 +87,8 @@ def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> L
     first, last = _band(spectrum, 0.5 * expected, 1.5 * expected)
     floor = float(np.median(spectrum.amplitude[first : last + 1]))
     height = float(spectrum.amplitude[at]) * gain
-    return Line(
-        float(spectrum.frequency[at]) + place * spectrum.resolution,
-        height,
-        height / floor if floor > 0.0 else math.inf,
-    )
+    frequency = float(spectrum.frequency[at]) + place * spectrum.resolution
+    return Line(frequency, height, height / floor if floor > 0.0 else math.inf)
 
 
 def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.08) -> Line:
@@ -142,9 +131,6 @@ def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.0
     place = 0.0
     if 0 < at < inside.size - 1:
         place, _ = _offset("parabola", *(float(v) for v in inside[at - 1 : at + 2]))
-    floor = float(np.median(inside))
-    return Line(
-        float(frequency[at]) + min(max(place, -0.5), 0.5) * spectrum.resolution,
-        float(inside[at]),
-        float(inside[at]) / floor if floor > 0.0 else math.inf,
-    )
+    height, floor = float(inside[at]), float(np.median(inside))
+    top = float(frequency[at]) + min(max(place, -0.5), 0.5) * spectrum.resolution
+    return Line(top, height, height / floor if floor > 0.0 else math.inf)
