@@ -54,23 +54,10 @@ class Reader:
         self.owner = 0
 
     def read(self, module: str, request: Request) -> Any:
-        """Return what a module reads of a file.
+        """Return ``read(request)`` of a module, after its ``load(request)``, which imports libraries, in the child process.
 
-        Parameters
-        ----------
-        module
-            Its function ``load`` imports the libraries that the request needs, ``read`` takes the request and returns the
-            content.
-        request
-            The file and its size, and what else the module needs.
-
-        Raises
-        ------
-        MeasurementError, InputError
-            As reading raises.
-        SandboxError
-            Where the process crashes, takes longer than `TIME_LIMIT` and `SLOWEST` allow, or more memory than `MOST_MEMORY`.
-
+        Raises `MeasurementError` and `InputError` as reading does; `SandboxError` where the process crashes, takes longer than
+        `TIME_LIMIT` and `SLOWEST` allow, or more memory than `MOST_MEMORY`.
         """
         seconds = TIME_LIMIT + request.size / SLOWEST
         with self.lock:

@@ -92,19 +92,8 @@ def as_text(attributes: Mapping[str, object]) -> Mapping[str, str]:
 class Samples(NamedTuple):
     """Content of one channel as the file has it.
 
-    Parameters
-    ----------
-    values
-        Samples, shape [time], of any real type.
-    declared
-        Sampling rates that the file declares [Hz]; see `agreed_rate`.
-    unit
-        Empty where the file has none.
-    start
-        Time of the first sample [s].
-    attributes
-        Further properties; kept as text.
-
+    ``values``, shape [time], are of any real type; ``declared`` are sampling rates [Hz], see `agreed_rate`; ``start`` is the time
+    of the first sample [s]; ``attributes`` are kept as text.
     """
 
     values: NDArray[Any]
@@ -117,14 +106,9 @@ class Samples(NamedTuple):
 def make_channel(request: Request, name: str, content: Samples) -> Channel:
     """Return a channel after checking samples, start and sampling rate.
 
-    Raises
-    ------
-    MeasurementError
-        Where there are no samples, they are not finite real numbers or whole numbers beyond 2^53, or the file's rates are not
-        positive or contradict each other.
-    InputError
-        Where neither the file nor the caller states the rate, or they contradict each other.
-
+    Raises `MeasurementError` where there are no samples, they are not finite real numbers or whole numbers beyond 2^53, or the
+    file's rates are not positive or contradict each other; `InputError` where neither the file nor the caller states the rate, or
+    they contradict each other.
     """
     values, declared, unit, start, attributes = content
     channel = f"channel {quoted(name)}"
@@ -157,28 +141,11 @@ def make_record(
 ) -> Record:
     """Return the record of a file.
 
-    Parameters
-    ----------
-    request
-        Request of the caller.
-    names
-        Names of all channels in the file; repeated and empty ones are made distinct.
-    load
-        Returns the content of the channel at an index.
-    attributes
-        Further properties of the file; kept as text.
-    found
-        Names of what there is in a file without a channel.
-    kind
-        Kind of file; the requested one if empty.
+    ``names`` are those of all channels in the file, made distinct here; ``load(k)`` returns the content of the k-th. ``found``
+    are the names of other content, for the message; ``kind`` is the kind of file, by default the requested one.
 
-    Raises
-    ------
-    MeasurementError
-        Where there is no channel, and as `make_channel`.
-    InputError
-        For a name that the file does not hold, and as `make_channel`.
-
+    Raises `MeasurementError` where there is no channel, `InputError` for a requested name that the file does not hold, and both
+    as `make_channel`.
     """
     names = distinct(names)
     channels = [make_channel(request, names[k], load(k)) for k in request.select(names)]

@@ -44,8 +44,8 @@ def _fault(path: Path, row: list[str], line: int, layout: Layout) -> Exception:
         return damaged(path, f"line {line} must have {layout.columns} fields, {len(row)} found")
     for column, text in enumerate(row, start=1):
         if not is_number(text) and not (column - 1 == layout.clock and clock_time(text)):
-            what = quoted(text) if text.strip() else "nothing"
-            return damaged(path, f"line {line}, field {column} must be a number, {what} found")
+            found = quoted(text) if text.strip() else "nothing"
+            return damaged(path, f"line {line}, field {column} must be a number, {found} found")
     return damaged(path, f"line {line} cannot be read")
 
 
@@ -89,9 +89,8 @@ def _numbers(path: Path, lines: list[str], layout: Layout) -> NDArray[np.float64
             values[begin : begin + len(rows)] = np.array(plain, dtype=np.float64)
     if layout.clock is not None:
         if len(clock) != len(kept) or len({dated for _, dated in clock}) > 1:
-            raise damaged(
-                path, f"must hold a clock time of one form in field {layout.clock + 1} of every line"
-            )
+            rule = f"must hold a clock time of one form in field {layout.clock + 1} of every line"
+            raise damaged(path, rule)
         first = clock[0][0] if clock[0][1] else 0
         values[:, layout.clock] = [(time - first) * 1e-9 for time, _ in clock]
     return values
@@ -122,9 +121,7 @@ def _time_column(layout: Layout, values: NDArray[np.float64], sampling: float | 
     if any(layout.names) or layout.columns < 2 or sampling is not None or values.shape[0] < 2:
         return None
     steps = np.diff(values[:, 0])
-    return (
-        0 if bool((steps > 0).all()) and not bool((steps == 1.0).all()) else None
-    )  # steps of 1 count the rows
+    return 0 if (steps > 0).all() and not (steps == 1.0).all() else None  # steps of 1 count the rows
 
 
 def read(request: Request) -> Record:
@@ -154,9 +151,8 @@ def read(request: Request) -> Record:
         declared.append((column, rate))
     places = [k for k in range(layout.columns) if k != time]
     if not places:
-        raise damaged(
-            path, f"must hold a column beside the time {quoted(layout.names[time or 0])}", "Export it again"
-        )
+        rule = f"must hold a column beside the time {quoted(layout.names[time or 0])}"
+        raise damaged(path, rule, "Export it again")
     about = {key: text for key, text in layout.declared.items() if key not in ("rows", "sampling", "start")}
     return make_record(
         request,

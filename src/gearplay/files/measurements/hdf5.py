@@ -181,16 +181,13 @@ def _values(request: Request, entry: Entry) -> NDArray[Any]:
     count, width = int(dataset.size), int(dataset.dtype.itemsize)
     check_samples(path, count)
     if dataset.external or dataset.is_virtual:
-        raise damaged(
-            path, f"channel {name} lies in another file, which is not read", "Repack it into one file"
-        )
-    largest = max(
-        count * width, int(np.prod(dataset.chunks, dtype=np.float64)) * width if dataset.chunks else 0
-    )
+        rule = f"channel {name} lies in another file, which is not read"
+        raise damaged(path, rule, "Repack it into one file")
+    block = int(np.prod(dataset.chunks, dtype=np.float64)) if dataset.chunks else 0
+    largest = max(count, block) * width
     if largest > DENSEST * request.size:
-        raise damaged(
-            path, f"channel {name} declares {largest} bytes, which a file of {request.size} cannot hold"
-        )
+        rule = f"channel {name} declares {largest} bytes, which a file of {request.size} cannot hold"
+        raise damaged(path, rule)
     if dataset.chunks:
         due = int(np.prod([-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True)]))
         held = int(dataset.id.get_num_chunks())

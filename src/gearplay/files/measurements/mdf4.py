@@ -87,9 +87,8 @@ def _check_records(path: Path, stream: IO[bytes], group: Any) -> None:
     """Compare the bytes of a group's records with its cycles: the library reads no more than these."""
     about, place = group.channel_group, group.data_group.data_block_addr
     held = _held(stream, place) if group.sorted and place else None
-    declared = about.cycles_nr * (
-        group.data_group.record_id_len + about.samples_byte_nr + about.invalidation_bytes_nr
-    )
+    width = group.data_group.record_id_len + about.samples_byte_nr + about.invalidation_bytes_nr
+    declared = about.cycles_nr * width
     if held is not None and held != declared:
         raise damaged(path, f"declares {declared} bytes of records and holds {held}")
 

@@ -35,16 +35,13 @@ def _check_segments(path: Path, size: int) -> None:
             file.seek(place)
             lead = file.read(_LEAD_IN)
             if len(lead) < _LEAD_IN or lead[:4] != b"TDSm":
-                raise damaged(
-                    path,
-                    f"segment {number} must begin with a lead-in of {_LEAD_IN} bytes at byte {place + 1}",
-                )
+                rule = f"segment {number} must begin with a lead-in of {_LEAD_IN} bytes at byte {place + 1}"
+                raise damaged(path, rule)
             (contents,) = struct.unpack_from("<I", lead, 4)
             (following,) = struct.unpack_from(">Q" if contents & _BIG_ENDIAN else "<Q", lead, 12)
             if following == 2**64 - 1:
-                raise damaged(
-                    path, f"segment {number} was never finished: its length is not written", "Record it again"
-                )
+                rule = f"segment {number} was never finished: its length is not written"
+                raise damaged(path, rule, "Record it again")
             place += _LEAD_IN + following
             if place > size:
                 raise damaged(path, f"segment {number} declares to end at byte {place}, the file has {size}")
@@ -72,12 +69,8 @@ def _rates(request: Request, channel: Any, group: list[Any]) -> tuple[list[Decla
     start = float(channel.properties.get("wf_start_offset", 0.0))
     for other in group:
         scale = time_scale(other.name, _unit(other.properties))
-        if (
-            other is not channel
-            and scale is not None
-            and len(other) == len(channel)
-            and other.dtype.kind in "fiu"
-        ):
+        fits = other is not channel and len(other) == len(channel) and other.dtype.kind in "fiu"
+        if scale is not None and fits:
             times = _values(request, other).astype(np.float64) * scale
             rate, start = even_sampling(request.path, times, column=other.name)
             declared.append((other.name, rate))

@@ -58,9 +58,8 @@ def _data_sets(path: Path, file: Any, content: bytes) -> list[_DataSet]:
     marks = [match.start() for match in _MARK.finditer(content)]
     count = file.get_n_sets()
     if len(marks) != 2 * count or content[marks[-1] :].strip() != b"-1":
-        raise damaged(
-            path, f"must enclose each data set in marks -1, {len(marks)} marks of {count} data sets found"
-        )
+        rule = f"must enclose each data set in marks -1, {len(marks)} marks of {count} data sets found"
+        raise damaged(path, rule)
     kinds = np.atleast_1d(file.get_set_types())
     found = []
     for number, kind in enumerate(kinds):

@@ -24,9 +24,8 @@ def _chunks(path: Path, size: int) -> dict[bytes, bytes]:
         head = file.read(12)
         order = ">" if head[:4] == b"RIFX" else "<"
         if len(head) < 12 or head[:4] not in (b"RIFF", b"RIFX") or head[8:] != b"WAVE":
-            raise damaged(
-                path, f"must start as RIFF/WAVE, {head[:4]!r} found", "Save it as WAV (RIFF), up to 4 GiB"
-            )
+            rule = f"must start as RIFF/WAVE, {head[:4]!r} found"
+            raise damaged(path, rule, "Save it as WAV (RIFF), up to 4 GiB")
         end = 8 + int(struct.unpack(order + "I", head[4:8])[0])
         if not size - 1 <= end <= size:  # more bytes than declared: a recorder that did not finish its header
             raise damaged(path, f"declares {end} bytes in its RIFF header and holds {size}")
