@@ -1,4 +1,4 @@
-"""Plots of one result; each draws on a given ``ax`` and labels it with units."""
+"""Style of all plots; functions that draw on a given ``ax`` and label it with units."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any

@@ -16,10 +16,9 @@ from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.planetary import MEMBERS
 from gearplay.model.planetary_parts import PinError
-from gearplay.results.base import OfDataset
+from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.results.tabled import Column
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -25,9 +25,8 @@ def _other_lines(case: Case) -> dict[str, float]:
     found: dict[str, float] = {}
     for name in case.planetary:
         orders = set_frequencies(case, name).orders()
-        found |= {
-            f"{order} of {name}": line for order, line in orders.items() if order not in ("mesh", "carrier")
-        }
+        others = {order: line for order, line in orders.items() if order not in ("mesh", "carrier")}
+        found |= {f"{order} of {name}": line for order, line in others.items()}
     for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
         if speed != 0.0 and ".planet" not in name:
             found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
@@ -51,13 +50,10 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 def line_marks(case: Case) -> dict[str, float]:
     """Return the marked lines of a spectrum [Hz] in order of priority: mesh, planetary orders, shafts, harmonics."""
-    called = _named_meshes(case)
-    harmonics = {
-        f"{order} {name}": order * line
-        for order in range(2, MOST_HARMONICS + 1)
-        for name, line in called.items()
-    }
-    return called | _other_lines(case) | harmonics
+    meshes = _named_meshes(case)
+    orders = range(2, MOST_HARMONICS + 1)
+    harmonics = {f"{order} {name}": order * line for order in orders for name, line in meshes.items()}
+    return meshes | _other_lines(case) | harmonics
 
 
 def _named_meshes(case: Case) -> dict[str, float]:

@@ -37,9 +37,8 @@ def case_words(case: Case) -> str:
     """
     changes = changes_of(case)
     more = f" and {len(changes) - MOST_CHANGES} more" if len(changes) > MOST_CHANGES else ""
-    return "; ".join(
-        [case.title or "untitled case", *([", ".join(changes[:MOST_CHANGES]) + more] if changes else [])]
-    )
+    words = f"; {', '.join(changes[:MOST_CHANGES])}{more}" if changes else ""
+    return (case.title or "untitled case") + words
 
 
 def changes_of(case: Case) -> list[str]:
