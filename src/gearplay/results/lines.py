@@ -57,12 +57,12 @@ def line_marks(case: Case) -> dict[str, float]:
 
 
 def _named_meshes(case: Case) -> dict[str, float]:
-    """Return the mesh frequencies [Hz] by what marks call them."""
+    """Return the mesh frequencies [Hz] by their names in marks."""
     return dict(zip(mesh_names(case), mesh_lines(case).values(), strict=True))
 
 
 def mesh_names(case: Case) -> dict[str, str]:
-    """Return what marks call the mesh frequencies, and the mesh: ``f_m``, of several ``f_m1``, ``f_m2``.
+    """Return the mesh of each mesh frequency by its name in marks: ``f_m``, of several ``f_m1``, ``f_m2``.
 
     >>> from gearplay.model.reading import load_case
     >>> mesh_names(load_case("two-stage-reducer"))

@@ -227,7 +227,7 @@ def check_window(name: str, n: int) -> Floats:
 
 
 def student_widening(count: int) -> float:
-    """Return by how much the standard deviation of so many values is multiplied for half the 95 % interval of their mean.
+    """Return half the 95 % confidence interval of the mean of ``count`` values over their standard deviation.
 
     >>> round(student_widening(8), 3), round(student_widening(1000), 4)
     (0.836, 0.0621)

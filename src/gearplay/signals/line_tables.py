@@ -215,7 +215,8 @@ def _row(
         remark = f"no line above {limit:.3g} {channel.unit}".rstrip()
         if tone is not None:
             remark = "content that stands out, but no single sharp line: a hump, a wandering tone, or close lines not asked for"
-        return LineRow(expected, False, *[math.nan] * 6, prominence, limit, density, remark)
+        no = math.nan
+        return LineRow(expected, False, no, no, no, no, no, no, prominence, limit, density, remark)
     resolution = channel.sampling / transform.n
     modulus, spread = abs(tone.amplitude), tone.covariance
     real, imaginary = tone.amplitude.real / modulus, tone.amplitude.imag / modulus
