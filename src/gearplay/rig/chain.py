@@ -9,9 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel, Record
-from gearplay.rig.collector import convert, filter_response, keep_back_aliases, thin_out
+from gearplay.rig.instruments import (
+    convert,
+    filter_response,
+    keep_back_aliases,
+    noise_voltage,
+    sensor_response,
+    sensor_voltage,
+    thin_out,
+)
 from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
-from gearplay.rig.sensor import noise_voltage, sensor_response, sensor_voltage
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]

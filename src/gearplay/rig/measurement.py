@@ -14,7 +14,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import Source
 from gearplay.results.simulate import case_of
 from gearplay.rig.chain import apply_chain, internal_factor
-from gearplay.rig.collector import HALF_TAPS
+from gearplay.rig.instruments import HALF_TAPS
 from gearplay.rig.plan import Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
