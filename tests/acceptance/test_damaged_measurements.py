@@ -225,7 +225,7 @@ def sound_files(folder: Path) -> dict[str, list[bytes]]:
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give up sooner on a file on which a library never returns."""
-    monkeypatch.setattr(sandbox, "PATIENCE", 10.0)
+    monkeypatch.setattr(sandbox, "TIME_LIMIT", 10.0)
 
 
 @contextmanager

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.calibration.plan import HumpTarget, LevelTarget, LineTarget, StatisticTarget
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.signals.levels import band_level
-from gearplay.signals.lines import find_hump, find_line
+from gearplay.signals.lines import band_level, find_hump, find_line
 from gearplay.solver.trajectory import ContactStatistics
 
 Floats = NDArray[np.float64]

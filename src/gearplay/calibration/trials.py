@@ -15,8 +15,8 @@ from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
 from gearplay.model.reading import load_case, replace
+from gearplay.rig.instruments import sensor_response
 from gearplay.rig.plan import Accelerometer
-from gearplay.rig.sensor import sensor_response
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.trajectory import Trajectory, acceleration_signals
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError

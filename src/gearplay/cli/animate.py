@@ -54,7 +54,7 @@ def animate(
     """
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.results.choice import stretch
-    from gearplay.results.staging import motion_in, telling_window
+    from gearplay.results.staging import loud_window, motion_in
     from gearplay.vocabulary.errors import Fault, InputError
 
     place = out or Path(run).with_name(f"{Path(run).stem}-motion.html")
@@ -74,7 +74,7 @@ def animate(
     result = result_in(run)
     span = stretch(result, window_of(window))
     if window is None and form != ".html":
-        span = telling_window(result, span)
+        span = loud_window(result, span)
     motion = motion_in(result, span, at=at, frames=frames or FORMS[form])
     with interruptible() as stop, progress_bar(quiet=json) as report:
         draw = _page if form == ".html" else _film

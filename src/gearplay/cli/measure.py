@@ -43,9 +43,8 @@ def measure(
     check_record_path(out, overwrite=overwrite)
     compile_kernels(chosen, quiet=json)
     with interruptible() as stop, progress_bar(quiet=json) as report:
-        watch = None if report is None else lambda done, total: report(chosen.title or case, done, total)
         record = record_of(
-            chosen, built, member=member, duration=length, seed=seed, progress=watch, stop=stop
+            chosen, built, member=member, duration=length, seed=seed, progress=report, stop=stop
         )
     write_record(record, out, overwrite=overwrite)
     document = _summary(record, out)

@@ -146,7 +146,7 @@ def _spectrum(result: Result, names: list[str], at: str | None, window: tuple[fl
 
 def _waterfall(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
     from gearplay.results.choice import choose
-    from gearplay.results.waterfall import waterfall_figure
+    from gearplay.results.figures import waterfall_figure
 
     return waterfall_figure(result, *choose(result, names, at, kind="spectrum")[0], window)
 

@@ -1,5 +1,6 @@
-"""Atomic writing: files are complete or absent, and only gearplay's own files are replaced."""
+"""Atomic writing: files are complete or absent, and only plain files of the user are replaced; checksum at a file's end."""
 
+import hashlib
 import os
 import secrets
 import shutil
@@ -7,9 +8,14 @@ import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from gearplay.vocabulary.errors import Fault, InputError, TakenError
+
+MARK: Final = b"gearplay sha256:"
+"""Marker at the end of a file, before the SHA-256 of all bytes before it; HDF5 reads only up to its own end."""
+LENGTH: Final = len(MARK) + hashlib.sha256().digest_size
+"""Of marker and digest [bytes]."""
 
 KINDS = (
     (stat.S_ISDIR, "a folder", "Add a file name."),
@@ -27,7 +33,7 @@ def shown_path(path: Path) -> str:
     return text if len(text) <= 56 else f"...{text[-53:]}"
 
 
-def _refusal(path: Path, rule: str, cure: str) -> InputError:
+def _refusal(path: Path, rule: str, cure: str = "Choose another place.") -> InputError:
     return InputError([Fault("out", shown_path(path), rule, cure)])
 
 
@@ -40,24 +46,28 @@ def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
 
     Only a plain file of this user's own is ever replaced. ``size`` is about how large it will be [bytes], if that is known.
     """
-    found = _kind_of(path)
+    found = _status(path)
     if found is not None and stat.S_ISREG(found.st_mode) and not overwrite:
         raise _taken(path, "must not exist yet")
     _check_replaceable(path, found)
     folder = next((each for each in (path.parent, *path.parent.parents) if each.exists()), path.parent)
     if not folder.is_dir():
-        raise _refusal(path, f"must be in a folder; {folder.name} is a file", "Choose another place.")
+        raise _refusal(path, f"must be in a folder; {folder.name} is a file")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise _refusal(path, "must be in a folder that can be written", "Choose another place.")
-    _check_space(path, folder, size)
+        raise _refusal(path, "must be in a folder that can be written")
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        rule = f"needs {size / 1e6:.3g} MB; its disk has {free / 1e6:.3g} MB free"
+        raise _refusal(path, rule, "Free some space or choose another place.")
 
 
-def _kind_of(path: Path) -> os.stat_result | None:
+def _status(path: Path) -> os.stat_result | None:
+    """Return the status of a file, None where there is none; `InputError` for a name that is too long or has a null character."""
     try:
         return os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except (OSError, ValueError) as error:  # a name that is too long, or has a null character
+    except (OSError, ValueError) as error:
         raise _refusal(path, f"must be a file name ({_words(error)})", "Choose another name.") from None
 
 
@@ -71,13 +81,6 @@ def _check_replaceable(path: Path, found: os.stat_result | None) -> None:
         raise _refusal(path, "must not be somebody else's file", "Choose another name, or remove it first.")
 
 
-def _check_space(path: Path, folder: Path, size: float) -> None:
-    free = shutil.disk_usage(folder).free
-    if size > free:
-        rule = f"needs {size / 1e6:.3g} MB; its disk has {free / 1e6:.3g} MB free"
-        raise _refusal(path, rule, "Free some space or choose another place.")
-
-
 def _words(error: Exception) -> str:
     return str(getattr(error, "strerror", None) or error)
 
@@ -87,8 +90,7 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
-        rule = f"must be a folder that can be written ({_words(error)})"
-        raise _refusal(path, rule, "Choose another place.") from None
+        raise _refusal(path, f"must be a folder that can be written ({_words(error)})") from None
 
 
 @contextmanager
@@ -101,13 +103,15 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
     Raises `InputError` where the folder is missing, read-only or full, or what is there is not a plain file of this user's own.
     """
     make_folder(path.parent)
-    name = _name_beside(path)  # known before it is there: whatever ends this removes it
+    stem = path.name if len(os.fsencode(path.name)) < 200 else "result"  # a name has 255 bytes
+    # known before it is there: whatever ends this removes it
+    name = str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
     try:
         os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666))
         yield Path(name)
         with open(name, "rb+") as file:
             os.fsync(file.fileno())
-        found = _kind_of(path)
+        found = _status(path)
         _check_replaceable(path, found)
         if found is not None:
             os.chmod(name, stat.S_IMODE(found.st_mode))
@@ -122,12 +126,6 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # it has its name, or the disk is read-only by now
             os.unlink(name)
-
-
-def _name_beside(path: Path) -> str:
-    """Return a unique name in the folder of ``path``."""
-    stem = path.name if len(os.fsencode(path.name)) < 200 else "result"  # a name has 255 bytes
-    return str(path.parent / f".{stem}.{secrets.token_hex(6)}.part")
 
 
 def _name_once(name: str, path: Path) -> None:
@@ -177,11 +175,7 @@ def write_with(path: Path, write: Callable[[Path], Any], *, overwrite: bool = Tr
 
 def write_text(path: Path, text: str, *, overwrite: bool = True) -> None:
     """Write a text file atomically, UTF-8, as it is."""
-    write_with(
-        path,
-        lambda temporary: temporary.write_text(text, encoding="utf-8", newline=""),
-        overwrite=overwrite,
-    )
+    write_bytes(path, text.encode("utf-8"), overwrite=overwrite)
 
 
 def write_bytes(path: Path, content: bytes, *, overwrite: bool = True) -> None:
@@ -193,3 +187,12 @@ def write_figures(folder: Path, figures: Mapping[str, bytes]) -> None:
     """Write PNGs by name into ``folder/figures``, each atomically."""
     for name, png in figures.items():
         write_bytes(folder / "figures" / f"{name}.png", png)
+
+
+def with_checksum(content: bytes) -> bytes:
+    """Return content with the marker and its digest behind, so that damage is detected.
+
+    >>> len(with_checksum(b"abc")) - LENGTH
+    3
+    """
+    return content + MARK + hashlib.sha256(content).digest()

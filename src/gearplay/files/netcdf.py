@@ -10,11 +10,10 @@ from functools import partial
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from gearplay.files.atomic import check_new, shown_path, write_bytes
-from gearplay.files.checksum import LENGTH, MARK, sealed
-from gearplay.files.sandbox import READER, UnansweredError
+from gearplay.files.atomic import LENGTH, MARK, check_new, shown_path, with_checksum, write_bytes
+from gearplay.files.sandbox import READER, Request, SandboxError
 from gearplay.files.tables import dataset_as_csv, dataset_as_mat
 from gearplay.vocabulary.background import beside
 from gearplay.vocabulary.errors import Fault, InputError
@@ -22,7 +21,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-SEAL = "digest"
+CHECKSUM = "digest"
 """Attribute of a file that has a digest at its end."""
 QUICK = 10e6
 """Size [bytes] that is written in well under a second, without a thread."""
@@ -79,11 +78,11 @@ def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
         if packed and variable.dtype.kind in "fi" and variable.size > 1000
     }
     held = dataset.compute() if dataset.chunks else dataset
-    told = held.assign_attrs({SEAL: f"sha256 of all bytes before the last {LENGTH}"})
+    marked = held.assign_attrs({CHECKSUM: f"sha256 of all bytes before the last {LENGTH}"})
     buffer = BytesIO()
     with h5netcdf.File(buffer, "w") as file:
-        told.dump_to_store(H5NetCDFStore(file), encoding=how)
-    return sealed(buffer.getvalue())
+        marked.dump_to_store(H5NetCDFStore(file), encoding=how)
+    return with_checksum(buffer.getvalue())
 
 
 def read_dataset(path: Path) -> "xr.Dataset":
@@ -98,40 +97,30 @@ def read_dataset(path: Path) -> "xr.Dataset":
         if _check_digest(path, size):
             found = load_whole(path, size)
         else:
-            question = {"path": str(path.absolute()), "size": size}
             try:
-                content = READER.ask("gearplay.files.netcdf", question, _content)
-            except UnansweredError as reason:
+                content = READER.read(__name__, Request(path.absolute(), size))
+            except SandboxError as reason:
                 raise _refusal(path, f"the HDF5 library {reason}") from None
             found = load_whole(BytesIO(content), len(content))
-    found.attrs.pop(SEAL, None)  # of the file, not of what is in it
+    found.attrs.pop(CHECKSUM, None)  # of the file, not of what is in it
     return found
 
 
-def _content(said: dict[str, int], pipe: IO[bytes]) -> bytes:
-    content = pipe.read(said["bytes"])
-    if len(content) < said["bytes"]:
-        raise EOFError
-    return content
-
-
-def load(_: dict[str, Any]) -> None:
-    """Import what `answer` needs."""
+def load(_: Request) -> None:
+    """Import the libraries that `read` needs; in the child process."""
     load_writers()
 
 
-def answer(question: dict[str, Any]) -> tuple[dict[str, int], tuple[bytes]]:
-    """Return a file without a digest as the bytes of a sound one; in the process that may crash.
+def read(request: Request) -> bytes:
+    """Return a file without a digest as the bytes of a sound one; in the child process.
 
     Raises `InputError` as `read_dataset` does.
     """
-    path, size = Path(question["path"]), question["size"]
-    with _refusing(path):
-        found = load_whole(path, size)
-        if SEAL in found.attrs:
-            raise _refusal(path, "it was changed or cut off after it was written")
-        content = netcdf_bytes(found.drop_encoding(), packed=False)
-    return {"bytes": len(content)}, (content,)
+    with _refusing(request.path):
+        found = load_whole(request.path, request.size)
+        if CHECKSUM in found.attrs:
+            raise _refusal(request.path, "it was changed or cut off after it was written")
+        return netcdf_bytes(found.drop_encoding(), packed=False)
 
 
 @contextmanager

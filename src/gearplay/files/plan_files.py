@@ -39,11 +39,11 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
         text, where = read_text(Path(name), what="plan"), shorten(Path(name).name)
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
     if name not in known and isinstance(case := document.get("case"), str) and case not in bundled_names():
-        document["case"] = _beside(Path(name), case)
+        document["case"] = _case_path(Path(name), case)
     return document
 
 
-def _beside(plan: Path, case: str) -> str:
+def _case_path(plan: Path, case: str) -> str:
     """Return the path of a plan's case, which counts from the plan's folder; `InputError` where there is no file."""
     place = plan.parent / Path(case).expanduser()
     if not os.path.lexists(place):

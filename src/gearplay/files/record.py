@@ -5,7 +5,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +51,7 @@ class Channel:
     sampling: float
     unit: str = ""
     start: float = 0.0
-    attributes: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    attributes: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -97,7 +96,7 @@ class Record:
     channels: tuple[Channel, ...]
     source: str = ""
     format: str = "simulated"
-    attributes: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    attributes: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -151,12 +150,10 @@ class Record:
         from gearplay.pictures.style import new_axes, plot_curve
 
         chosen = self.channel(channel) if channel is not None else self.channels[-1]
-        values = np.asarray(chosen.values, dtype=np.float64)
-        drawn = plot_curve(
-            ax if ax is not None else new_axes(), chosen.time, values, f"signal [{chosen.unit or '1'}]"
-        )
-        drawn.set_title(chosen.name, fontsize=9, loc="left")
-        return drawn
+        axes, words = ax if ax is not None else new_axes(), f"signal [{chosen.unit or '1'}]"
+        plot_curve(axes, chosen.time, np.asarray(chosen.values, dtype=np.float64), words)
+        axes.set_title(chosen.name, fontsize=9, loc="left")
+        return axes
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the record as `gearplay.write_record` does, its kind by the extension; `gearplay.read_result` reads it back."""
@@ -167,9 +164,8 @@ class Record:
     def _repr_html_(self) -> str:
         from gearplay.pictures.pages import html_table
 
+        head = ("channel", "unit", "sampling", "length")
         rows = [
             (c.name, c.unit or "1", f"{c.sampling:g} Hz", f"{c.values.size} samples") for c in self.channels
         ]
-        return f"<p>{html.escape(self.message)}</p>" + html_table(
-            rows, ("channel", "unit", "sampling", "length")
-        )
+        return f"<p>{html.escape(self.message)}</p>" + html_table(rows, head)

@@ -7,37 +7,43 @@ exception nor a signal helps.
 
 import atexit
 import contextlib
-import json
 import os
+import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import IO, Any, Final, TypeVar
+from typing import Any, Final
 
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, MeasurementError
+from gearplay.vocabulary.errors import InputError, MeasurementError
 
-PATIENCE: Final = 30.0
-"""Time a file may take before it counts as damaged [s], in addition to `PACE`."""
-PACE: Final = 5e6
-"""Slowest reading that is waited for [bytes/s]."""
+TIME_LIMIT: Final = 30.0
+"""Time a file may take before it counts as damaged [s], in addition to `SLOWEST`."""
+SLOWEST: Final = 5e6
+"""Slowest reading within the limit [bytes/s]."""
 MOST_MEMORY: Final = 8_000_000_000
 """Address space that reading may take [bytes], in addition to eight times the file."""
 _STARTING: Final = 120.0
 
-Read = TypeVar("Read")
+
+@dataclass(frozen=True)
+class Request:
+    """Request to read a file: its path and size [bytes]."""
+
+    path: Path
+    size: int
 
 
-class UnansweredError(Exception):
+class SandboxError(Exception):
     """The process crashed, exceeded its time limit, or ran out of memory; the message is a predicate that names the cause."""
 
 
 class Reader:
-    """Process that reads one file after another; it is started anew after it ended.
+    """Child process that reads one file after another; it is started anew after it ended.
 
-    The request is a line of JSON, the reply a line of JSON and bytes. The program first sends a line when it is ready.
+    Requests and replies are pickled. The program first sends a message when it is ready.
     """
 
     def __init__(self, program: str = "from gearplay.files.sandbox import serve; serve()") -> None:
@@ -47,49 +53,30 @@ class Reader:
         self.process: subprocess.Popen[bytes] | None = None
         self.owner = 0
 
-    def ask(
-        self, module: str, question: dict[str, Any], take: Callable[[dict[str, Any], IO[bytes]], Read]
-    ) -> Read:
-        """Return the answer of a module.
+    def read(self, module: str, request: Request) -> Any:
+        """Return ``read(request)`` of a module, after its ``load(request)``, which imports libraries, in the child process.
 
-        Parameters
-        ----------
-        module
-            Its function ``load`` imports the libraries that the question needs, ``answer`` takes the question and returns a
-            description and buffers.
-        question
-            At least ``path`` and ``size`` [bytes] of the file.
-        take
-            Makes a result of the description and the pipe with the buffers; `EOFError` where it ends early.
-
-        Raises
-        ------
-        MeasurementError, InputError
-            As reading raises.
-        UnansweredError
-            Where the process crashes, takes longer than `PATIENCE` and `PACE` allow, or more memory than `MOST_MEMORY`.
-
+        Raises `MeasurementError` and `InputError` as reading does; `SandboxError` where the process crashes, takes longer than
+        `TIME_LIMIT` and `SLOWEST` allow, or more memory than `MOST_MEMORY`.
         """
-        patience = PATIENCE + question["size"] / PACE
-        question = question | {"module": module, "patience": patience}
+        seconds = TIME_LIMIT + request.size / SLOWEST
         with self.lock:
             process = self._running()
             assert process.stdin is not None
-            assert process.stdout is not None
             try:
-                process.stdin.write(json.dumps(question).encode() + b"\n")
+                pickle.dump((module, request, seconds), process.stdin)
                 process.stdin.flush()
-                _hear(process)  # that the libraries are loaded, which is not the file's fault
-                with _ended_after(patience, process):
-                    return take(_said(process.stdout), process.stdout)
-            except (BrokenPipeError, EOFError):
-                self._end()
-                raise UnansweredError("crashes on it or does not return") from None
-            except (MeasurementError, InputError, UnansweredError):
-                raise  # an answer: the process waits for the next question
-            except BaseException:
-                self._end()  # half an answer is left in the pipe
+                _receive(process, _STARTING)  # the libraries are loaded, which is not the file's fault
+                reply = _receive(process, seconds)
+            except (MemoryError, KeyboardInterrupt):
+                self._end()  # half a reply is left in the pipe
                 raise
+            except Exception:  # the pipe ends, or a damaged process wrote into it
+                self._end()
+                raise SandboxError("crashes on it or does not return") from None
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self.process is not None and self.owner == os.getpid() and self.process.poll() is None:
@@ -107,9 +94,9 @@ class Reader:
                 stderr=subprocess.DEVNULL,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(known), "OPENBLAS_NUM_THREADS": "1"},
             )
-            _hear(self.process)
+            _receive(self.process, _STARTING)
         except BaseException:
-            self._end()  # a late line would be taken for a reply
+            self._end()  # a late message would be taken for a reply
             raise
         return self.process
 
@@ -122,10 +109,8 @@ class Reader:
         process.wait()
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
-                try:
+                with contextlib.suppress(BrokenPipeError):  # bytes that it did not read any more
                     pipe.close()
-                except BrokenPipeError:  # what it did not read any more
-                    continue
 
     def close(self) -> None:
         """End the process, if one runs."""
@@ -133,46 +118,15 @@ class Reader:
             self._end()
 
 
-@contextlib.contextmanager
-def _ended_after(patience: float, process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """End a process that takes longer [s]."""
-    watch = threading.Timer(patience, process.kill)
+def _receive(process: subprocess.Popen[bytes], seconds: float) -> Any:
+    """Return the next message of a process, which is killed where it takes longer; `EOFError` where it ends."""
+    assert process.stdout is not None
+    watch = threading.Timer(seconds, process.kill)
     try:
         watch.start()
-        yield
+        return pickle.load(process.stdout)
     finally:
         watch.cancel()
-
-
-def _hear(process: subprocess.Popen[bytes]) -> None:
-    """Wait for the line that the process sends when it is ready; kill the process after `_STARTING` seconds."""
-    assert process.stdout is not None
-    with _ended_after(_STARTING, process):
-        process.stdout.readline()
-
-
-def _said(pipe: IO[bytes]) -> dict[str, Any]:
-    """Return the line that the process answers; raise what it raises, `EOFError` where it ends."""
-    line = pipe.readline()
-    if not line.endswith(b"\n"):
-        raise EOFError
-    said: dict[str, Any] = json.loads(line)
-    if "refused" in said:
-        raise MeasurementError(said["refused"])
-    if "unanswered" in said:
-        raise UnansweredError(said["unanswered"])
-    if "faults" in said:
-        raise InputError([Fault(f[0], f[1] if f[2] else NO_VALUE, f[3], f[4]) for f in said["faults"]])
-    return said
-
-
-def _refusal(error: MeasurementError | InputError) -> dict[str, Any]:
-    """Return the reply with the reason why a file was not read."""
-    if isinstance(error, MeasurementError):
-        return {"refused": str(error)}
-    faults = [(f.path, f.value, True, f.rule, f.cure) for f in error.faults if f.value is not NO_VALUE]
-    faults += [(f.path, None, False, f.rule, f.cure) for f in error.faults if f.value is NO_VALUE]
-    return {"faults": faults}
 
 
 READER: Final = Reader()
@@ -180,45 +134,46 @@ READER: Final = Reader()
 
 
 def serve() -> None:
-    """Answer questions until there are no more; in the other process."""
+    """Serve requests until there are no more; in the child process."""
     with os.fdopen(os.dup(1), "wb") as pipe:
-        os.dup2(2, 1)  # what a library prints must not reach the answers
-        pipe.write(b"ready\n")
-        pipe.flush()
-        for line in sys.stdin.buffer:
-            question = json.loads(line)
-            module = import_module(question["module"])
-            module.load(question)
-            pipe.write(b"loaded\n")
+        os.dup2(2, 1)  # output of a library must not reach the replies
+
+        def send(message: object) -> None:
+            pickle.dump(message, pipe, protocol=5)
             pipe.flush()
-            _limit(question["size"], question["patience"])
-            said: dict[str, Any] = {}
-            parts: Iterable[bytes | memoryview] = ()
+
+        send("ready")
+        while True:
             try:
-                said, parts = module.answer(question)
+                name, request, seconds = pickle.load(sys.stdin.buffer)
+            except EOFError:
+                return
+            module = import_module(name)
+            module.load(request)
+            send("loaded")
+            _limit(request.size, seconds)
+            reply: Any
+            try:
+                reply = module.read(request)
             except (MeasurementError, InputError) as error:
-                said = _refusal(error)
+                reply = error
             except MemoryError:
-                said = {
-                    "unanswered": f"needs more than {_most_memory(question['size']) / 1e9:.3g} GB of memory to read it"
-                }
-            pipe.write(json.dumps(said).encode() + b"\n")
-            for part in parts:
-                pipe.write(part)
-            pipe.flush()
-            said, parts = {}, ()  # frees what was read
+                most = _most_memory(request.size) / 1e9
+                reply = SandboxError(f"needs more than {most:.3g} GB of memory to read it")
+            send(reply)
+            del reply  # frees the memory
 
 
 def _most_memory(size: int) -> float:
     return MOST_MEMORY + 8.0 * size
 
 
-def _limit(size: int, patience: float) -> None:
+def _limit(size: int, seconds: float) -> None:
     """Limit address space and processor time of this process; the latter ends it after the parent process has died."""
     with contextlib.suppress(ImportError, OSError, ValueError):  # a system without such limits
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (int(_most_memory(size)), resource.RLIM_INFINITY))
         used = resource.getrusage(resource.RUSAGE_SELF)
-        seconds = int(used.ru_utime + used.ru_stime + 2.0 * patience) + 1
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+        most = int(used.ru_utime + used.ru_stime + 2.0 * seconds) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))

@@ -41,11 +41,8 @@ def _plain(values: Any) -> Any:
     """Return numbers as they are, and texts as a text or a cell of texts."""
     if values.dtype.kind not in "OUS":
         return values
-    return (
-        str(values)
-        if values.ndim == 0
-        else np.array([str(each) for each in values.ravel()], dtype=object).reshape(values.shape)
-    )
+    texts = np.array([str(each) for each in values.ravel()], dtype=object)
+    return texts.reshape(values.shape) if values.ndim else str(values)
 
 
 def dataset_as_csv(dataset: "xr.Dataset") -> bytes:
@@ -53,11 +50,7 @@ def dataset_as_csv(dataset: "xr.Dataset") -> bytes:
 
     Variables without that dimension are named in a comment.
     """
-    row = (
-        "time"
-        if "time" in dataset.sizes
-        else max(dataset.sizes, key=lambda name: dataset.sizes[name], default="")
-    )
+    row = max(dataset.sizes, key=lambda name: (name == "time", dataset.sizes[name]), default="")
     columns: dict[str, Any] = {}
     left_out = []
     if row in dataset.coords:
@@ -67,9 +60,7 @@ def dataset_as_csv(dataset: "xr.Dataset") -> bytes:
             left_out.append(str(name))
             continue
         others = [dim for dim in variable.dims if dim != row]
-        labels = [
-            dataset[dim].values if dim in dataset.coords else range(dataset.sizes[dim]) for dim in others
-        ]
+        labels = [dataset[dim].values for dim in others]  # places, where a dimension has none
         for places in itertools.product(*(range(dataset.sizes[dim]) for dim in others)):
             label = ".".join([*(str(known[at]) for known, at in zip(labels, places, strict=True)), str(name)])
             chosen = variable.isel(dict(zip(others, places, strict=True)))

@@ -13,7 +13,7 @@ from gearplay.model.case import Case
 from gearplay.nonlinear.least_spans import shortest_period
 from gearplay.nonlinear.slow_oscillation import SAMPLES, too_few_oscillations, velocities
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
-from gearplay.results.tabled import Column, Tabled
+from gearplay.results.base import Column, Tabled
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course

@@ -69,6 +69,7 @@ def to_bytes(figure: Any, form: str) -> bytes:
 def set_title(figure: Any, text: str) -> None:
     """Set a figure's title, in lines that fit its width."""
     wide = int(LETTERS * figure.get_figwidth())
+    text = text.replace(" um", " µm")
     figure.suptitle(plain("\n".join(textwrap.wrap(text, wide))), fontsize=9.5)
 
 

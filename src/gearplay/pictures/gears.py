@@ -1,17 +1,18 @@
-"""Outlines of gears with involute teeth, and their relative rotation in mesh.
+"""Geometry of a drawn mechanism: involute outlines, relative rotation in mesh, windows of the plane for its views.
 
-A gear here is one entry of ``gears`` of `gearplay.results.mechanism.mechanism_of`.
+A mechanism is what `gearplay.results.mechanism.mechanism_of` returns, a gear one entry of its ``gears``.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Gear = Mapping[str, Any]
+Mechanism = Mapping[str, Any]
 FLANK = 7
 """Points of a flank."""
 
@@ -81,10 +82,9 @@ def phases(gears: Sequence[Gear], meshes: Sequence[Mapping[str, Any]]) -> dict[s
             pitch, beta = math.pi * a["module"], toward(a, b)
             arc = (found[a["name"]] - beta) * r_a
             arc -= pitch * round(arc / pitch)
-            inside = a["internal"] or b["internal"]
-            found[b["name"]] = (
-                beta + arc / r_b if inside else beta + math.pi - arc / r_b + math.pi / b["teeth"]
-            )
+            found[b["name"]] = beta + math.pi - arc / r_b + math.pi / b["teeth"]
+            if a["internal"] or b["internal"]:
+                found[b["name"]] = beta + arc / r_b
     return found
 
 
@@ -109,16 +109,15 @@ def rim_radius(gear: Gear) -> float:
     return float(0.5 * gear["module"] * gear["teeth"] + (3.0 if gear["internal"] else 1.2) * gear["module"])
 
 
-def magnification(mechanism: Mapping[str, Any], times: float = 1.0) -> float:
+def magnification(mechanism: Mechanism, times: float = 1.0) -> float:
     """Return how many times larger small motions are drawn: ``times`` what makes the largest clearance a quarter of a module."""
     module = next((gear["module"] for gear in mechanism["gears"] if gear["module"]), 0.01)
-    plays = [each["clearance"] for each in mechanism["sleeves"]] + [
-        each["backlash"] for each in mechanism["meshes"]
-    ]
+    plays = [each["clearance"] for each in mechanism["sleeves"]]
+    plays += [each["backlash"] for each in mechanism["meshes"]]
     return float(times * 0.25 * module / max(1e-7, *(play for play in plays if math.isfinite(play)), 0.0))
 
 
-def sides_of(mechanism: Mapping[str, Any]) -> dict[str, int]:
+def sides_of(mechanism: Mechanism) -> dict[str, int]:
     """Return 0 or 1 for each gear by name, different for any two that mesh: its fill in a drawing."""
     sides: dict[str, int] = {}
     for gear in mechanism["gears"]:
@@ -133,3 +132,79 @@ def sides_of(mechanism: Mapping[str, Any]) -> dict[str, int]:
                     sides[other] = 1 - sides[here]
                     waiting.append(other)
     return sides
+
+
+class Look(NamedTuple):
+    """A window of the plane: its middle, half its width and height [m], and its title.
+
+    A close-up of a sleeve has the radius of the drawn shaft [m] and the place of the sleeve, whose bush it follows.
+    """
+
+    x: float
+    y: float
+    half_x: float
+    half_y: float
+    words: str = ""
+    shaft: float | None = None
+    sleeve: int | None = None
+
+
+def gear_on(mechanism: Mechanism, rotor: str) -> Gear:
+    """Return the first gear of a rotor."""
+    found: Gear = next(gear for gear in mechanism["gears"] if gear["rotor"] == rotor)
+    return found
+
+
+def pair_of(mechanism: Mechanism, mesh: Mapping[str, Any]) -> tuple[Gear, Gear]:
+    """Return driver and driven gear of a mesh."""
+    named = {gear["name"]: gear for gear in mechanism["gears"]}
+    return named[mesh["driver"]], named[mesh["driven"]]
+
+
+def axis_of(mechanism: Mechanism, gear: Gear) -> tuple[float, float]:
+    """Return the centre of what carries a gear, else its own [m]."""
+    on = next((each["on"] for each in mechanism["carried"] if each["rotor"] == gear["rotor"]), None)
+    hub = gear_on(mechanism, on) if on is not None else gear
+    return hub["x"], hub["y"]
+
+
+def arm_of(mechanism: Mechanism, gear: Gear) -> float:
+    """Return how far from its carrier's axis a gear's centre lies [m]."""
+    return math.dist(axis_of(mechanism, gear), (gear["x"], gear["y"]))
+
+
+def whole_look(mechanism: Mechanism) -> Look:
+    """Return the window that all gears fit in, wherever their carriers turn."""
+    gears = mechanism["gears"]
+    axes = np.array([axis_of(mechanism, gear) for gear in gears])
+    around = np.array([[arm_of(mechanism, gear) + rim_radius(gear)] for gear in gears])
+    low, high = (axes - around).min(axis=0), (axes + around).max(axis=0)
+    return Look(*(0.5 * (low + high)).tolist(), *(0.53 * (high - low)).tolist())
+
+
+def sleeve_look(mechanism: Mechanism, name: str | None, factor: float) -> Look | None:
+    """Return the close-up of a sleeve, the first if none is named; ``factor`` is how many times larger its clearance is drawn."""
+    sleeves = mechanism["sleeves"]
+    if not sleeves:
+        return None
+    chosen = next((each for each in sleeves if each["name"] == name), sleeves[0])
+    gear, clearance = gear_on(mechanism, chosen["name"]), chosen["clearance"]
+    usual = gear["shaft"]
+    shaft, half, words = usual, 2.0 * usual, f"bearing of {chosen['name']}"
+    if clearance > 0.0:
+        play = max(factor * clearance, 0.02 * usual)
+        shaft = min(2.5 * play, usual)
+        half, words = 1.3 * (shaft + play), f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm"
+    return Look(gear["x"], gear["y"], half, half, words, shaft, sleeves.index(chosen))
+
+
+def mesh_look(mechanism: Mechanism, name: str | None) -> Look | None:
+    """Return the close-up of a mesh, the first if none is named."""
+    meshes = mechanism["meshes"]
+    if not meshes:
+        return None
+    chosen = next((each for each in meshes if each["name"] == name), meshes[0])
+    a, b = pair_of(mechanism, chosen)
+    half = 1.8 * math.pi * a["module"]
+    words = f"mesh {chosen['name']}, backlash {1e6 * chosen['backlash']:.4g} µm"
+    return Look(*pitch_point(a, b), half, half, words)

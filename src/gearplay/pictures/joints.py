@@ -16,16 +16,7 @@ CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
 class Joints:
-    """What joins shafts elastically, in one view: it is made once and moved from frame to frame.
-
-    Parameters
-    ----------
-    ax
-        The view.
-    mechanism
-        As `gearplay.results.mechanism.mechanism_of` returns it.
-
-    """
+    """Symbols of the elastic joints of a mechanism in one view; made once and moved from frame to frame."""
 
     def __init__(self, ax: Any, mechanism: Mapping[str, Any]) -> None:
         shafts = {gear["rotor"]: gear for gear in reversed(mechanism["gears"])}

@@ -29,16 +29,11 @@ def apart(mechanism: Mapping[str, Any], *, gap: float = GAP, disc: float | None 
     if disc is not None:
         gears = [gear if gear["teeth"] and gear["module"] else {**gear, "disc": disc} for gear in gears]
     gears = min((_spread(gears, axis, gap) for axis in (0, 1)), key=_size)
-    pairs = [
-        (one, other)
-        for one, other in combinations(gears, 2)
-        if one["rotor"] == other["rotor"] and one["plane"] != other["plane"]
-    ]
+    pairs = [pair for pair in combinations(gears, 2) if pair[0]["rotor"] == pair[1]["rotor"]]
     for each in mechanism["couplings"]:
         one, other = (next(gear for gear in gears if gear["rotor"] == name) for name in each["between"])
-        if one["plane"] != other["plane"]:
-            pairs.append((one, other))
-    axes = [[one["x"], one["y"], other["x"], other["y"]] for one, other in pairs]
+        pairs.append((one, other))
+    axes = [[a["x"], a["y"], b["x"], b["y"]] for a, b in pairs if a["plane"] != b["plane"]]
     return {**mechanism, "gears": gears, "axes": axes}
 
 

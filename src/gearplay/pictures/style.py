@@ -1,4 +1,4 @@
-"""Plots of one result; each draws on a given ``ax`` and labels it with units."""
+"""Style of all plots; functions that draw on a given ``ax`` and label it with units."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.extremes import extremes, thinned_path
-from gearplay.pictures.words import plain, shown_unit
+from gearplay.pictures.words import plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -156,20 +155,6 @@ def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None
     ax.plot(*middle, "o", color=color, markersize=4, markerfacecolor="none", markeredgewidth=0.8)
 
 
-def plot_history(
-    ax: "Axes", time: Floats, values: Floats, signal: str, *, color: str = COUPLED, label: str | None = None
-) -> "Axes":
-    """Draw one signal over time [s] in its display unit."""
-    quantity = RESULT_VARIABLES[signal]
-    words = f"{quantity.long_name} [{shown_unit(quantity.display_unit)}]"
-    shown = quantity.display_factor * np.asarray(values)
-    plot_curve(ax, time, shown, words, color=color, label=label)
-    if is_still(np.asarray(values), quantity.unit):
-        widen_still(ax, shown, quantity.display_factor * STILL[quantity.unit])
-        say_still(ax, quantity.unit, "change")
-    return ax
-
-
 def plot_curve(
     ax: "Axes", time: Floats, values: Floats, words: str, *, color: str = COUPLED, label: str | None = None
 ) -> "Axes":
@@ -178,32 +163,6 @@ def plot_curve(
     ax.plot(t, v, color=color, linewidth=0.7, label=plain(label) if label else None)
     ax.set_xlabel("time [s]", fontsize=8)
     ax.set_ylabel(plain(words), fontsize=8)
-    return ax
-
-
-def plot_spectrum(
-    ax: "Axes",
-    frequency: Floats,
-    amplitude: Floats,
-    unit: str,
-    *,
-    color: str = COUPLED,
-    label: str | None = None,
-    highest: float | None = None,
-    marks: "Mapping[str, float] | None" = None,
-) -> "Axes":
-    """Draw an amplitude spectrum on a logarithmic ordinate up to ``highest`` [Hz]; ``marks`` are lines to name [Hz]."""
-    f, a = np.asarray(frequency)[1:], np.asarray(amplitude)[1:]
-    if highest is not None:
-        f, a = f[f <= highest], a[f <= highest]
-    draw = ax.semilogy if np.any(a > 0.0) else ax.plot  # a rotor at rest has no decades
-    draw(*extremes(f, a, MOST_POINTS // 2), color=color, linewidth=0.7, label=plain(label) if label else None)
-    if f.size:
-        ax.set_xlim(0.0, float(f[-1]))
-    if marks:
-        mark_lines(ax, marks)
-    ax.set_xlabel("frequency [Hz]", fontsize=8)
-    ax.set_ylabel(f"amplitude [{shown_unit(unit)}]", fontsize=8)
     return ax
 
 

@@ -16,10 +16,9 @@ from gearplay.parts.mesh.law.record import BACK, DRIVE
 from gearplay.parts.planetary.members import PinError
 from gearplay.parts.planetary.schema import MEMBERS
 from gearplay.parts.registry import MESH
-from gearplay.results.base import OfDataset
+from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.results.tabled import Column
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

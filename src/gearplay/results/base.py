@@ -7,17 +7,19 @@ import json
 import math
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+
+import numpy as np
 
 from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import to_png
 from gearplay.pictures.pages import data_uri, html_table
-from gearplay.results.provenance import KIND
+from gearplay.results.provenance import KIND, provenance
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.memory import enough_memory
 
@@ -75,8 +77,8 @@ class Answer(ABC):
     def _write(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float = math.inf
     ) -> None:
-        sealed = self.ds.assign_attrs({KIND: self.answer})
-        write_dataset(sealed, Path(path), overwrite=overwrite, within=within)
+        marked = self.ds.assign_attrs({KIND: self.answer})
+        write_dataset(marked, Path(path), overwrite=overwrite, within=within)
 
     def __repr__(self) -> str:
         return f"<gearplay {self.answer}: {self.message}>"
@@ -117,11 +119,8 @@ def case_in(dataset: xr.Dataset) -> Case:
     case = case.with_changed(json.loads(dataset.attrs.get("changed", "[]")))
     if dataset.attrs.get("case_sha256", case.sha256) != case.sha256:
         rule = f"must be the digest of the case in the file, which is {case.sha256[:12]}...: the case was changed afterwards"
-        raise InputError(
-            Fault(
-                "case_sha256", str(dataset.attrs["case_sha256"])[:12] + "...", rule, "Simulate the case again"
-            )
-        )
+        shown = str(dataset.attrs["case_sha256"])[:12] + "..."
+        raise InputError(Fault("case_sha256", shown, rule, "Simulate the case again"))
     return case
 
 
@@ -129,6 +128,65 @@ def check_kind(dataset: xr.Dataset, kind: str) -> None:
     """Raise `InputError` where a dataset is not the ``ds`` of an answer of this kind."""
     found = dataset.attrs.get(KIND, kind)
     if found != kind:
-        raise InputError(
-            Fault("dataset", str(found), f"must be that of a {kind}", "Read it with read_result")
-        )
+        rule = f"must be that of a {kind}"
+        raise InputError(Fault("dataset", str(found), rule, "Read it with read_result"))
+
+
+class Column(NamedTuple):
+    """Column of one field in the dataset: its dimensions, unit and long name."""
+
+    dims: tuple[str, ...]
+    unit: str
+    words: str
+
+
+class Tabled(Answer):
+    """A result with a ``case``: fields named in ``VARIABLES`` are arrays of its dataset, those in ``SCALARS`` attributes.
+
+    ``SCALARS`` holds for each field the function that makes it of the attribute; fields that are no number or text are written as
+    JSON. Complex fields have a last dimension ``part``, real and imaginary.
+    """
+
+    VARIABLES: ClassVar[Mapping[str, Column]]
+    SCALARS: ClassVar[Mapping[str, Callable[[Any], Any]]] = {}
+    case: Case
+
+    @property
+    def ds(self) -> xr.Dataset:
+        """The numbers as a dataset, SI."""
+        import xarray as xr
+
+        variables: dict[str, Any] = {}
+        for name, (dims, unit, words) in self.VARIABLES.items():
+            values = np.asarray(getattr(self, name))
+            if values.dtype.kind == "c":
+                values, dims = np.stack([values.real, values.imag], axis=-1), (*dims, "part")
+            if values.dtype.kind == "b":
+                values = values.astype(np.int8)
+            if values.dtype.kind == "U":
+                values = values.astype(object)
+            attributes = {"units": unit, "long_name": words} if unit else {"long_name": words}
+            variables[name] = (dims, values, attributes)
+        scalars = {name: _attribute(getattr(self, name)) for name in self.SCALARS}
+        return xr.Dataset(variables, attrs=provenance(self.case, **scalars))
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> Self:
+        """Return the object whose ``ds`` it was; `InputError` where something is missing."""
+        check_kind(dataset, cls.answer)
+        fields: dict[str, Any] = {}
+        try:
+            for name in cls.VARIABLES:
+                values = dataset[name].values
+                is_complex = "part" in dataset[name].dims
+                fields[name] = values[..., 0] + 1j * values[..., 1] if is_complex else values
+            fields |= {name: make(dataset.attrs[name]) for name, make in cls.SCALARS.items()}
+        except (KeyError, ValueError) as error:
+            rule = f"must be what is written of a {cls.answer}"
+            raise InputError(Fault("dataset", str(error), rule, "Write it again")) from None
+        return cls(**fields | {"case": case_in(dataset)})
+
+
+def _attribute(value: Any) -> Any:
+    plain = isinstance(value, (int, float, str)) and not isinstance(value, bool)
+    return value if plain else json.dumps(value)

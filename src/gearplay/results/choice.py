@@ -22,7 +22,7 @@ MOST_SIGNALS = 8
 """Signals in one picture."""
 LISTED = 24
 
-TELLING = {
+INFORMATIVE = {
     "history": ("x", "y", "ax", "ay", "backlash", "drive_force", "back_force", "coupling_torque"),
     "spectrum": ("ax", "ay", "drive_force", "back_force", "coupling_torque"),
 }
@@ -51,37 +51,23 @@ def elements_at(case: Case, at: str) -> list[str]:
     known = list(dict.fromkeys([*case.rotors, *gears, *meshes, *couplings]))
     close = nearest(at, known)
     cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
-    raise InputError(
-        Fault("at", at, "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case", cure)
-    )
+    rule = "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case"
+    raise InputError(Fault("at", at, rule, cure))
 
 
 def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "history") -> Chosen:
-    """Return the signals, as (signal, element), that a picture of a kind shows.
+    """Return the signals, as (signal, element), of a picture: by their ``names`` or, if empty, the most informative ones.
 
-    Parameters
-    ----------
-    result
-        What was simulated.
-    names
-        Signals, ``ax`` or ``ring.ax``; the most informative ones if empty.
-    at
-        An element; all that have the signal if None.
-    kind
-        "history" or "spectrum".
+    ``at`` names an element, ``kind`` is "history" or "spectrum".
 
-    Raises
-    ------
-    InputError
-        For a signal or a place that is not there, with the nearest name.
-
+    Raises `InputError` for an unknown signal or element, with the nearest name.
     """
     labels = None if at is None else elements_at(result.case, at)
     found: Chosen = []
     for name in names:
         found += [each for each in _called(result, name, labels) if each not in found]
     if not names:
-        found = _telling(result, labels, kind)
+        found = _most_informative(result, labels, kind)
     return found[:MOST_SIGNALS]
 
 
@@ -91,28 +77,22 @@ def _called(result: "Result", name: str, labels: list[str] | None) -> Chosen:
     held = [each for each in result.held(signal) if not label or each[1] == label]
     here = [each for each in held if labels is None or each[1] in labels]
     if not here:
-        every = result.held()
-        wanted = [each for each in every if labels is None or each[1] in labels]
-        known = dict.fromkeys([f"{element}.{each}" for each, element in wanted])
+        wanted = [each for each in result.held() if labels is None or each[1] in labels]
         bare = dict.fromkeys(each for each, _ in wanted)
-        close = nearest(name, [*bare, *known])
-        listed = ", ".join(bare)
+        close = nearest(name, [*bare, *(f"{element}.{each}" for each, element in wanted)])
         cure = f"Did you mean '{close}'? " if close else ""
         rule = "must be a signal of the result" + ("" if labels is None else f" at {labels[0]}")
-        raise InputError(Fault("signal", name, rule, f"{cure}Signals: {listed}"))
+        raise InputError(Fault("signal", name, rule, f"{cure}Signals: {', '.join(bare)}"))
     return [each for each in here if moves(result, *each)] or here[:1]
 
 
-def _telling(result: "Result", labels: list[str] | None, kind: str) -> Chosen:
-    held = result.held()
-    if labels is not None:
-        first = labels[0]
-        order = [first, *labels[1:]]
-    else:
+def _most_informative(result: "Result", labels: list[str] | None, kind: str) -> Chosen:
+    held, order = result.held(), labels
+    if order is None:
         output = output_of(result.case)
         meshes = [mesh.label for mesh in result.case.meshes if output in mesh.rotors]
         order = [output, *(meshes or [mesh.label for mesh in result.case.meshes])[:1]]
-    found = [(signal, label) for label in order for signal in TELLING[kind] if (signal, label) in held]
+    found = [(signal, label) for label in order for signal in INFORMATIVE[kind] if (signal, label) in held]
     moving = [each for each in found if moves(result, *each)]
     speeds = [("omega", label) for label in order if ("omega", label) in held]
     speeds += [each for each in held if each[0] == "omega"] if labels is None else []
@@ -142,9 +122,8 @@ def stretch(result: "Result", window: tuple[float | None, float | None] | None) 
     time = result.time()
     if time.size < 2:
         rule = "must hold two samples or more"
-        raise InputError(
-            Fault("result", f"{time.size} samples", rule, "Simulate longer, or with a higher sampling")
-        )
+        cure = "Simulate longer, or with a higher sampling"
+        raise InputError(Fault("result", f"{time.size} samples", rule, cure))
     first, last = float(time[0]), float(time[-1])
     if window is None:
         return first, last

@@ -25,9 +25,12 @@ if TYPE_CHECKING:
 ANGULAR_UNITS = {"m/s": "rad/s", "N": "N m", "m": "rad"}
 """Units of the statistics of couplings' contacts, ``contact_angular`` true, by the unit of the others."""
 METHOD = "Dormand-Prince 5(4), located events"
-FIXED_METHOD = "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends"
+FIXED_METHODS = {
+    "step": "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends",
+    "stage": "Dormand-Prince 5(4) formula, equal steps, contacts judged at every stage",
+}
+"""Methods of equal steps by ``fixed_step_contacts``."""
 STATES = "not_simulated open drive_flank back_flank both_flanks"
-JUDGED_METHOD = "Dormand-Prince 5(4) formula, equal steps, contacts judged at every stage"
 
 
 def _version(package: str) -> str:
@@ -35,12 +38,6 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:  # run from a source tree
         return "unknown"
-
-
-def _method(case: Case) -> str:
-    if case.run.fixed_step is None:
-        return METHOD
-    return JUDGED_METHOD if case.run.fixed_step_contacts == "stage" else FIXED_METHOD
 
 
 def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
@@ -51,7 +48,7 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "numba_version": _version("numba"),
-        "method": _method(case),
+        "method": METHOD if case.run.fixed_step is None else FIXED_METHODS[case.run.fixed_step_contacts],
         "tolerance": case.run.tolerance,
         "seed": case.run.seed,
         "status": worst.status.name,
@@ -60,7 +57,7 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     }
 
 
-def _labelled(case: Case, packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
+def _labelled(packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
     """Return the data variables; members that stopped early are filled up with NaN."""
     from gearplay.results.lazy_arrays import lazy_array
 
@@ -123,9 +120,7 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     longest = max(runs, key=lambda run: run.samples.count)
     check_samples(longest.samples.count, len(runs))
     time = ("time", longest.time, {"units": "s", "long_name": "time", "axis": "T"})
-    coordinates: dict[str, Any] = {
-        "time": time,
-    }
+    coordinates: dict[str, Any] = {"time": time}
     labels = {
         "sleeve": (),
         "mesh": (),
@@ -144,6 +139,5 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
         coordinates["member"] = [run.member for run in runs] if ensemble else runs[0].member
     if ensemble:
         coordinates["member_status"] = ("member", [run.status.name for run in runs])
-    return xr.Dataset(
-        _labelled(case, packed, runs, ensemble=ensemble), coords=coordinates, attrs=attributes_of(case, runs)
-    )
+    variables = _labelled(packed, runs, ensemble=ensemble)
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes_of(case, runs))

@@ -1,4 +1,4 @@
-"""Figures of one result: histories, orbits, spectra, overview."""
+"""Figures of one result and their panels: histories, orbits, spectra, waterfall, overview."""
 
 import math
 import textwrap
@@ -11,14 +11,16 @@ from gearplay.model.geometry import carrier_of
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.canvas import SMALL, make_figure, set_title
+from gearplay.pictures.extremes import extremes
 from gearplay.pictures.style import (
     COUPLED,
+    MOST_POINTS,
     STILL,
     UNCOUPLED,
     is_still,
+    mark_lines,
     plot_curve,
     plot_orbit,
-    plot_spectrum,
     say_still,
     tidy,
     widen_still,
@@ -28,7 +30,7 @@ from gearplay.results.choice import Chosen, cut, free_rotors, moves
 from gearplay.results.lines import line_marks, mesh_lines, mesh_names
 from gearplay.results.mechanism import orbit_of
 from gearplay.results.output_shaft import scale_of, start_of
-from gearplay.results.spectra import ensemble_spectrum
+from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
 from gearplay.solver.status import Status
 from gearplay.vocabulary.errors import Fault, InputError
@@ -46,42 +48,72 @@ ORDERS = 12.5
 """Mesh orders of a spectrum without a given upper frequency."""
 MOST_ORBITS = 9
 
+WATERFALL_ORDERS = 6.5
+"""Mesh orders of a waterfall."""
+MOST_SEGMENTS = 20
+SEGMENT_PERIODS = 12.0
+"""Least mesh periods of a segment, so that its lines stand apart."""
+LEAST_SAMPLES = 64
+"""Least samples of a segment."""
+HEIGHT = 2.5
+"""Height of the highest line, in distances between two spectra."""
+WATERFALL_POINTS = 1500
+
+
+def draw_history(
+    ax: Any,
+    result: "Result",
+    signal: str,
+    label: str,
+    window: Window,
+    member: int = 0,
+    *,
+    scale: Window | None = None,
+) -> None:
+    """Draw a signal within a window, minimum and maximum of each segment; the unit by its largest value in ``scale``."""
+    t, v = cut(result, signal, label, window, member)
+    quantity = RESULT_VARIABLES[signal]
+    scaled = v if scale is None else cut(result, signal, label, scale, member)[1]
+    unit, factor = shown_in(quantity.unit, float(np.nanmax(np.abs(scaled), initial=0.0)))
+    plot_curve(ax, t, factor * v, "", color=COUPLED)
+    ax.set_xlim(*window)
+    if is_still(v, quantity.unit):
+        widen_still(ax, factor * v, factor * STILL[quantity.unit])
+        say_still(ax, quantity.unit, "change")
+    _name(ax, signal, label, unit)
+    ax.locator_params(axis="x", nbins=5)
+
+
+def _name(ax: Any, signal: str, label: str, unit: str) -> None:
+    """Label a panel's signal: in full in the title, short with its unit at the axis."""
+    ax.set_ylabel(axis_label(signal.replace("_", " "), unit), fontsize=SMALL)
+    _heading(ax, wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64))
+
+
+def _heading(ax: Any, text: str) -> None:
+    ax.set_title(plain(text), fontsize=SMALL, loc="left")
+
 
 def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: bool = False) -> Any:
     """Return a figure of signals over time, one below the other; of a long window the close-up of its largest value too.
 
-    The long one keeps the lowest and the highest value of each stretch, so that no impact is lost. ``whole`` leaves the close-up
-    out.
+    ``whole`` leaves the close-up out.
     """
     close = None if whole else close_up(result, chosen[0], window)
-    rows, columns = len(chosen), 1 if close is None else 2
-    figure, axes = make_figure(rows, columns, 1.1 + 1.75 * rows, width=9.0)
+    spans = [window] if close is None else [window, close]
+    figure, axes = make_figure(len(chosen), len(spans), 1.1 + 1.75 * len(chosen))
     for row, (signal, label) in zip(axes, chosen, strict=True):
-        unit, factor = _unit(result, signal, label, window)
-        for ax, span in zip(row, (window, close), strict=False):
-            if span is None:
-                continue
-            _curve(ax, result, signal, label, span, factor)
+        for ax, span in zip(row, spans, strict=True):
+            draw_history(ax, result, signal, label, span, scale=window)
             ax.set_xlabel("time [s]" if (signal, label) == chosen[-1] else "", fontsize=SMALL)
             ax.locator_params(axis="y", nbins=5)
-            ax.locator_params(axis="x", nbins=5 if columns == 2 else 9)
-        _name(row[0], signal, label, unit)
+            ax.locator_params(axis="x", nbins=5 if close is not None else 9)
         if close is not None:
             row[0].axvspan(*close, color=UNCOUPLED, alpha=0.25, linewidth=0)
-            row[1].set_title(f"close-up, {window_words(close)}", fontsize=SMALL, loc="left")
-    _title(figure, result, "histories" if rows > 1 else "history", window)
+            row[1].set_ylabel("")
+            _heading(row[1], f"close-up, {window_words(close)}")
+    title_figure(figure, result, "histories" if len(chosen) > 1 else "history", window)
     return figure
-
-
-def _curve(ax: Any, result: "Result", signal: str, label: str, window: Window, factor: float) -> None:
-    """Draw a signal within a window; of one that is still its level, and that it is."""
-    t, v = cut(result, signal, label, window)
-    plot_curve(ax, t, factor * v, "", color=COUPLED)
-    ax.set_xlim(*window)
-    unit = RESULT_VARIABLES[signal].unit
-    if is_still(v, unit):
-        widen_still(ax, factor * v, factor * STILL[unit])
-        say_still(ax, unit, "change")
 
 
 def close_up(result: "Result", one: tuple[str, str], window: Window, member: int = 0) -> Window | None:
@@ -97,25 +129,11 @@ def close_up(result: "Result", one: tuple[str, str], window: Window, member: int
     return low, low + length
 
 
-def _name(ax: Any, signal: str, label: str, unit: str) -> None:
-    """Label a panel's signal: in full in the title, short with its unit at the axis."""
-    ax.set_ylabel(axis_label(signal.replace("_", " "), unit), fontsize=SMALL)
-    ax.set_title(
-        plain(wrapped(f"{label}: {RESULT_VARIABLES[signal].long_name}", 64)), fontsize=SMALL, loc="left"
-    )
-
-
-def _unit(result: "Result", signal: str, label: str, window: Window) -> tuple[str, float]:
-    values = cut(result, signal, label, window)[1]
-    return shown_in(RESULT_VARIABLES[signal].unit, float(np.nanmax(np.abs(values), initial=0.0)))
-
-
-def _title(figure: Any, result: "Result", what: str, window: Window, beside: str = "") -> None:
-    member = (
-        f", the first of {result.members} members" if result.members > 1 and "members" not in beside else ""
-    )
-    text = f"{case_words(result.case)}: {what}, {window_words(window)}{member}{beside}"
-    set_title(figure, text.replace(" um", " µm"))
+def title_figure(figure: Any, result: "Result", what: str, window: Window, more: str = "") -> None:
+    """Set the title of a figure: the case, its changes, the content, the time window."""
+    if result.members > 1 and "member" not in more:
+        more = f", the first of {result.members} members{more}"
+    set_title(figure, f"{case_words(result.case)}: {what}, {window_words(window)}{more}")
 
 
 def key_of(case: Any) -> str:
@@ -144,7 +162,7 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
         ax.set_visible(False)
     for ax, name in zip(axes.flat, drawn, strict=False):
         draw_orbit(ax, result, name, window)
-    _title(figure, result, "path of the centre" if len(drawn) == 1 else "paths of centres", window)
+    title_figure(figure, result, "path of the centre" if len(drawn) == 1 else "paths of centres", window)
     return figure
 
 
@@ -155,9 +173,9 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
-    seen = "\nbeside its pin, axes of the carrier" if on else ""
+    frame = "\nbeside its pin, axes of the carrier" if on else ""
     circle = f"\nclearance circle {1e6 * clearance:.4g} µm" if clearance > 0.0 else ""
-    ax.set_title(plain(f"{rotor}{seen}{circle}"), fontsize=SMALL, loc="left")
+    _heading(ax, f"{rotor}{frame}{circle}")
 
 
 def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest: float | None = None) -> Any:
@@ -167,41 +185,84 @@ def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest
         draw_spectrum(ax, result, signal, label, window, highest=highest)
     for ax in axes[:-1, 0]:
         ax.set_xlabel("")
-    beside = f", rms average of {result.members} members" if result.members > 1 else ""
+    average = f", rms average of {result.members} members" if result.members > 1 else ""
     what = "amplitude spectra" if len(chosen) > 1 else "amplitude spectrum"
-    _title(figure, result, what, window, beside + key_of(result.case))
+    title_figure(figure, result, what, window, average + key_of(result.case))
     return figure
 
 
 def draw_spectrum(
     ax: Any, result: "Result", signal: str, label: str, window: Window, *, highest: float | None = None
 ) -> None:
-    """Draw one spectrum with its lines, in six decades at most."""
-    whole = [at for at, status in enumerate(result.statuses) if status == Status.DONE] or [0]
-    records = [cut(result, signal, label, window, member)[1] for member in whole]
+    """Draw the amplitude spectrum of a signal on a logarithmic ordinate of at most six decades, with its lines named.
+
+    It is that of the members that reached their end, up to ``highest`` [Hz], by default a dozen mesh orders.
+    """
+    complete = [at for at, status in enumerate(result.statuses) if status == Status.DONE] or [0]
+    records = [cut(result, signal, label, window, member)[1] for member in complete]
     quantity = RESULT_VARIABLES[signal]
     found = ensemble_spectrum(records, result.sampling, unit=quantity.unit)
     lines = mesh_lines(result.case)
     if highest is None and lines:
         highest = max(ORDERS * max(lines.values()), 40.0 * found.resolution)
-    unit, factor = shown_in(quantity.unit, float(np.max(found.amplitude[1:], initial=0.0)))
-    plot_spectrum(
-        ax, found.frequency, factor * found.amplitude, unit, highest=highest, marks=line_marks(result.case)
-    )
-    top = float(factor * np.max(found.amplitude[1:], initial=0.0))
-    if top <= factor * STILL.get(quantity.unit, 0.0):
-        for line in list(ax.get_lines()):
-            if line.get_linestyle() == "-":
-                line.remove()
-        ax.set_yscale("linear")
+    largest = float(np.max(found.amplitude[1:], initial=0.0))
+    unit, factor = shown_in(quantity.unit, largest)
+    kept = found.frequency[1:] <= (math.inf if highest is None else highest)
+    f, a = found.frequency[1:][kept], factor * found.amplitude[1:][kept]
+    still = largest <= STILL.get(quantity.unit, 0.0)
+    if still:
         ax.set_ylim(0.0, 1.0)
-        say_still(ax, quantity.unit, "line") if top > 0.0 else None
-        top = 0.0
-    low, high = ax.get_ylim()
-    if top > 0.0:
-        ax.set_ylim(max(low, 1e-6 * top), high * 6.0)  # room for the names of lines
+        if largest > 0.0:
+            say_still(ax, quantity.unit, "line")
+    else:
+        ax.semilogy(*extremes(f, a, MOST_POINTS // 2), color=COUPLED, linewidth=0.7)
+        low, high = ax.get_ylim()
+        ax.set_ylim(max(low, 1e-6 * factor * largest), high * 6.0)  # room for the names of lines
+    if f.size:
+        ax.set_xlim(0.0, float(f[-1]))
+    mark_lines(ax, line_marks(result.case))
     _name(ax, signal, label, unit)
     ax.set_xlabel("frequency [Hz]", fontsize=SMALL)
+
+
+def waterfall_figure(result: "Result", signal: str, label: str, window: Window) -> Any:
+    """Return a figure of the amplitude spectra of successive segments of a signal, each at its time on the ordinate.
+
+    Raises `InputError` for a window that is too short for two segments.
+    """
+    t, v = cut(result, signal, label, window)
+    lines, quantity = mesh_lines(result.case), RESULT_VARIABLES[signal]
+    least = LEAST_SAMPLES
+    if lines:
+        least = max(least, round(SEGMENT_PERIODS / min(lines.values()) * result.sampling))
+    count = min(MOST_SEGMENTS, t.size // least)
+    if count < 2:
+        rule = f"must hold two stretches of {least / result.sampling:.3g} s for a waterfall"
+        raise InputError(Fault("window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run"))
+    size = t.size // count
+    parts = [v[k * size : (k + 1) * size] for k in range(count)]
+    spectra = [amplitude_spectrum(part, result.sampling, unit=quantity.unit) for part in parts]
+    frequency = spectra[0].frequency
+    highest = WATERFALL_ORDERS * max(lines.values()) if lines else float(frequency[-1])
+    kept = (frequency > 0.0) & (frequency <= max(highest, 40.0 * spectra[0].resolution))
+    peak = max(float(np.max(each.amplitude[kept], initial=0.0)) for each in spectra)
+    unit, factor = shown_in(quantity.unit, peak)
+    figure, axes = make_figure(1, 1, 5.6)
+    ax, between = axes[0, 0], size / result.sampling
+    height = HEIGHT * between / peak if peak > 0.0 else 0.0
+    for k, each in reversed(list(enumerate(spectra))):
+        base = float(t[k * size]) + 0.5 * between
+        f, a = extremes(frequency[kept], base + height * each.amplitude[kept], WATERFALL_POINTS)
+        ax.fill_between(f, base, a, color="white", zorder=2.0 - 0.01 * k, linewidth=0)
+        ax.plot(f, a, color=COUPLED, linewidth=0.7, zorder=2.0 - 0.01 * k + 0.005)
+    ax.set_xlim(0.0, float(frequency[kept][-1]))
+    ax.set_ylim(float(t[0]), float(t[0]) + (count + HEIGHT + 0.5) * between)
+    mark_lines(ax, line_marks(result.case))
+    ax.set_xlabel("frequency [Hz]", fontsize=SMALL)
+    ax.set_ylabel("middle of the stretch [s]", fontsize=SMALL)
+    _heading(ax, f"{label}: {quantity.long_name}; the highest line is {factor * peak:.3g} {unit}")
+    title_figure(figure, result, f"amplitude spectra of {between:.3g} s each", window, key_of(result.case))
+    return figure
 
 
 def overview_figure(result: "Result", window: Window) -> Any:
@@ -211,40 +272,35 @@ def overview_figure(result: "Result", window: Window) -> Any:
     free.sort(key=lambda name: name != shaft.rotor)
     rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
-    fast = next(
-        each for each in [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]] if each in held
-    )
+    signals = [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]]
+    fast = next(each for each in signals if each in held)
     figure, axes = make_figure(3, 2, 8.6, width=10.0)
     _output_panel(figure, axes[0], result, window)
-    axes = axes[1:]
+    (orbit, forces), (history, spectrum) = axes[1:]
     if free:
-        draw_orbit(axes[0, 0], result, rotor, window)
+        draw_orbit(orbit, result, rotor, window)
     else:
-        _one_history(axes[0, 0], result, "omega", _turning(result), window)
+        names = list(case.rotors)
+        turning = next((name for name in reversed(names) if moves(result, "omega", name)), names[-1])
+        draw_history(orbit, result, "omega", turning, window)
     if mesh is not None and ("drive_force", mesh.label) in held:
         loud = "drive_force" if moves(result, "drive_force", mesh.label) else "backlash"
         span = close_up(result, (loud, mesh.label), window) or window
         for signal, color in (("drive_force", COUPLED), ("back_force", UNCOUPLED)):
             t, v = cut(result, signal, mesh.label, span)
-            plot_curve(
-                axes[0, 1],
-                t,
-                v,
-                "normal force of the flanks [N]",
-                color=color,
-                label=signal.replace("_", " "),
-            )
-        axes[0, 1].set_xlim(*span)
-        axes[0, 1].legend(fontsize=6.5, loc="best", framealpha=0.9)
-        axes[0, 1].locator_params(axis="x", nbins=5)
-        axes[0, 1].set_title(plain(f"mesh {mesh.label}, {window_words(span)}"), fontsize=SMALL, loc="left")
+            name = signal.replace("_", " ")
+            plot_curve(forces, t, v, "normal force of the flanks [N]", color=color, label=name)
+        forces.set_xlim(*span)
+        forces.legend(fontsize=6.5, loc="best", framealpha=0.9)
+        forces.locator_params(axis="x", nbins=5)
+        _heading(forces, f"mesh {mesh.label}, {window_words(span)}")
     else:
-        _one_history(axes[0, 1], result, *held[-1], window)
+        draw_history(forces, result, *held[-1], window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
-    _one_history(axes[1, 0], result, *(second if moves(result, *second) else fast), window)
+    draw_history(history, result, *(second if moves(result, *second) else fast), window)
     heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
-    draw_spectrum(axes[1, 1], result, *heard, window)
-    _title(figure, result, "overview", window, key_of(case))
+    draw_spectrum(spectrum, result, *heard, window)
+    title_figure(figure, result, "overview", window, key_of(case))
     return figure
 
 
@@ -265,22 +321,8 @@ def _output_panel(figure: Any, row: Any, result: "Result", window: Window) -> No
         ax.set_xlim(*window)
     else:
         held = [each for each in (("omega", shaft.rotor), *result.held()) if each in result.held()]
-        _one_history(ax, result, *held[0], window)
+        draw_history(ax, result, *held[0], window)
     ax.tick_params(labelsize=SMALL)
     ax.set_xlabel("time [s]", fontsize=SMALL)
     numbers = ", ".join(f"{name.split(',')[0]} {text}" for name, text in shaft.rows()).replace(" uW", " µW")
-    ax.set_title(
-        plain("\n".join(textwrap.wrap(f"{shaft.title}: {numbers}", 150))), fontsize=SMALL, loc="left"
-    )
-
-
-def _turning(result: "Result") -> str:
-    names = list(result.case.rotors)
-    return next((name for name in reversed(names) if moves(result, "omega", name)), names[-1])
-
-
-def _one_history(ax: Any, result: "Result", signal: str, label: str, window: Window) -> None:
-    unit, factor = _unit(result, signal, label, window)
-    _curve(ax, result, signal, label, window, factor)
-    _name(ax, signal, label, unit)
-    ax.locator_params(axis="x", nbins=5)
+    _heading(ax, "\n".join(textwrap.wrap(f"{shaft.title}: {numbers}", 150)))

@@ -25,9 +25,8 @@ def _other_lines(case: Case) -> dict[str, float]:
     found: dict[str, float] = {}
     for name in case.planetary:
         orders = set_frequencies(case, name).orders()
-        found |= {
-            f"{order} of {name}": line for order, line in orders.items() if order not in ("mesh", "carrier")
-        }
+        others = {order: line for order, line in orders.items() if order not in ("mesh", "carrier")}
+        found |= {f"{order} of {name}": line for order, line in others.items()}
     for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
         if speed != 0.0 and ".planet" not in name:
             found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
@@ -51,22 +50,19 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 def line_marks(case: Case) -> dict[str, float]:
     """Return the marked lines of a spectrum [Hz] in order of priority: mesh, planetary orders, shafts, harmonics."""
-    called = _named_meshes(case)
-    harmonics = {
-        f"{order} {name}": order * line
-        for order in range(2, MOST_HARMONICS + 1)
-        for name, line in called.items()
-    }
-    return called | _other_lines(case) | harmonics
+    meshes = _named_meshes(case)
+    orders = range(2, MOST_HARMONICS + 1)
+    harmonics = {f"{order} {name}": order * line for order in orders for name, line in meshes.items()}
+    return meshes | _other_lines(case) | harmonics
 
 
 def _named_meshes(case: Case) -> dict[str, float]:
-    """Return the mesh frequencies [Hz] by what marks call them."""
+    """Return the mesh frequencies [Hz] by their names in marks."""
     return dict(zip(mesh_names(case), mesh_lines(case).values(), strict=True))
 
 
 def mesh_names(case: Case) -> dict[str, str]:
-    """Return what marks call the mesh frequencies, and the mesh: ``f_m``, of several ``f_m1``, ``f_m2``.
+    """Return the mesh of each mesh frequency by its name in marks: ``f_m``, of several ``f_m1``, ``f_m2``.
 
     >>> from gearplay.model.reading import load_case
     >>> mesh_names(load_case("two-stage-reducer"))

@@ -108,9 +108,7 @@ def frames_of(
     bushes from the nominal centres [m], shape [sleeve, 2, frame]. Forces are the largest since the frame before, so that a short
     impact is seen.
     """
-    at = np.unique(np.linspace(0, len(time) - 1, min(most, len(time))).astype(np.int64))
-    if len(time) == 0:
-        at = np.zeros(0, dtype=np.int64)
+    at = np.unique(np.linspace(0, max(0, len(time) - 1), min(most, len(time))).astype(np.int64))
     lead, ratios = rolling_ratios(case)
     frames, names = CarrierFrames(pack(case).system), list(case.rotors)
     led, leads = (frames.leads >= 0)[:, None], frames.leads
@@ -176,8 +174,8 @@ def motion_of(
         hub = names[frames.hubs[at]]
         moved, rate = (np.array([signal(f"{kind}{axis}", hub) for axis in "xy"]) for kind in ("", "v"))
         angle, speed = signal("theta", hub), signal("omega", hub)
-        beside = frames.beside_seat(at, place, moved, angle)
-        found = beside, frames.rate_beside_seat(at, beside, velocity, rate, angle, speed)
+        relative = frames.beside_seat(at, place, moved, angle)
+        found = relative, frames.rate_beside_seat(at, relative, velocity, rate, angle, speed)
     else:
         angle, speed = frames.speeds[at] * time, frames.speeds[at]
         place = turned(place, -angle)

@@ -29,12 +29,9 @@ Samples = Callable[[Wanted], Floats]
 MOST_SAMPLES, MOST_OF_MEMBER = 1_000_000, 200_000
 """Samples of all members together, and of each; a longer record is sampled less often."""
 
+DEGREE = math.degrees(1.0)
 SCALES = {
-    "rad": (
-        ("deg", math.degrees(1.0)),
-        ("arcmin", 60.0 * math.degrees(1.0)),
-        ("arcsec", 3600.0 * math.degrees(1.0)),
-    ),
+    "rad": (("deg", DEGREE), ("arcmin", 60.0 * DEGREE), ("arcsec", 3600.0 * DEGREE)),
     "W": (("kW", 1e-3), ("W", 1.0), ("mW", 1e3), ("uW", 1e6)),
 }
 """Display units and factors, the first in which a value is at least 1."""
@@ -105,12 +102,9 @@ class OutputShaft:
     @property
     def note(self) -> str:
         """What the efficiency leaves out; empty where the case has friction of teeth or sleeves."""
-        known = math.isfinite(self.values["efficiency"]) and self.frictionless
-        return (
-            "The efficiency is of damping alone: the case has no friction of teeth and sleeves."
-            if known
-            else ""
-        )
+        if not (math.isfinite(self.values["efficiency"]) and self.frictionless):
+            return ""
+        return "The efficiency is of damping alone: the case has no friction of teeth and sleeves."
 
     def _shown(self, name: str, value: float) -> str:
         quantity, spread = OUTPUT_STATISTICS[name], self.spread[name]
@@ -186,24 +180,11 @@ def ratio_of(case: Case, rotor: str, lead: str) -> float:
 def output_shaft(
     case: Case, rotor: str | None, contacts: ContactTable, members: Sequence[tuple[float, Samples]]
 ) -> OutputShaft:
-    """Return the key numbers of the output shaft.
+    """Return the key numbers of a shaft, `output_of` the case if None.
 
-    Parameters
-    ----------
-    case
-        What was simulated.
-    rotor
-        The shaft; `output_of` the case if None.
-    contacts
-        Statistics of its contacts.
-    members
-        Of each member the rate of its samples [Hz] and the function that returns them.
+    ``members`` holds the rate of the samples of each member [Hz] and the function that returns them.
 
-    Raises
-    ------
-    InputError
-        For a rotor that the case does not have.
-
+    Raises `InputError` for a rotor that the case does not have.
     """
     case = case.operating
     check_rotor(case, rotor)

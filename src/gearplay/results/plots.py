@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.pictures.canvas import set_title
-from gearplay.pictures.style import new_axes, plot_history, plot_spectrum
-from gearplay.pictures.words import plain
-from gearplay.results.choice import cut, free_rotors, stretch
-from gearplay.results.figures import ORDERS, close_up, draw_orbit, key_of
-from gearplay.results.lines import line_marks, mesh_lines
+from gearplay.pictures.canvas import SMALL, set_title
+from gearplay.pictures.style import new_axes
+from gearplay.results.choice import free_rotors, stretch
+from gearplay.results.figures import Window, close_up, draw_history, draw_orbit, draw_spectrum, key_of
 from gearplay.results.titles import case_words, window_words
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -26,8 +22,7 @@ if TYPE_CHECKING:
 class Plotter:
     """Pictures of a result; every method returns the axes it drew on. Called itself it draws the default picture.
 
-    A figure of its own is titled with the case, what was changed of it, the element and the stretch of time; axes that are
-    given get a title of the element alone.
+    A figure of its own is titled with the case, its changes, the signal and the time window; the axes with the element.
 
     Examples
     --------
@@ -77,12 +72,11 @@ class Plotter:
         signal, label = self._result.only(signal, label)
         whole = stretch(self._result, window)
         span = (close_up(self._result, (signal, label), whole, member) if window is None else None) or whole
-        time, values = cut(self._result, signal, label, span, member)
-        axes = plot_history(ax if ax is not None else new_axes(), time, values, signal, label=label)
-        axes.set_xlim(*span)
-        what = RESULT_VARIABLES[signal].long_name
-        beside = f", of {window_words(whole)}" if span != whole else ""
-        return self._titled(axes, label, what, window_words(span) + beside, member, own=ax is None)
+        axes = ax if ax is not None else new_axes()
+        draw_history(axes, self._result, signal, label, span, member)
+        axes.set_xlabel("time [s]", fontsize=SMALL)
+        more = f", of {window_words(whole)}" if span != whole else ""
+        return self._titled(axes, RESULT_VARIABLES[signal].long_name, span, more, member, own=ax is None)
 
     def orbit(self, rotor: str, *, member: int = 0, ax: Axes | None = None) -> Axes:
         """Draw the path of a rotor's centre in its clearance circle; a path as small as a dot is magnified next to it.
@@ -97,7 +91,7 @@ class Plotter:
             raise InputError(Fault("rotor", rotor, rule, cure))
         axes, span = ax if ax is not None else new_axes(5.0, 5.4), stretch(self._result, None)
         draw_orbit(axes, self._result, rotor, span, member)
-        return self._headed(axes, "path of the centre", window_words(span), member, own=ax is None)
+        return self._titled(axes, "path of the centre", span, "", member, own=ax is None)
 
     def spectrum(
         self, signal: str, label: str | None = None, *, highest: float | None = None, ax: Axes | None = None
@@ -107,27 +101,15 @@ class Plotter:
         It goes up to ``highest`` [Hz], if not given to a dozen mesh orders.
         """
         signal, label = self._result.only(signal, label)
-        s = self._result.spectrum(signal, label=label)
-        lines, marks = mesh_lines(self._result.case), line_marks(self._result.case)
-        if highest is None and lines:
-            highest = max(ORDERS * max(lines.values()), 40.0 * s.resolution)
-        unit = RESULT_VARIABLES[signal].unit
-        axes = ax if ax is not None else new_axes()
-        plot_spectrum(axes, s.frequency, s.amplitude, unit, label=label, highest=highest, marks=marks)
-        if np.any(s.amplitude[1:] > 0.0):
-            axes.set_ylim(top=6.0 * axes.get_ylim()[1])  # room for the names of lines
+        axes, span = ax if ax is not None else new_axes(), stretch(self._result, None)
+        draw_spectrum(axes, self._result, signal, label, span, highest=highest)
         what = f"amplitude spectrum of the {RESULT_VARIABLES[signal].long_name}"
-        span = window_words(stretch(self._result, None)) + key_of(self._result.case)
-        return self._titled(axes, label, what, span, None, own=ax is None)
+        return self._titled(axes, what, span, key_of(self._result.case), None, own=ax is None)
 
-    def _titled(self, ax: Axes, label: str, what: str, span: str, member: int | None, *, own: bool) -> Axes:
-        """Name the element over its axes, and where the figure is ours the case and the time over all."""
-        ax.set_title(plain(label), fontsize=9, loc="left")
-        return self._headed(ax, what, span, member, own=own)
-
-    def _headed(self, ax: Axes, what: str, span: str, member: int | None, *, own: bool) -> Axes:
-        """Write the case and the time over a figure of ours."""
+    def _titled(self, ax: Axes, what: str, span: Window, more: str, member: int | None, *, own: bool) -> Axes:
+        """Write the case and the time over a figure of its own."""
         if own:
             of = f", member {member}" if member is not None and self._result.members > 1 else ""
-            set_title(ax.figure, f"{case_words(self._result.case)}: {what}, {span}{of}".replace(" um", " µm"))
+            text = f"{case_words(self._result.case)}: {what}, {window_words(span)}{more}{of}"
+            set_title(ax.figure, text)
         return ax

@@ -8,7 +8,7 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.vocabulary.version import VERSION
 
 KIND: Final = "gearplay_kind"
-"""Attribute of a dataset: the kind of answer that it belongs to."""
+"""Attribute of a dataset: the kind of result that it belongs to."""
 
 
 def signal_words(signal: str) -> dict[str, str]:
@@ -23,8 +23,8 @@ def signal_words(signal: str) -> dict[str, str]:
     if signal == "x'":
         return {"units": "1", "long_name": "rate of x, in half backlashes, over the natural frequency"}
     quantity = RESULT_VARIABLES[kind]
-    beside = ", less the nominal one" if kind in ("theta", "omega") else ""
-    return {"units": quantity.unit, "long_name": f"{quantity.long_name}{beside}, {label}"}
+    relative = ", less the nominal one" if kind in ("theta", "omega") else ""
+    return {"units": quantity.unit, "long_name": f"{quantity.long_name}{relative}, {label}"}
 
 
 def provenance(case: Case, *, title: str | None = None, name: str = "case", **more: Any) -> dict[str, Any]:

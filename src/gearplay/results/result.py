@@ -23,9 +23,8 @@ from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.output_shaft import OutputShaft, Wanted, output_shaft, shaft_of_runs, stride_of
-from gearplay.results.replay import runs_again
 from gearplay.results.spectra import Spectrum, ensemble_spectrum
-from gearplay.results.validation import check_run
+from gearplay.results.stored import check_run, runs_again
 from gearplay.solver.checkpoints import KeptSamples
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, Work, work_of, worst_of
@@ -102,14 +101,10 @@ class Result(Answer):
         """The result as a dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble."""
         return to_dataset(self.case, pack(self.case), self._runs)
 
-    @property
+    @cached_property
     def runs(self) -> list[Trajectory]:
         """One `Trajectory` a member; of a result from a file, the case is integrated again."""
-        return self._runs or self._repeated
-
-    @cached_property
-    def _repeated(self) -> list[Trajectory]:
-        return runs_again(self)
+        return self._runs or runs_again(self)
 
     @property
     def members(self) -> int:
@@ -274,7 +269,15 @@ class Result(Answer):
             label, _, signal = signal.rpartition(".")
         signal, label = self.only(signal, label)
         if sampling is not None or window is not None:
-            return self._again(signal, label, member, sampling, window)
+            run = self.runs[member]
+            if not isinstance(run.samples, KeptSamples):
+                rule = "must be absent: only samples were kept, no motion"
+                raise InputError(Fault("window", str(window), rule, "Simulate with gearplay.simulate"))
+            if sampling is not None and not (0.0 < sampling < np.inf):
+                cure = "Give samples per second"
+                raise InputError(Fault("sampling", sampling, "must be positive [Hz]", cure))
+            at = [(c.signal, c.label) for c in run.columns].index((signal, label))
+            return run.samples.at_rate(at, sampling, window)
         if self._runs:
             return self._runs[member].signal(signal, label)
         variable = self.ds[signal]
@@ -288,24 +291,6 @@ class Result(Answer):
             return found
         known = np.flatnonzero(np.isfinite(found))
         return found[: known[-1] + 1] if known.size else found[:0]
-
-    def _again(
-        self,
-        signal: str,
-        label: str,
-        member: int,
-        sampling: float | None,
-        window: tuple[float, float] | None,
-    ) -> Floats:
-        """Return a signal at another rate or from another window."""
-        run = self.runs[member]
-        if not isinstance(run.samples, KeptSamples):
-            rule = "must be absent: only samples were kept, no motion"
-            raise InputError(Fault("window", str(window), rule, "Simulate with gearplay.simulate"))
-        if sampling is not None and not (0.0 < sampling < np.inf):
-            raise InputError(Fault("sampling", sampling, "must be positive [Hz]", "Give samples per second"))
-        at = [(c.signal, c.label) for c in run.columns].index((signal, label))
-        return run.samples.at_rate(at, sampling, window)
 
     def only(self, signal: str, label: str | None) -> tuple[str, str]:
         """Return a signal and its element; `InputError` where they do not name exactly one that was kept."""

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import Any, TypedDict, Unpack, overload
 
 from gearplay.files.netcdf import load_writers
 from gearplay.model.case import Case
@@ -43,44 +43,32 @@ def record(case: Case, *, progress: Progress | None = None, stop: threading.Even
     Raises as `simulate` does.
     """
     load_writers()
-    told = ticking(progress, case.title or "simulation")
-    return Result(case, run_batch([(case, range(case.run.ensemble))], progress=told, stop=stop)[0])
+    tick = ticking(progress, case.title or "simulation")
+    return Result(case, run_batch([(case, range(case.run.ensemble))], progress=tick, stop=stop)[0])
+
+
+class _Options(TypedDict, total=False):
+    """Keyword arguments of `simulate`."""
+
+    duration: float | None
+    transient: float | None
+    sampling: float | None
+    ensemble: int | None
+    members: Sequence[int] | None
+    tolerance: float | None
+    policy: Policy | None
+    signals: list[str] | None
+    progress: Progress | None
+    threads: int | None
+    stop: threading.Event | None
 
 
 @overload
-def simulate(
-    case: Source,
-    *,
-    duration: float | None = ...,
-    transient: float | None = ...,
-    sampling: float | None = ...,
-    ensemble: int | None = ...,
-    members: Sequence[int] | None = ...,
-    tolerance: float | None = ...,
-    policy: Policy | None = ...,
-    signals: list[str] | None = ...,
-    progress: Progress | None = ...,
-    threads: int | None = ...,
-    stop: threading.Event | None = ...,
-) -> Result: ...
+def simulate(case: Source, **options: Unpack[_Options]) -> Result: ...
 
 
 @overload
-def simulate(
-    case: list[Any] | tuple[Any, ...],
-    *,
-    duration: float | None = ...,
-    transient: float | None = ...,
-    sampling: float | None = ...,
-    ensemble: int | None = ...,
-    members: Sequence[int] | None = ...,
-    tolerance: float | None = ...,
-    policy: Policy | None = ...,
-    signals: list[str] | None = ...,
-    progress: Progress | None = ...,
-    threads: int | None = ...,
-    stop: threading.Event | None = ...,
-) -> list[Result]: ...
+def simulate(case: list[Any] | tuple[Any, ...], **options: Unpack[_Options]) -> list[Result]: ...
 
 
 def simulate(
@@ -147,22 +135,22 @@ def simulate(
     [True, True]
 
     """
+    given = {
+        "duration": duration,
+        "transient": transient,
+        "sampling": sampling,
+        "ensemble": ensemble,
+        "tolerance": tolerance,
+    }
     changes = {} if policy is None else policy.changes()
-    for name, value in (
-        ("duration", duration),
-        ("transient", transient),
-        ("sampling", sampling),
-        ("ensemble", ensemble),
-        ("tolerance", tolerance),
-    ):
-        changes |= {} if value is None else {f"run.{name}": value}
+    changes |= {f"run.{name}": value for name, value in given.items() if value is not None}
     cases = [case_of(source) for source in (case if isinstance(case, (list, tuple)) else [case])]
     cases = [replace(each, changes) if changes else each for each in cases]
     if members is not None:
         members = _numbers(members, ensemble)
     jobs = [(each, range(each.run.ensemble) if members is None else members) for each in cases]
     label = (cases[0].title or "simulation") if len(cases) == 1 else f"{len(cases)} cases"
-    told = ticking(progress, label)
-    runs = run_batch(jobs, signals=signals, progress=told, threads=threads, stop=stop, keep_motion=True)
+    tick = ticking(progress, label)
+    runs = run_batch(jobs, signals=signals, progress=tick, threads=threads, stop=stop, keep_motion=True)
     results = [Result(each, its) for each, its in zip(cases, runs, strict=True)]
     return results if isinstance(case, (list, tuple)) else results[0]

@@ -97,27 +97,12 @@ def amplitude_spectrum(
 
     """
     if normalisation not in NORMALISATIONS:
-        raise InputError(
-            [
-                Fault(
-                    "normalisation",
-                    normalisation,
-                    "must be a known normalisation",
-                    f"Choose from {NORMALISATIONS}.",
-                )
-            ]
-        )
+        cure = f"Choose from {NORMALISATIONS}"
+        raise InputError(Fault("normalisation", normalisation, "must be a known normalisation", cure))
     if signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
-        raise InputError(
-            [
-                Fault(
-                    "signal",
-                    f"{signal.shape}",
-                    "must be one record of at least 8 finite samples",
-                    "Simulate longer, or pick one rotor and one member.",
-                )
-            ]
-        )
+        rule = "must be one record of at least 8 finite samples"
+        cure = "Simulate longer, or pick one rotor and one member"
+        raise InputError(Fault("signal", f"{signal.shape}", rule, cure))
     n = signal.size
     weights = check_window(window, n)
     transform: Floats = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
@@ -208,20 +193,20 @@ def smoothed(spectrum: Spectrum, low: float, high: float, width: float) -> tuple
 
 
 LONGEST_KEPT = 100_000
-"""A longer window [samples] is made anew each time that it is wanted."""
+"""A longer window [samples] is not cached."""
 
 
 def _window(name: str, n: int) -> Floats:
-    """Return a periodic window; ``ValueError`` for a name that is not known."""
+    """Return a periodic window; ``ValueError`` for an unknown name."""
     from scipy.signal import get_window
 
     weights = np.asarray(get_window(name, n, fftbins=True), dtype=np.float64)
-    weights.flags.writeable = False  # it may be kept
+    weights.flags.writeable = False  # it may be cached
     return weights
 
 
 _short_window = lru_cache(maxsize=16)(_window)
-"""Kept, since the records of a sweep or an ensemble are alike."""
+"""Cached, since the records of a sweep or an ensemble are alike."""
 
 
 def check_window(name: str, n: int) -> Floats:
@@ -242,7 +227,7 @@ def check_window(name: str, n: int) -> Floats:
 
 
 def student_widening(count: int) -> float:
-    """Return by how much the standard deviation of so many values is multiplied for half the 95 % interval of their mean.
+    """Return half the 95 % confidence interval of the mean of ``count`` values over their standard deviation.
 
     >>> round(student_widening(8), 3), round(student_widening(1000), 4)
     (0.836, 0.0621)

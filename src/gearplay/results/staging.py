@@ -16,7 +16,7 @@ NEEDED = ("x", "y", "theta")
 
 
 class Motion(NamedTuple):
-    """What drawings of a result in motion need: see `mechanism_of`, `frames_of`; ``start`` [s] is that of the frames."""
+    """Data of the drawings of a result in motion: see `mechanism_of`, `frames_of`; ``start`` [s] is that of the frames."""
 
     mechanism: dict[str, Any]
     frames: dict[str, Any]
@@ -60,7 +60,7 @@ def stage_of(motion: Motion, times: float = 1.0) -> Stage:
     return Stage(mechanism, frames, title=title, times=times, start=start, **look)
 
 
-def telling_window(result: Result, window: tuple[float, float]) -> tuple[float, float]:
+def loud_window(result: Result, window: tuple[float, float]) -> tuple[float, float]:
     """Return some mesh periods about the largest force of a mesh; all of a window that is not much longer."""
     case = result.case
     loud = [

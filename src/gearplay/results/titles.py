@@ -25,9 +25,7 @@ def words_of(dataset: "xr.Dataset", otherwise: str) -> str:
     if "case" not in dataset.attrs:
         return str(dataset.attrs.get("title") or otherwise)
     case = case_in(dataset)
-    return case_words(case if case.title else case.model_copy(update={"title": otherwise})).replace(
-        " um", " µm"
-    )
+    return case_words(case if case.title else case.model_copy(update={"title": otherwise}))
 
 
 def case_words(case: Case) -> str:
@@ -39,9 +37,8 @@ def case_words(case: Case) -> str:
     """
     changes = changes_of(case)
     more = f" and {len(changes) - MOST_CHANGES} more" if len(changes) > MOST_CHANGES else ""
-    return "; ".join(
-        [case.title or "untitled case", *([", ".join(changes[:MOST_CHANGES]) + more] if changes else [])]
-    )
+    words = f"; {', '.join(changes[:MOST_CHANGES])}{more}" if changes else ""
+    return (case.title or "untitled case") + words
 
 
 def changes_of(case: Case) -> list[str]:

@@ -3,16 +3,22 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel, Record
-from gearplay.rig.collector import convert, filter_response, keep_back_aliases, thin_out
+from gearplay.rig.instruments import (
+    convert,
+    filter_response,
+    keep_back_aliases,
+    noise_voltage,
+    sensor_response,
+    sensor_voltage,
+    thin_out,
+)
 from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
-from gearplay.rig.sensor import Clipping, clipping, noise_voltage, sensor_response, sensor_voltage
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -55,26 +61,6 @@ def internal_factor(rig: Rig) -> int:
         for rate in (PER_BAND_EDGE * sensor.upper_frequency, PER_RESONANCE * sensor.natural_frequency)
     ]
     return max(8, math.ceil(max(needed) / rig.collector.sampling))
-
-
-@dataclass(frozen=True)
-class _Span:
-    """Which samples of the collector are kept, and the internal ones between them."""
-
-    factor: int
-    first: int  # samples of the collector before the record
-    size: int  # samples of the record
-    start: float  # s, time of the record's first sample
-
-    @property
-    def inside(self) -> slice:
-        """Internal samples of the record."""
-        return slice(self.first * self.factor, (self.first + self.size) * self.factor)
-
-    @property
-    def kept(self) -> slice:
-        """Internal samples at which the collector samples."""
-        return slice(self.first * self.factor, (self.first + self.size) * self.factor, self.factor)
 
 
 def apply_chain(
@@ -141,12 +127,13 @@ def apply_chain(
     """
     built = load_rig(rig)
     inputs = _inputs(acceleration, built)
-    span = _span(min(len(a) for a in inputs.values()), sampling, built.collector, (settling, duration, start))
+    shortest = min(len(array) for array in inputs.values())
+    kept = _kept(shortest, sampling, built.collector, settling=settling, duration=duration, start=start)
     seeds = _seeds(seed)
     channels: list[Channel] = []
     for place, (name, sensor) in enumerate(built.accelerometers.items()):
         generator = np.random.default_rng([*seeds, place])
-        channels += _channels(name, sensor, built.collector, inputs[name], span, generator)
+        channels += _channels(name, sensor, built.collector, inputs[name], kept, start, generator)
     about = {
         "rig": json.dumps(built.resolved(), allow_nan=False),
         "rig_sha256": built.sha256,
@@ -162,47 +149,51 @@ def _channels(
     sensor: Accelerometer,
     collector: Collector,
     acceleration: Floats,
-    span: _Span,
+    kept: slice,
+    start: float,
     generator: np.random.Generator,
 ) -> list[Channel]:
-    """Return the four channels of one accelerometer."""
-    rate = collector.sampling
+    """Return the four channels of one accelerometer; ``kept`` are the internal samples at which the collector samples."""
+    rate, factor = collector.sampling, kept.step
+    size = (kept.stop - kept.start) // factor
     along = acceleration if acceleration.ndim == 1 else acceleration[:, 0]
     sensed = along
     if acceleration.ndim == 2 and sensor.transverse_sensitivity > 0.0:
         sensed = along + sensor.transverse_sensitivity * acceleration[:, 1]
-    fine, beyond = sensor_voltage(sensor, sensed, rate * span.factor)
+    fine, beyond = sensor_voltage(sensor, sensed, rate * factor)
     if collector.filter == "none":
         # Nothing limits the band of internal samples here, so noise that stands for the record's band goes in behind.
-        voltage = fine[span.kept] + noise_voltage(sensor, span.size, rate, generator)
+        voltage = fine[kept] + noise_voltage(sensor, size, rate, generator)
     else:
-        noise = noise_voltage(sensor, fine.size, rate * span.factor, generator)
-        voltage = keep_back_aliases(collector, fine + noise, rate * span.factor)[span.kept]
+        noise = noise_voltage(sensor, fine.size, rate * factor, generator)
+        voltage = keep_back_aliases(collector, fine + noise, rate * factor)[kept]
     counts, cut = convert(collector, voltage)
     recorded = counts * (collector.quantum / sensor.sensitivity)
-    ideal = thin_out(along, span.factor)[span.first : span.first + span.size]
+    ideal = thin_out(along, factor)[kept.start // factor :][:size]
     about = {
         "sensor": sensor.kind,
         "sensitivity": f"{sensor.sensitivity:g} V/(m/s^2)",
         "quantum": f"{collector.quantum:.9g} V",
-        **_clipped("sensor_saturated", clipping(beyond[span.inside], rate * span.factor, span.start)),
-        **_clipped("converter_clipped", clipping(cut, rate, span.start)),
+        **_clipped("sensor_saturated", beyond[kept.start : kept.stop], rate * factor, start),
+        **_clipped("converter_clipped", cut, rate, start),
     }
     return [
-        Channel(f"{name}.acceleration", ideal, rate, "m/s^2", span.start, about),
-        Channel(f"{name}.voltage", voltage.copy(), rate, "V", span.start, about),
-        Channel(f"{name}.counts", counts, rate, "count", span.start, about),
-        Channel(f"{name}.recorded", recorded, rate, "m/s^2", span.start, about),
+        Channel(f"{name}.acceleration", ideal, rate, "m/s^2", start, about),
+        Channel(f"{name}.voltage", voltage.copy(), rate, "V", start, about),
+        Channel(f"{name}.counts", counts, rate, "count", start, about),
+        Channel(f"{name}.recorded", recorded, rate, "m/s^2", start, about),
     ]
 
 
-def _clipped(what: str, found: Clipping) -> dict[str, str]:
-    """Return the flag, the share of samples and the time of the first as attributes."""
-    return {
-        what: "yes" if found.first is not None else "no",
-        f"{what}_share": f"{found.share:.6g}",
-        f"{what}_first": "never" if found.first is None else f"{found.first:.9g} s",
-    }
+def _clipped(what: str, beyond: NDArray[np.bool_], sampling: float, start: float) -> dict[str, str]:
+    """Return whether samples were cut off, their share and the time of the first, as attributes.
+
+    >>> _clipped("cut", np.array([False, True, True, False]), 10.0, 2.0)
+    {'cut': 'yes', 'cut_share': '0.5', 'cut_first': '2.1 s'}
+    """
+    first = f"{start + int(np.argmax(beyond)) / sampling:.9g} s" if np.any(beyond) else "never"
+    share = float(np.mean(beyond))
+    return {what: "yes" if share else "no", f"{what}_share": f"{share:.6g}", f"{what}_first": first}
 
 
 def _inputs(acceleration: Floats | Mapping[str, Floats], rig: Rig) -> dict[str, Floats]:
@@ -230,11 +221,16 @@ def _inputs(acceleration: Floats | Mapping[str, Floats], rig: Rig) -> dict[str, 
     return inputs
 
 
-def _span(
-    samples: int, sampling: float, collector: Collector, times: tuple[float, float | None, float]
-) -> _Span:
-    """Return what to keep of so many internal samples; ``times`` are settling, duration and start [s]."""
-    settling, duration, start = times
+def _kept(
+    samples: int,
+    sampling: float,
+    collector: Collector,
+    *,
+    settling: float,
+    duration: float | None,
+    start: float,
+) -> slice:
+    """Return the internal samples, of so many, at which the collector samples; the times are in s."""
     rate = collector.sampling
     factor = round(sampling / rate) if math.isfinite(sampling) else 0
     if factor < LEAST_FACTOR or abs(factor * rate - sampling) > 1e-9 * sampling:
@@ -243,13 +239,13 @@ def _span(
     for name, value in (("settling", settling), ("duration", duration), ("start", start)):
         if value is not None and not (math.isfinite(value) and (value >= 0.0 or name == "start")):
             raise InputError(Fault(name, value, "must be a finite time, 0 s or more", "Give seconds"))
-    whole, first = samples // factor, round(settling * rate)
-    size = whole - first if duration is None else round(duration * rate)
-    if size < 1 or first + size > whole:
-        rule = f"must leave at least one of the {whole} samples at {rate:g} Hz that the acceleration covers"
+    covered, first = samples // factor, round(settling * rate)
+    size = covered - first if duration is None else round(duration * rate)
+    if size < 1 or first + size > covered:
+        rule = f"must leave at least one of the {covered} samples at {rate:g} Hz that the acceleration covers"
         named, value = ("settling", settling) if duration is None else ("duration", duration)
         raise InputError(Fault(named, value, rule, "Shorten it, or give a longer acceleration"))
-    return _Span(factor, first, size, start)
+    return slice(first * factor, (first + size) * factor, factor)
 
 
 def _seeds(seed: int | Sequence[int]) -> list[int]:

@@ -1,24 +1,26 @@
-"""Simulation of a case and of its measurement chain."""
+"""`measure`: simulation of a case and of its measurement chain."""
 
 import math
 import os
 import threading
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Record
 from gearplay.model.case import Case
+from gearplay.model.reading import Source
+from gearplay.results.simulate import case_of
 from gearplay.rig.chain import apply_chain, internal_factor
-from gearplay.rig.collector import HALF_TAPS
+from gearplay.rig.instruments import HALF_TAPS
 from gearplay.rig.plan import Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, acceleration_signals
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
-from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.progress import Progress, ticking
 
 Floats = NDArray[np.float64]
 
@@ -37,82 +39,90 @@ def mean_acceleration(run: Trajectory, place: Placement) -> Floats:
 
 
 def measure(
-    case: Case,
-    rig: Rig | str | os.PathLike[str] | Mapping[str, object] | None = None,
+    case: Source,
+    rig: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
-    member: int = 0,
     duration: float | None = None,
     transient: float | None = None,
-    oversampling: int | None = None,
+    tolerance: float | None = None,
+    member: int = 0,
     seed: int = 0,
-    progress: Tick | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Record:
-    """Simulate a case and return the record of the rig's sensors and data collector.
+    """Simulate a case and return the record of the rig's sensors and data collector; see docs/rig.
 
     Parameters
     ----------
     case
-        What to simulate.
+        A `Case`, a bundled name, a path or a mapping.
     rig
-        As `load_rig` takes it; the rig of Han et al. 2021 if not given.
-    member
-        Of the case's ensemble.
+        A `Rig`, a path or a mapping; that of Han et al. 2021 if not given.
     duration
         Length of the record [s]; the rig's ``collector.duration``, or else the case's.
     transient
-        Simulated time before the record [s]; the case's. The sensors already run during its last part, three time constants
-        of their AC coupling where it is that long, so that they are settled when the record starts.
-    oversampling
-        Samples of the simulation per sample of the collector; as many as 0.1 % in the sensors' bands takes.
+        Simulated time before the record [s]; the case's. The sensors run during its last part, three time constants of their
+        AC coupling where it is that long, so that they are settled when the record starts.
+    tolerance
+        Error tolerance on scaled states [1]; the case's if not given.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
     seed
-        Of the noise, together with the member's number.
-    progress, stop
-        As `gearplay.solver.simulate.run_members` takes them.
+        Of the sensors' noise, together with the member's number.
+    progress
+        Called with what is running, simulated seconds done, and of how many.
+    stop
+        An event that ends the simulation early.
 
     Returns
     -------
     Record
-        Channels as of `apply_chain`; attributes name case, digests, rig, seed, member and each sensor's place.
+        A channel for each stage of the chain, as of `apply_chain`: acceleration [m/s^2], voltage [V], counts, what is
+        recorded. Attributes name case, digests, rig, seed, member and each sensor's place.
 
     Raises
     ------
     InputError
-        For a rig that does not fit the case.
+        For bad input, or a rig that does not fit the case.
     ResourceError
         For a record that is too long.
     SimulationError
-        Where the simulation did not reach its end.
+        Where the simulation does not reach its end.
     KeyboardInterrupt
         Where it was interrupted.
 
+    Examples
+    --------
+    >>> record = measure("han2021", duration=0.01, transient=0.0)
+    >>> record.names
+    ('sensor.acceleration', 'sensor.voltage', 'sensor.counts', 'sensor.recorded')
+
     """
-    built = load_rig(rig)
-    places = placements(built, case)
-    rate = built.collector.sampling
-    factor = internal_factor(built) if oversampling is None else oversampling
-    _check(member, seed, factor)
-    wanted = duration if duration is not None else built.collector.duration
-    size = _samples("duration", case.run.duration if wanted is None else wanted, rate, least=1)
-    lead = _samples("transient", case.run.transient if transient is None else transient, rate, least=0)
+    chosen, built = case_of(case, tolerance=tolerance), load_rig(rig)
+    places = placements(built, chosen)
+    rate, factor = built.collector.sampling, internal_factor(built)
+    _check(member, seed)
+    if duration is None:
+        duration = built.collector.duration
+    size = _samples("duration", chosen.run.duration if duration is None else duration, rate, least=1)
+    lead = _samples("transient", chosen.run.transient if transient is None else transient, rate, least=0)
     slowest = max(1.0 / (math.tau * s.coupling_corner) for s in built.accelerometers.values())
     settling = min(lead, math.ceil(SETTLING * slowest * rate))
-    rotors = dict.fromkeys(place.rotor for place in places.values())
     run = run_members(
-        case,
+        chosen,
         [member],
-        signals=acceleration_signals(rotors),
+        signals=acceleration_signals(dict.fromkeys(place.rotor for place in places.values())),
         # One velocity more than means, and what the symmetric filter of the ideal acceleration needs past the end.
         duration=((settling + size + HALF_TAPS) * factor + 1) / (rate * factor),
         transient=(lead - settling) / rate,
         sampling=rate * factor,
-        progress=progress,
+        progress=ticking(progress, chosen.title or "record"),
         stop=stop,
     )[0]
     if run.status == Status.INTERRUPTED:
         raise KeyboardInterrupt
     if not run.success:
-        raise SimulationError(f"{case.title or 'case'}: {run.message}")
+        raise SimulationError(f"{chosen.title or 'case'}: {run.message}")
     return apply_chain(
         {name: mean_acceleration(run, place) for name, place in places.items()},
         rate * factor,
@@ -121,8 +131,8 @@ def measure(
         duration=size / rate,
         start=lead / rate,
         seed=(seed, member),
-        source=case.title,
-        attributes=_about(case, places, member),
+        source=chosen.title,
+        attributes=_about(chosen, places, member),
     )
 
 
@@ -133,11 +143,11 @@ def _about(case: Case, places: Mapping[str, Placement], member: int) -> dict[str
     return about
 
 
-def _check(member: int, seed: int, factor: int) -> None:
+def _check(member: int, seed: int) -> None:
     faults = [
-        Fault(name, value, f"must be a whole number, {least} or more", "Choose another")
-        for name, value, least in (("member", member, 0), ("seed", seed, 0), ("oversampling", factor, 4))
-        if isinstance(value, bool) or not isinstance(value, int) or value < least
+        Fault(name, value, "must be a whole number, 0 or more", "Choose another")
+        for name, value in (("member", member), ("seed", seed))
+        if isinstance(value, bool) or not isinstance(value, int) or value < 0
     ]
     if faults:
         raise InputError(faults)

@@ -95,9 +95,7 @@ class Accelerometer(Part):
         if kind == "own":
             return given
         # An unknown kind is reported once, so its values are not also reported as missing.
-        table = dict(
-            SENSORS.get(kind, SENSORS[DEFAULT_SENSOR]) if isinstance(kind, str) else SENSORS["356A02"]
-        )
+        table = dict(SENSORS[kind if isinstance(kind, str) and kind in SENSORS else DEFAULT_SENSOR])
         if "noise_density" in given:
             del table["resolution"]
         return {**table, **given}
@@ -145,8 +143,8 @@ class Accelerometer(Part):
         assert self.resonance is not None
         edge = self.upper_frequency / self.resonance
         peak = math.sqrt(max(0.0, 1.0 - 2.0 * self.damping_ratio**2))
-        looked_at = [edge, peak] if peak < edge else [edge]
-        gains = [1.0 / math.hypot(1.0 - r * r, 2.0 * self.damping_ratio * r) for r in looked_at]
+        extremes = [edge, peak] if peak < edge else [edge]
+        gains = [1.0 / math.hypot(1.0 - r * r, 2.0 * self.damping_ratio * r) for r in extremes]
         return all(abs(gain - 1.0) <= EDGE * (1.0 + 1e-9) for gain in gains)
 
 
@@ -220,17 +218,12 @@ class Rig(Part):
         Field(description="accelerometers by name, which their channels start with"),
         Counted(1, 64),
         AfterValidator(FrozenTable),
-    ] = Field(
-        default_factory=lambda: FrozenTable(
-            {"sensor": Accelerometer.model_validate({"kind": DEFAULT_SENSOR})}
-        )
-    )
+    ] = Field(default_factory=lambda: FrozenTable({"sensor": Accelerometer.model_validate({})}))
     collector: Collector = Collector()
 
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI that `load_rig` reads back."""
-        document: dict[str, Any] = self.model_dump(mode="json")
-        return document
+        return self.model_dump(mode="json")
 
     @cached_property
     def sha256(self) -> str:

@@ -13,8 +13,8 @@ from gearplay.signals.envelopes import envelope as envelope
 from gearplay.signals.envelopes import envelope_spectrum as envelope_spectrum
 from gearplay.signals.envelopes import most_impulsive_band as most_impulsive_band
 from gearplay.signals.figures import draw_record as draw_record
-from gearplay.signals.levels import band_level as band_level
 from gearplay.signals.line_tables import line_table as line_table
+from gearplay.signals.lines import band_level as band_level
 from gearplay.signals.lines import find_hump as find_hump
 from gearplay.signals.lines import find_line as find_line
 from gearplay.signals.orders import order_map as order_map

@@ -82,27 +82,20 @@ class AngleRecord:
 def _rising(path: str, angle: Floats) -> None:
     bad = np.flatnonzero(~(np.diff(angle) > 0.0))
     if bad.size:
+        found = f"stands or turns back at point {bad[0]}, {bad.size} in all"
         rule = "must turn forwards throughout, at a speed greater than 0"
-        refuse(
-            path, f"stands or turns back at point {bad[0]}, {bad.size} in all", rule, "Cut the standstill off"
-        )
+        refuse(path, found, rule, "Cut the standstill off")
 
 
 def _factor(channel: Channel, units: dict[str, float]) -> float:
     if channel.unit not in units:
-        refuse(
-            f"{channel.name}.unit",
-            channel.unit,
-            "must be a unit of it that is known",
-            f"One of: {', '.join(units)}",
-        )
+        rule = "must be a unit of it that is known"
+        refuse(f"{channel.name}.unit", channel.unit, rule, f"One of: {', '.join(units)}")
     return units[channel.unit]
 
 
 def angle_from_speed(speed: Channel) -> ShaftAngle:
     """Return the shaft's angle, zero at the first sample, as the integral of a spline through a speed channel.
-
-    Its unit must be rad/s, rpm, 1/min, rev/min, Hz, 1/s, rev/s or deg/s.
 
     Parameters
     ----------
@@ -186,15 +179,11 @@ def pulse_times(tacho: Channel, *, threshold: float | None = None, hysteresis: f
     """
     values = check_channel(tacho)
     low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
+    if high <= low:  # pulses may be rarer than one sample in a hundred
+        low, high = float(values.min()), float(values.max())
     if high <= low:
-        low, high = (
-            float(values.min()),
-            float(values.max()),
-        )  # pulses may be rarer than one sample in a hundred
-    if high <= low:
-        refuse(
-            f"{tacho.name}.values", f"{low} throughout", "must hold tacho pulses", "Check the tacho's wiring"
-        )
+        rule = "must hold tacho pulses"
+        refuse(f"{tacho.name}.values", f"{low} throughout", rule, "Check the tacho's wiring")
     level = 0.5 * (low + high) if threshold is None else threshold
     rearm = level - hysteresis * (high - low)
     # +1 on the sample that reaches the level, -1 where re-armed, 0 between; a pulse is a change of the last known state.
@@ -242,9 +231,8 @@ def angle_from_tacho(
     check_count("pulses", pulses, 1, 100_000, "Give the pulses per revolution")
     times = pulse_times(tacho, threshold=threshold, hysteresis=hysteresis)
     if times.size < 4:
-        refuse(
-            f"{tacho.name}.values", f"{times.size} pulses", "must hold at least 4 pulses", "Set the threshold"
-        )
+        rule = "must hold at least 4 pulses"
+        refuse(f"{tacho.name}.values", f"{times.size} pulses", rule, "Set the threshold")
     angle = np.arange(times.size, dtype=np.float64) * (TWO_PI / pulses)
     return ShaftAngle(times, angle, f"tacho {tacho.name}, {pulses} pulses per turn")
 

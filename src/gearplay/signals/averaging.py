@@ -84,33 +84,42 @@ def _median_bias(n: int) -> float:
     return 1.0 + sum(1.0 / (2 * k + 1) - 1.0 / (2 * k) for k in range(1, (n - 1) // 2 + 1))
 
 
-def _segments(
-    channel: Channel, window: str, segment: int | None, overlap: float, detrend: str, averaging: str
-) -> tuple[Floats, Floats, float, int]:
-    """Return (|X|^2 per line averaged over the segments, window, overlap taken, number of segments)."""
+def _averaged(
+    channel: Channel,
+    window: str,
+    segment: int | None,
+    overlap: float,
+    averaging: str,
+    detrend: str,
+    *,
+    kind: str,
+    correction: str,
+) -> AveragedSpectrum:
+    """Return the density or amplitude spectrum averaged over the segments of a record."""
     values = check_channel(channel)
     n = values.size
     length = default_segment(n) if segment is None else check_count("segment", segment, 8, n, "Shorten it")
     check_overlap(overlap)
     check_choice("averaging", averaging, AVERAGINGS)
     check_choice("detrend", detrend, tuple(DETRENDS))
-    weights = check_window(window, length)
+    w = check_window(window, length)
     step = max(1, length - round(overlap * length))
-    power, averages = _power(values, weights, step, detrend, averaging)
-    return power, weights, 1.0 - step / length, averages
-
-
-def _frequencies(n: int, sampling: float) -> Floats:
-    return np.asarray(np.fft.rfftfreq(n, 1.0 / sampling), dtype=np.float64)
-
-
-def _one_sided(power: Floats, n: int) -> Floats:
-    """Double every line but zero and, of an even number of samples, half the sampling rate: these have no mirror image."""
-    doubled = 2.0 * power
-    doubled[0] *= 0.5
-    if n % 2 == 0:
-        doubled[-1] *= 0.5
-    return doubled
+    power, averages = _power(values, w, step, detrend, averaging)
+    energy, gain, unit = float(np.sum(w * w)), float(np.sum(w)) ** 2, channel.unit
+    bias = _median_bias(averages) if averaging == "median" and correction == "energy" else 1.0
+    if kind == "density":
+        found = 2.0 * power / (channel.sampling * energy) / bias
+        unit = f"({channel.unit or '1'})^2/Hz"
+    else:
+        found = 2.0 * np.sqrt(power / bias / (gain if correction == "amplitude" else length * energy))
+    found[0] *= 0.5  # zero and, of an even number of samples, half the sampling rate have no mirror image
+    if length % 2 == 0:
+        found[-1] *= 0.5
+    frequency = np.asarray(np.fft.rfftfreq(length, 1.0 / channel.sampling), dtype=np.float64)
+    return AveragedSpectrum(
+        frequency, found, kind, unit, window, length, 1.0 - step / length, averages, averaging, correction, detrend,
+        channel.sampling, channel.sampling * energy / gain, channel.name,
+    )  # fmt: skip
 
 
 def power_density(
@@ -164,16 +173,9 @@ def power_density(
     ([0.0, 0.0, 0.0, 0.0, 1.0], '(m/s^2)^2/Hz')
 
     """
-    power, w, taken, averages = _segments(channel, window, segment, overlap, detrend, averaging)
-    energy = float(np.sum(w * w))
-    values = _one_sided(power, w.size) / (channel.sampling * energy)
-    if averaging == "median":
-        values /= _median_bias(averages)
-    frequency = _frequencies(w.size, channel.sampling)
-    bandwidth = channel.sampling * energy / float(np.sum(w)) ** 2
-    unit = f"({channel.unit or '1'})^2/Hz"
-    return AveragedSpectrum(frequency, values, "density", unit, window, w.size, taken, averages, averaging, "energy",
-                            detrend, channel.sampling, bandwidth, channel.name)  # fmt: skip
+    return _averaged(
+        channel, window, segment, overlap, averaging, detrend, kind="density", correction="energy"
+    )
 
 
 def averaged_spectrum(
@@ -223,18 +225,9 @@ def averaged_spectrum(
 
     """
     check_choice("correction", correction, CORRECTIONS)
-    power, w, taken, averages = _segments(channel, window, segment, overlap, detrend, averaging)
-    squared = float(np.sum(w)) ** 2 if correction == "amplitude" else w.size * float(np.sum(w * w))
-    if averaging == "median" and correction == "energy":
-        power = power / _median_bias(averages)
-    values = 2.0 * np.sqrt(power / squared)
-    values[0] *= 0.5
-    if w.size % 2 == 0:
-        values[-1] *= 0.5
-    frequency = _frequencies(w.size, channel.sampling)
-    bandwidth = channel.sampling * float(np.sum(w * w)) / float(np.sum(w)) ** 2
-    return AveragedSpectrum(frequency, values, "amplitude", channel.unit, window, w.size, taken, averages, averaging,
-                            correction, detrend, channel.sampling, bandwidth, channel.name)  # fmt: skip
+    return _averaged(
+        channel, window, segment, overlap, averaging, detrend, kind="amplitude", correction=correction
+    )
 
 
 def mean_square(spectrum: AveragedSpectrum, *, low: float = 0.0, high: float = math.inf) -> float:

@@ -1,6 +1,7 @@
 """Figures of signals; each draws on a given ``ax``, with units and settings."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,28 +48,26 @@ def _finish(ax: "Axes", horizontal: str, vertical: str, caption: str, name: str)
 
 
 def _folded(text: str, width: int) -> str:
-    import textwrap
-
     return "\n".join("\n".join(textwrap.wrap(line, width)) for line in text.splitlines())
 
 
-def _decades(ax: "Axes", x: Floats, y: Floats, color: str, label: str | None) -> None:
+def _decades(ax: "Axes", x: Floats, y: Floats) -> None:
     """Draw on a logarithmic ordinate, at most so many decades; a signal at rest has none."""
     x, y = extremes(x, y, MOST_POINTS // 2)
     top = float(np.max(y, initial=0.0))
     if top > 0.0:
         low = max(top * 10.0**-DECADES, 0.5 * float(np.min(y[y > 0.0])))
-        ax.semilogy(x, np.maximum(y, low), color=color, linewidth=0.7, label=label)
+        ax.semilogy(x, np.maximum(y, low), color=COUPLED, linewidth=0.7)
         ax.set_ylim(0.7 * low, 2.0 * top)
     else:
-        ax.plot(x, y, color=color, linewidth=0.7, label=label)
+        ax.plot(x, y, color=COUPLED, linewidth=0.7)
     ax.set_xlim(0.0, float(x[-1]))
 
 
-def plot_channel(ax: "Axes", channel: Channel, *, color: str = COUPLED) -> "Axes":
+def plot_channel(ax: "Axes", channel: Channel) -> "Axes":
     """Draw a channel over time [s], with its statistics in the caption."""
     values = check_channel(channel)
-    ax.plot(*extremes(channel.time, values, MOST_POINTS // 2), color=color, linewidth=0.5)
+    ax.plot(*extremes(channel.time, values, MOST_POINTS // 2), color=COUPLED, linewidth=0.5)
     s = signal_statistics(channel)
     unit = channel.unit or "1"
     caption = (
@@ -80,22 +79,16 @@ def plot_channel(ax: "Axes", channel: Channel, *, color: str = COUPLED) -> "Axes
 
 
 def plot_averaged_spectrum(
-    ax: "Axes",
-    spectrum: AveragedSpectrum,
-    *,
-    lines: LineTable | None = None,
-    color: str = COUPLED,
-    label: str | None = None,
+    ax: "Axes", spectrum: AveragedSpectrum, *, lines: LineTable | None = None
 ) -> "Axes":
     """Draw an amplitude spectrum or density on a logarithmic ordinate; ``lines`` marks those of a table (amplitude only)."""
     # The mean is off: what remains at zero is rounding.
-    _decades(ax, spectrum.frequency[1:], spectrum.values[1:], color, plain(label) if label else None)
+    _decades(ax, spectrum.frequency[1:], spectrum.values[1:])
     if lines is not None:
         _mark(ax, lines)
     word = "amplitude" if spectrum.kind == "amplitude" else "power spectral density"
-    return _finish(
-        ax, "frequency [Hz]", f"{word} [{shown_unit(spectrum.unit)}]", spectrum.caption, spectrum.name
-    )
+    vertical = f"{word} [{shown_unit(spectrum.unit)}]"
+    return _finish(ax, "frequency [Hz]", vertical, spectrum.caption, spectrum.name)
 
 
 def _mark(ax: "Axes", table: LineTable) -> None:
@@ -113,24 +106,16 @@ def _mark(ax: "Axes", table: LineTable) -> None:
     ax.legend(fontsize=7, framealpha=0.9, loc="upper right")
 
 
-def _from_zero(ax: "Axes", values: Floats) -> None:
-    """Start an ordinate at 0, and note a curve that is 0 everywhere, as it would not be visible."""
-    ax.set_ylim(bottom=0.0)
-    if not np.any(np.asarray(values) > 0.0):
-        ax.text(0.5, 0.5, "0 throughout", transform=ax.transAxes, ha="center", va="center", fontsize=9)
-
-
-def plot_envelope_spectrum(
-    ax: "Axes", result: EnvelopeSpectrum, *, highest: float | None = None, color: str = COUPLED
-) -> "Axes":
+def plot_envelope_spectrum(ax: "Axes", result: EnvelopeSpectrum, *, highest: float | None = None) -> "Axes":
     """Draw an envelope spectrum up to ``highest`` [Hz]."""
     s = result.spectrum
     kept = s.frequency <= (highest if highest is not None else math.inf)
-    ax.plot(
-        *extremes(s.frequency[kept][1:], s.values[kept][1:], MOST_POINTS // 2), color=color, linewidth=0.7
-    )
-    _from_zero(ax, s.values[kept][1:])
-    ax.set_xlim(0.0, float(s.frequency[kept][-1]))
+    f, a = s.frequency[kept], s.values[kept]
+    ax.plot(*extremes(f[1:], a[1:], MOST_POINTS // 2), color=COUPLED, linewidth=0.7)
+    ax.set_ylim(bottom=0.0)
+    if not np.any(a[1:] > 0.0):
+        ax.text(0.5, 0.5, "0 throughout", transform=ax.transAxes, ha="center", va="center", fontsize=9)
+    ax.set_xlim(0.0, float(f[-1]))
     return _finish(ax, "frequency [Hz]", f"envelope amplitude [{shown_unit(s.unit)}]", result.caption, s.name)
 
 
@@ -141,22 +126,19 @@ def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
     """
     from matplotlib.colors import LogNorm
 
-    across, up = (edges_of(each, log=False) if each.size > 1 else _single(each) for each in (x, y))
+    across, up = (
+        # the only cell of an axis lies about the middle of the record
+        edges_of(each, log=False) if each.size > 1 else np.array([0.0, 2.0 * float(each[0]) or 1.0])
+        for each in (x, y)
+    )
     table, up, across = largest_of_cells(values, up, across, pixels_of(ax))
     top = float(table.max())
-    norm = LogNorm(top * 1e-4, top) if top > 0.0 else None
-    picture = ax.pcolormesh(
-        across, up, np.maximum(table, top * 1e-4), norm=norm, cmap="viridis", rasterized=True
-    )
+    norm, shown = LogNorm(top * 1e-4, top) if top > 0.0 else None, np.maximum(table, top * 1e-4)
+    picture = ax.pcolormesh(across, up, shown, norm=norm, cmap="viridis", rasterized=True)
     ax.grid(False)
     bar: Any = ax.figure.colorbar(picture, ax=ax, pad=0.02)
     bar.set_label(label, fontsize=8)
     bar.ax.tick_params(labelsize=7)
-
-
-def _single(place: Floats) -> Floats:
-    """Return the edges of the only cell of an axis, about the middle of the record."""
-    return np.array([0.0, 2.0 * float(place[0]) or 1.0])
 
 
 def plot_spectrogram(ax: "Axes", result: Spectrogram) -> "Axes":
@@ -174,18 +156,18 @@ def plot_order_map(ax: "Axes", result: OrderMap) -> "Axes":
     return _finish(ax, "revolution of the shaft [1]", "order [1]", caption, result.name)
 
 
-def plot_order_spectrum(ax: "Axes", result: OrderSpectrum, *, color: str = COUPLED) -> "Axes":
+def plot_order_spectrum(ax: "Axes", result: OrderSpectrum) -> "Axes":
     """Draw an order spectrum on a logarithmic ordinate."""
-    _decades(ax, result.order[1:], result.amplitude[1:], color, None)
+    _decades(ax, result.order[1:], result.amplitude[1:])
     return _finish(ax, "order [1]", f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
 
 
-def plot_synchronous_average(ax: "Axes", result: SynchronousAverage, *, color: str = COUPLED) -> "Axes":
+def plot_synchronous_average(ax: "Axes", result: SynchronousAverage) -> "Axes":
     """Draw a synchronous average over the shaft's angle [deg] with twice its standard error."""
     angle = np.degrees(result.angle)
     low, high = result.average - 2.0 * result.error, result.average + 2.0 * result.error
-    ax.fill_between(angle, low, high, color=color, alpha=0.2, linewidth=0, label="± 2 standard errors")
-    ax.plot(angle, result.average, color=color, linewidth=0.7, label="average")
+    ax.fill_between(angle, low, high, color=COUPLED, alpha=0.2, linewidth=0, label="± 2 standard errors")
+    ax.plot(angle, result.average, color=COUPLED, linewidth=0.7, label="average")
     ax.set_xlim(0.0, 360.0 * result.period)
     ax.set_xticks(np.linspace(0.0, 360.0 * result.period, 9))
     ax.legend(fontsize=7, loc="upper right", framealpha=0.9)

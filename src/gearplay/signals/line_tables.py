@@ -8,12 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.signals.checks import (
-    check_channel,
-    check_choice,
-    check_positive,
-    refuse,
-)
+from gearplay.signals.checks import check_channel, check_choice, check_positive, refuse
 from gearplay.signals.tone_fit import COSINES, Transform, squared_window, windowed_transform
 from gearplay.signals.tone_search import Tone, find_tones, power_threshold
 
@@ -96,9 +91,8 @@ def _bands(expected: Floats, search: float, resolution: float, last: int) -> lis
 def _check_expected(expected: Sequence[float], channel: Channel) -> Floats:
     asked = np.array([check_positive(f"expected[{i}]", f, "Hz") for i, f in enumerate(expected)])
     if asked.size == 0:
-        refuse(
-            "expected", "none", "must name at least one frequency", "Give the frequencies to look for [Hz]"
-        )
+        cure = "Give the frequencies to look for [Hz]"
+        refuse("expected", "none", "must name at least one frequency", cure)
     resolution = 1.0 / channel.duration
     low, high = 3.0 * resolution, 0.5 * channel.sampling - 2.0 * resolution
     for i in np.flatnonzero((asked < low) | (asked > high)):
@@ -107,12 +101,8 @@ def _check_expected(expected: Sequence[float], channel: Channel) -> Floats:
     gaps = np.diff(np.sort(asked))
     if gaps.size and float(np.min(gaps)) < CLOSEST * resolution:
         rule = f"must lie at least {CLOSEST * resolution:.4g} Hz apart, {CLOSEST:g} lines of the record"
-        refuse(
-            "expected",
-            f"{float(np.min(gaps)):.4g} Hz apart",
-            rule,
-            "Take a longer record or name one of them",
-        )
+        found = f"{float(np.min(gaps)):.4g} Hz apart"
+        refuse("expected", found, rule, "Take a longer record or name one of them")
     return asked
 
 
@@ -180,20 +170,18 @@ def line_table(
     tones, noise = find_tones(transform, bands, false_alarm)
     rows = []
     for i, band in enumerate(bands):
-        strangers = [t for t in tones if not any(_holds(other, t) for other in bands if other != band)]
-        held = [t for t in strangers if _holds(band, t)]
+        unexpected = [t for t in tones if not any(_holds(other, t) for other in bands if other != band)]
         # A sharp line, however weak, comes before a broad hump.
-        best = max(held, key=lambda t: (_sharp(t, strangers), abs(t.amplitude)), default=None)
-        power = best.noise if best is not None else float(noise[i])
-        limit = (
-            2.0
-            * math.sqrt(power_threshold(band[1] - band[0] + 1, false_alarm) * power)
-            / (transform.n * transform.cosines[0])
+        best = max(
+            (t for t in unexpected if _holds(band, t)),
+            key=lambda t: (_sharp(t, unexpected), abs(t.amplitude)),
+            default=None,
         )
-        if best is not None and _sharp(best, strangers):
-            rows.append(_row(float(asked[i]), best, (power, limit), transform, channel))
-        else:
-            rows.append(_absent(float(asked[i]), best, (power, limit), transform, channel))
+        power = best.noise if best is not None else float(noise[i])
+        least = math.sqrt(power_threshold(band[1] - band[0] + 1, false_alarm) * power)
+        limit = 2.0 * least / (transform.n * transform.cosines[0])
+        found = best is not None and _sharp(best, unexpected)
+        rows.append(_row(float(asked[i]), best, found, power, limit, transform, channel))
     return LineTable(tuple(rows), channel.unit, window, resolution, values.size, channel.sampling, search, false_alarm,
                      channel.name)  # fmt: skip
 
@@ -202,36 +190,33 @@ def _holds(band: tuple[int, int], tone: Tone) -> bool:
     return band[0] - 0.5 <= tone.place <= band[1] + 0.5
 
 
-def _sharp(tone: Tone, strangers: list[Tone]) -> bool:
+def _sharp(tone: Tone, unexpected: list[Tone]) -> bool:
     """Return whether a tone is a sharp line and not part of a hump: many unexpected tones of similar height."""
-    near = sum(abs(t.amplitude) ** 2 for t in strangers if abs(t.place - tone.place) <= NEAR)
+    near = sum(abs(t.amplitude) ** 2 for t in unexpected if abs(t.place - tone.place) <= NEAR)
     return tone.explained >= SHARP and abs(tone.amplitude) ** 2 >= ALONE * near
 
 
-def _strength(tone: Tone | None, power: float, transform: Transform, channel: Channel) -> tuple[float, float]:
-    """Return (height of a tone over the rms noise of a line, density of the noise [unit^2/Hz])."""
-    energy = transform.n * squared_window(transform.cosines)[0]
-    height = abs(tone.amplitude) * transform.n * transform.cosines[0] if tone is not None else 0.0
-    return height / math.sqrt(power) if power > 0.0 else 0.0, 2.0 * power / (channel.sampling * energy)
-
-
-def _absent(
-    expected: float, tone: Tone | None, levels: tuple[float, float], transform: Transform, channel: Channel
-) -> LineRow:
-    """Return the row of no line: none stands out, or what does is not sharp."""
-    prominence, density = _strength(tone, levels[0], transform, channel)
-    remark = f"no line above {levels[1]:.3g} {channel.unit}".rstrip()
-    if tone is not None:
-        remark = "content that stands out, but no single sharp line: a hump, a wandering tone, or close lines not asked for"
-    no = math.nan
-    return LineRow(expected, False, no, no, no, no, no, no, prominence, levels[1], density, remark)
-
-
 def _row(
-    expected: float, tone: Tone, levels: tuple[float, float], transform: Transform, channel: Channel
+    expected: float,
+    tone: Tone | None,
+    found: bool,
+    power: float,
+    limit: float,
+    transform: Transform,
+    channel: Channel,
 ) -> LineRow:
-    """Return the row of a tone in the channel's units."""
-    prominence, density = _strength(tone, levels[0], transform, channel)
+    """Return the row of the best tone in the channel's units; without numbers where it is no line, or there is none."""
+    energy = transform.n * squared_window(transform.cosines)[0]
+    density = 2.0 * power / (channel.sampling * energy)
+    prominence = 0.0
+    if tone is not None and power > 0.0:
+        prominence = abs(tone.amplitude) * transform.n * transform.cosines[0] / math.sqrt(power)
+    if tone is None or not found:
+        remark = f"no line above {limit:.3g} {channel.unit}".rstrip()
+        if tone is not None:
+            remark = "content that stands out, but no single sharp line: a hump, a wandering tone, or close lines not asked for"
+        no = math.nan
+        return LineRow(expected, False, no, no, no, no, no, no, prominence, limit, density, remark)
     resolution = channel.sampling / transform.n
     modulus, spread = abs(tone.amplitude), tone.covariance
     real, imaginary = tone.amplitude.real / modulus, tone.amplitude.imag / modulus
@@ -242,5 +227,5 @@ def _row(
     return LineRow(
         expected, True, tone.place * resolution, math.sqrt(spread[0, 0]) * resolution, 2.0 * modulus,
         math.sqrt(max(along @ spread @ along, 0.0)), float(phase), math.sqrt(max(turn @ spread @ turn, 0.0)), prominence,
-        levels[1], density,
+        limit, density,
     )  # fmt: skip

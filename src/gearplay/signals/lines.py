@@ -1,12 +1,15 @@
-"""Detection of lines in a spectrum: sharp ones between bins, and broad humps."""
+"""Amplitude spectra: sharp lines between bins, broad humps, rms levels of bands."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gearplay.results.spectra import Spectrum, smoothed
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.results.spectra import Spectrum, check_window, smoothed
+from gearplay.signals.checks import refuse
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -21,16 +24,8 @@ class Line:
 def _band(spectrum: Spectrum, low: float, high: float) -> tuple[int, int]:
     inside = np.nonzero((spectrum.frequency >= low) & (spectrum.frequency <= high))[0]
     if inside.size < 3:
-        raise InputError(
-            [
-                Fault(
-                    "band",
-                    f"{low:.4g}..{high:.4g} Hz",
-                    f"must hold at least 3 lines of the spectrum (one each {spectrum.resolution:.4g} Hz)",
-                    "Widen the band or take a longer record.",
-                )
-            ]
-        )
+        rule = f"must hold at least 3 lines of the spectrum (one each {spectrum.resolution:.4g} Hz)"
+        refuse("band", f"{low:.4g}..{high:.4g} Hz", rule, "Widen the band or take a longer record")
     return int(inside[0]), int(inside[-1])
 
 
@@ -49,8 +44,8 @@ def _offset(window: str, left: float, peak: float, right: float) -> tuple[float,
         d = ratio / (1.0 + ratio)
         return side * d, 1.0 / float(np.sinc(d))
     low, middle, high = (math.log(max(v, 1e-300)) for v in (left, peak, right))
-    bend = low - 2.0 * middle + high
-    d = 0.5 * (low - high) / bend if bend < 0.0 else 0.0
+    curvature = low - 2.0 * middle + high
+    d = 0.5 * (low - high) / curvature if curvature < 0.0 else 0.0
     return d, math.exp(-0.25 * (low - high) * d)
 
 
@@ -95,11 +90,8 @@ def find_line(spectrum: Spectrum, expected: float, *, search: float = 0.03) -> L
     first, last = _band(spectrum, 0.5 * expected, 1.5 * expected)
     floor = float(np.median(spectrum.amplitude[first : last + 1]))
     height = float(spectrum.amplitude[at]) * gain
-    return Line(
-        float(spectrum.frequency[at]) + place * spectrum.resolution,
-        height,
-        height / floor if floor > 0.0 else math.inf,
-    )
+    frequency = float(spectrum.frequency[at]) + place * spectrum.resolution
+    return Line(frequency, height, height / floor if floor > 0.0 else math.inf)
 
 
 def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.08) -> Line:
@@ -142,9 +134,51 @@ def find_hump(spectrum: Spectrum, low: float, high: float, *, width: float = 0.0
     place = 0.0
     if 0 < at < inside.size - 1:
         place, _ = _offset("parabola", *(float(v) for v in inside[at - 1 : at + 2]))
-    floor = float(np.median(inside))
-    return Line(
-        float(frequency[at]) + min(max(place, -0.5), 0.5) * spectrum.resolution,
-        float(inside[at]),
-        float(inside[at]) / floor if floor > 0.0 else math.inf,
-    )
+    height, floor = float(inside[at]), float(np.median(inside))
+    top = float(frequency[at]) + min(max(place, -0.5), 0.5) * spectrum.resolution
+    return Line(top, height, height / floor if floor > 0.0 else math.inf)
+
+
+def band_levels(spectrum: Spectrum, samples: int, edges: Floats) -> Floats:
+    """Return the rms value [unit of the spectrum] between neighbouring ``edges`` [Hz], shape [band].
+
+    Half the squared amplitudes of the lines, over the window's equivalent noise bandwidth n sum w^2 / (sum w)^2, so that levels
+    of adjoining bands add up (Parseval). ``samples`` is the length of the record behind the spectrum; a line on an edge counts
+    above it, on the last edge below.
+    """
+    weights = check_window(spectrum.window, samples)
+    bandwidth = weights.size * float(np.sum(weights**2)) / float(np.sum(weights)) ** 2
+    f = spectrum.frequency
+    inside = (f >= edges[0]) & (f <= edges[-1])
+    place = np.minimum(np.searchsorted(edges, f[inside], side="right") - 1, len(edges) - 2)
+    squares = np.bincount(place, weights=spectrum.amplitude[inside] ** 2, minlength=len(edges) - 1)
+    return np.asarray(np.sqrt(squares / (2.0 * bandwidth)))
+
+
+def band_level(spectrum: Spectrum, samples: int, low: float, high: float) -> float:
+    """Return the rms value from ``low`` to ``high`` [Hz]; see `band_levels`.
+
+    Parameters
+    ----------
+    spectrum
+        Amplitude spectrum of a record or an ensemble.
+    samples
+        Length of the record behind it.
+    low, high
+        Ends of the band [Hz].
+
+    Returns
+    -------
+    float
+        Rms value [unit of the spectrum].
+
+    Examples
+    --------
+    >>> from gearplay.results.spectra import amplitude_spectrum
+    >>> t = np.arange(1000) / 1000.0
+    >>> s = amplitude_spectrum(np.sqrt(2.0) * np.sin(2.0 * np.pi * 50.0 * t), 1000.0)
+    >>> round(band_level(s, 1000, 40.0, 60.0), 6)
+    1.0
+
+    """
+    return float(band_levels(spectrum, samples, np.array([low, high]))[0])

@@ -35,7 +35,7 @@ def _interpolated(values: Floats, place: Floats) -> Floats:
     return np.asarray(map_coordinates(fine, [2.0 * place], order=5, mode="mirror"))
 
 
-def _inverse(shaft: ShaftAngle, channel: Channel, marks: Floats) -> tuple[Floats, Floats]:
+def _inverse(shaft: ShaftAngle, marks: Floats) -> tuple[Floats, Floats]:
     """Return (time [s], speed [rad/s]) at which the shaft passes the angles ``marks`` [rad]."""
     t = np.union1d(shaft.time, np.linspace(shaft.time[0], shaft.time[-1], 2 * shaft.time.size))
     angle, _ = shaft.at(t)
@@ -55,12 +55,8 @@ def _span(channel: Channel, shaft: ShaftAngle) -> tuple[float, float, float, flo
     first = max(channel.start, float(shaft.time[0]))
     last = min(float(channel.time[-1]), float(shaft.time[-1]))
     if not last > first:
-        refuse(
-            "speed",
-            shaft.source,
-            "must be known at the same time as the signal",
-            "Check the start of both channels",
-        )
+        rule = "must be known at the same time as the signal"
+        refuse("speed", shaft.source, rule, "Check the start of both channels")
     angle, speed = shaft.at(np.linspace(first, last, max(1000, min(100_000, shaft.time.size))))
     return float(angle[0]), float(angle[-1]), float(np.min(speed)), float(np.max(speed))
 
@@ -120,9 +116,8 @@ def resampled(
     shaft = shaft_angle(channel, speed)
     begin, end, slowest, fastest = _span(channel, shaft)
     if slowest <= 0.0:
-        refuse(
-            "speed", f"{slowest:.4g} rad/s at its lowest", "must be greater than 0", "Cut the standstill off"
-        )
+        found = f"{slowest:.4g} rad/s at its lowest"
+        refuse("speed", found, "must be greater than 0", "Cut the standstill off")
     order = _highest_order(channel, highest, fastest)
     least = math.ceil(2.5 * order)
     per = least + least % 2 if samples_per_revolution is None else samples_per_revolution
@@ -130,25 +125,19 @@ def resampled(
     factor = max(1, math.ceil(channel.sampling * TWO_PI / slowest / per))
     first, last = math.ceil(begin / TWO_PI * per - 1e-9), math.floor(end / TWO_PI * per + 1e-9)
     if last - first < per:
-        refuse(
-            "speed",
-            f"{(end - begin) / TWO_PI:.4g} revolutions",
-            "must make at least 1 revolution",
-            "Record longer",
-        )
+        found = f"{(end - begin) / TWO_PI:.4g} revolutions"
+        refuse("speed", found, "must make at least 1 revolution", "Record longer")
     if (last - first) * factor > MOST_SAMPLES:
         rule = f"must leave at most {MOST_SAMPLES} samples over equal angles"
         refuse("speed", f"{slowest:.4g} to {fastest:.4g} rad/s", rule, "Cut the slowest part off")
     fine = np.arange(first * factor, last * factor + 1) / (per * factor) * TWO_PI
-    time, omega = _inverse(shaft, channel, np.clip(fine, begin, end))
+    time, omega = _inverse(shaft, np.clip(fine, begin, end))
     place = np.clip((time - channel.start) * channel.sampling, 0.0, values.size - 1.0)
     signal = _interpolated(values, place)
     if factor > 1:
         from scipy.signal import resample_poly
 
-        edge = (
-            2.0 * order / per
-        )  # of half the lower rate; what folds back onto kept orders starts at 2 - edge
+        edge = 2.0 * order / per  # of half the lower rate; aliases of kept orders start at 2 - edge
         taps = _low_pass(factor, edge, 2.0 - edge)
         signal = resample_poly(signal, 1, factor, window=taps, padtype="line")
     return AngleRecord(

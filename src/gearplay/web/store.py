@@ -9,8 +9,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from gearplay.files.atomic import make_folder, write_bytes
-from gearplay.files.checksum import LENGTH, MARK, sealed
+from gearplay.files.atomic import LENGTH, MARK, make_folder, with_checksum, write_bytes
 from gearplay.web.frames import read_head
 
 KEY = re.compile(r"[0-9a-f]{32}")
@@ -48,7 +47,7 @@ class Store:
         with self.changing:
             self.sizes.pop(file, None)
             try:
-                write_bytes(file, sealed(frame))
+                write_bytes(file, with_checksum(frame))
             finally:  # it may be there although a sync after it failed
                 if file.exists():
                     self.sizes[file] = len(frame) + LENGTH
@@ -76,7 +75,7 @@ class Store:
         except OSError:
             return None
         frame = whole[:-LENGTH]
-        return frame if sealed(frame) == whole else None
+        return frame if with_checksum(frame) == whole else None
 
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
         """Return the stored results, the newest first: key, kind, title, note, time of writing [s]."""

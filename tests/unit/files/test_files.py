@@ -18,7 +18,7 @@ from depth import sized
 from gearplay.files import netcdf, sandbox
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
 from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
-from gearplay.files.sandbox import Reader
+from gearplay.files.sandbox import Reader, Request
 from gearplay.vocabulary.errors import InputError
 
 pytestmark = pytest.mark.hostile
@@ -321,9 +321,9 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    begin = "import sys; sys.stdout.write('ready\\n'); sys.stdout.flush(); sys.stdin.readline(); "
+    begin = "import sys; import pickle; pickle.dump('ready', sys.stdout.buffer); sys.stdout.flush(); sys.stdin.buffer.read(1); "
     for child, patience in (("import time; time.sleep(60)", 0.5), ("import os; os.abort()", 30.0)):
-        monkeypatch.setattr(sandbox, "PATIENCE", patience)
+        monkeypatch.setattr(sandbox, "TIME_LIMIT", patience)
         monkeypatch.setattr(netcdf, "READER", Reader(begin + child))
         with pytest.raises(InputError, match="HDF5 library crashes on it or does not return"):
             read_dataset(tmp_path / "old.nc")
@@ -347,12 +347,12 @@ def test_a_reader_that_is_interrupted_while_it_starts_answers_the_next_question(
 
     ended = threading.Event()
     threading.Thread(target=interrupt, daemon=True).start()
-    question = {"path": str(tmp_path / "nowhere.nc"), "size": 9}
+    request = Request(tmp_path / "nowhere.nc", 9)
     with pytest.raises(KeyboardInterrupt):
-        reader.ask("gearplay.files.netcdf", question, lambda said, _: said)
+        reader.read("gearplay.files.netcdf", request)
     for _ in range(2):
         with pytest.raises(InputError, match=r"nowhere\.nc"):
-            reader.ask("gearplay.files.netcdf", question, lambda said, _: said)
+            reader.read("gearplay.files.netcdf", request)
     reader.close()
 
 

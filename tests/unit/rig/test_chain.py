@@ -8,7 +8,7 @@ import pytest
 
 from gearplay.files.record import Record
 from gearplay.rig.chain import apply_chain, internal_factor
-from gearplay.rig.collector import convert, thin_out
+from gearplay.rig.instruments import convert, thin_out
 from gearplay.rig.plan import Collector, load_rig
 from gearplay.vocabulary.errors import InputError
 
@@ -66,7 +66,7 @@ def test_the_ideal_channel_has_no_delay_whatever_the_factor(factor: int) -> None
 @pytest.mark.parametrize(("peak", "flag"), [(4899.0, "no"), (4901.0, "yes")])
 def test_saturation_is_flagged_exactly_when_the_range_is_exceeded(peak: float, flag: str) -> None:
     """A tone of 200 Hz, where the response is known to 1e-7: the recorded span peaks just below or above the range."""
-    from gearplay.rig.sensor import sensor_response
+    from gearplay.rig.instruments import sensor_response
 
     rig = load_rig(rig_of(range="10 V"))
     gain = float(np.abs(sensor_response(rig.accelerometers["a"], np.array([200.0])))[0])

@@ -90,7 +90,6 @@ def test_across_is_a_quarter_turn_from_along() -> None:
     [
         ({"member": -1}, "member = -1: must be a whole number, 0 or more. Choose another."),
         ({"seed": 1.5}, "seed = 1.5: must be a whole number, 0 or more. Choose another."),
-        ({"oversampling": 2}, "oversampling = 2: must be a whole number, 4 or more. Choose another."),
         ({"duration": 0.0}, "duration = 0.0: must be a finite time of at least 1e-05 s. Give seconds."),
         ({"duration": math.inf}, "duration = inf: must be a finite time of at least 1e-05 s. Give seconds."),
         ({"transient": -1.0}, "transient = -1.0: must be a finite time of at least 0 s. Give seconds."),

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gearplay.rig.collector import butterworth, filter_response
+from gearplay.rig.instruments import butterworth, filter_response, sensor_modes, sensor_response
 from gearplay.rig.modes import Modes, grow
 from gearplay.rig.plan import Accelerometer, Collector, load_rig
-from gearplay.rig.sensor import sensor_modes, sensor_response
 
 SENSOR = load_rig().accelerometers["sensor"]
 FREQUENCIES = np.geomspace(0.01, 2e5, 400)

@@ -1,16 +1,16 @@
 """Channels and records from the content of a file: selection by name, checks of samples, units and rates."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.files import sandbox
 from gearplay.files.measurements.rates import Declaration, agreed_rate, check_finite
 from gearplay.files.measurements.refusing import check_samples, damaged, quoted
 from gearplay.files.record import Channel, Record
@@ -22,13 +22,12 @@ _NAME_AND_UNIT = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", re
 
 
 @dataclass(frozen=True)
-class Request:
-    """Request to read a file: its path and size [bytes], the channels, the sampling rate [Hz]."""
+class Request(sandbox.Request):
+    """Request to read a file: also the channels, the sampling rate [Hz], the kind of file."""
 
-    path: Path
-    size: int
     channels: tuple[str, ...] | None = None
     sampling: float | None = None
+    kind: str = "csv"
 
     def select(self, names: Sequence[str]) -> list[int]:
         """Return the indices of the channels to read; of a requested name that is repeated, the first.
@@ -87,57 +86,44 @@ def as_text(attributes: Mapping[str, object]) -> Mapping[str, str]:
     shown = {
         escape_controls(str(key)): shorten(str(value), 1000) for key, value in list(attributes.items())[:200]
     }
-    return MappingProxyType({key: text for key, text in shown.items() if text})
+    return {key: text for key, text in shown.items() if text}
 
 
-def make_channel(
-    request: Request,
-    name: str,
-    values: NDArray[Any],
-    *,
-    declared: Sequence[Declaration],
-    unit: str = "",
-    start: float = 0.0,
-    attributes: Mapping[str, object] = MappingProxyType({}),
-) -> Channel:
+class Samples(NamedTuple):
+    """Content of one channel as the file has it.
+
+    ``values``, shape [time], are of any real type; ``declared`` are sampling rates [Hz], see `agreed_rate`; ``start`` is the time
+    of the first sample [s]; ``attributes`` are kept as text.
+    """
+
+    values: NDArray[Any]
+    declared: Sequence[Declaration]
+    unit: str = ""
+    start: float = 0.0
+    attributes: Mapping[str, object] = MappingProxyType({})
+
+
+def make_channel(request: Request, name: str, content: Samples) -> Channel:
     """Return a channel after checking samples, start and sampling rate.
 
-    Parameters
-    ----------
-    request
-        Request of the caller.
-    name, unit
-        As the file has them.
-    values
-        Samples, shape [time], of any real type.
-    declared
-        Sampling rates that the file declares [Hz]; see `agreed_rate`.
-    start
-        Time of the first sample [s].
-    attributes
-        Further properties; kept as text.
-
-    Raises
-    ------
-    MeasurementError
-        Where there are no samples, they are not finite real numbers or whole numbers beyond 2^53, or the file's rates are not
-        positive or contradict each other.
-    InputError
-        Where neither the file nor the caller states the rate, or they contradict each other.
-
+    Raises `MeasurementError` where there are no samples, they are not finite real numbers or whole numbers beyond 2^53, or the
+    file's rates are not positive or contradict each other; `InputError` where neither the file nor the caller states the rate, or
+    they contradict each other.
     """
+    values, declared, unit, start, attributes = content
+    channel = f"channel {quoted(name)}"
     if values.ndim != 1 or values.dtype.kind not in "fiub":
-        raise damaged(request.path, f"channel {quoted(name)} must hold real numbers", "Choose other channels")
+        raise damaged(request.path, f"{channel} must hold real numbers", "Choose other channels")
     if values.size == 0:
-        raise damaged(request.path, f"channel {quoted(name)} must hold samples, none found")
+        raise damaged(request.path, f"{channel} must hold samples, none found")
     check_samples(request.path, values.size)
     samples = np.ascontiguousarray(values, dtype=np.float64)
     check_finite(request.path, name, samples)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 8 and np.abs(samples).max() > 2.0**53:
-        rule = f"channel {quoted(name)} must hold whole numbers up to 2^53, {np.abs(samples).max():.6g} found"
+        rule = f"{channel} must hold whole numbers up to 2^53, {np.abs(samples).max():.6g} found"
         raise damaged(request.path, rule, "Choose other channels")
     if not np.isfinite(start):
-        raise damaged(request.path, f"channel {quoted(name)} must start at a finite time, {start} found")
+        raise damaged(request.path, f"{channel} must start at a finite time, {start} found")
     rate = agreed_rate(request.path, name, declared, request.sampling)
     return Channel(
         escape_controls(name), samples, rate, escape_controls(unit), float(start), as_text(attributes)
@@ -146,17 +132,25 @@ def make_channel(
 
 def make_record(
     request: Request,
-    channels: Sequence[Channel],
-    kind: str,
-    attributes: Mapping[str, object] | None = None,
+    names: Sequence[str],
+    load: Callable[[int], Samples],
+    attributes: Mapping[str, object],
+    *,
     found: Sequence[str] = (),
+    kind: str = "",
 ) -> Record:
     """Return the record of a file.
 
-    Raises `MeasurementError` where there is no channel; ``found`` names what there is instead.
+    ``names`` are those of all channels in the file, made distinct here; ``load(k)`` returns the content of the k-th. ``found``
+    are the names of other content, for the message; ``kind`` is the kind of file, by default the requested one.
+
+    Raises `MeasurementError` where there is no channel, `InputError` for a requested name that the file does not hold, and both
+    as `make_channel`.
     """
+    names = distinct(names)
+    channels = [make_channel(request, names[k], load(k)) for k in request.select(names)]
     if not channels:
         shown = ", ".join(shorten(each, 60) for each in found[:6]) + (", ..." if len(found) > 6 else "")
         rule = "must hold at least one channel of evenly sampled numbers"
         raise damaged(request.path, f"{rule}; found: {shown}" if found else rule, "Choose another file")
-    return Record(tuple(channels), request.path.name, kind, as_text(attributes or {}))
+    return Record(tuple(channels), request.path.name, kind or request.kind, as_text(attributes))

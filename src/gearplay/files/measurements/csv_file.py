@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.csv_layout import (
     Layout,
     clock_time,
@@ -44,8 +44,8 @@ def _fault(path: Path, row: list[str], line: int, layout: Layout) -> Exception:
         return damaged(path, f"line {line} must have {layout.columns} fields, {len(row)} found")
     for column, text in enumerate(row, start=1):
         if not is_number(text) and not (column - 1 == layout.clock and clock_time(text)):
-            what = quoted(text) if text.strip() else "nothing"
-            return damaged(path, f"line {line}, field {column} must be a number, {what} found")
+            found = quoted(text) if text.strip() else "nothing"
+            return damaged(path, f"line {line}, field {column} must be a number, {found} found")
     return damaged(path, f"line {line} cannot be read")
 
 
@@ -89,9 +89,8 @@ def _numbers(path: Path, lines: list[str], layout: Layout) -> NDArray[np.float64
             values[begin : begin + len(rows)] = np.array(plain, dtype=np.float64)
     if layout.clock is not None:
         if len(clock) != len(kept) or len({dated for _, dated in clock}) > 1:
-            raise damaged(
-                path, f"must hold a clock time of one form in field {layout.clock + 1} of every line"
-            )
+            rule = f"must hold a clock time of one form in field {layout.clock + 1} of every line"
+            raise damaged(path, rule)
         first = clock[0][0] if clock[0][1] else 0
         values[:, layout.clock] = [(time - first) * 1e-9 for time, _ in clock]
     return values
@@ -122,9 +121,7 @@ def _time_column(layout: Layout, values: NDArray[np.float64], sampling: float | 
     if any(layout.names) or layout.columns < 2 or sampling is not None or values.shape[0] < 2:
         return None
     steps = np.diff(values[:, 0])
-    return (
-        0 if bool((steps > 0).all()) and not bool((steps == 1.0).all()) else None
-    )  # steps of 1 count the rows
+    return 0 if (steps > 0).all() and not (steps == 1.0).all() else None  # steps of 1 count the rows
 
 
 def read(request: Request) -> Record:
@@ -154,20 +151,12 @@ def read(request: Request) -> Record:
         declared.append((column, rate))
     places = [k for k in range(layout.columns) if k != time]
     if not places:
-        raise damaged(
-            path, f"must hold a column beside the time {quoted(layout.names[time or 0])}", "Export it again"
-        )
-    names = distinct([layout.names[k] for k in places])
-    channels = [
-        make_channel(
-            request,
-            names[k],
-            values[:, places[k]],
-            declared=declared,
-            unit=layout.units[places[k]],
-            start=start,
-        )
-        for k in request.select(names)
-    ]
-    said = {key: words for key, words in layout.declared.items() if key not in ("rows", "sampling", "start")}
-    return make_record(request, channels, "csv", said)
+        rule = f"must hold a column beside the time {quoted(layout.names[time or 0])}"
+        raise damaged(path, rule, "Export it again")
+    about = {key: text for key, text in layout.declared.items() if key not in ("rows", "sampling", "start")}
+    return make_record(
+        request,
+        [layout.names[k] for k in places],
+        lambda k: Samples(values[:, places[k]], declared, layout.units[places[k]], start),
+        about,
+    )

@@ -14,22 +14,15 @@ from gearplay.files.measurements.rates import TIME_UNITS, is_rate_name
 from gearplay.files.measurements.refusing import damaged
 
 COMMENTS: Final = ("#", "%", "//")
-"""What lines that are no data begin with."""
+"""Beginnings of lines without data."""
 
 PREAMBLE: Final = 200
 """Most lines before the first row of numbers."""
 
 _SAMPLE: Final = 40
 _LAYOUTS: Final = (
-    (";", ","),
-    (";", "."),
-    ("\t", ","),
-    ("\t", "."),
-    (",", "."),
-    ("|", "."),
-    (" ", "."),
-    (" ", ","),
-)
+    (";", ","), (";", "."), ("\t", ","), ("\t", "."), (",", "."), ("|", "."), (" ", "."), (" ", ","),
+)  # fmt: skip
 _NUMBER = re.compile(
     r"\s*[-+]?(\d+\.?\d*|\.\d+)([ed][-+]?\d+)?\s*|\s*[-+]?(nan|inf|infinity)\s*", re.IGNORECASE | re.ASCII
 )
@@ -138,17 +131,15 @@ def sniff(path: Path, lines: Sequence[str]) -> Layout:
     Delimiters are ``;``, tab, ``,``, ``|`` and blanks; the decimal sign is a point or, except where the comma
     delimits, a comma. Raises `MeasurementError` where no line is a row of numbers.
     """
-    numbered = list(
-        islice(((k, line) for k, line in enumerate(lines) if not is_comment(line)), PREAMBLE + _SAMPLE)
-    )
+    rows_of = ((k, line) for k, line in enumerate(lines) if not is_comment(line))
+    numbered = list(islice(rows_of, PREAMBLE + _SAMPLE))
     texts = [line for _, line in numbered]
     scores = [_score(texts, delimiter, decimal) for delimiter, decimal in _LAYOUTS]
     best = max(scores)
     _, _, count, columns, first = best
     if not count:
-        raise damaged(
-            path, "must hold rows of numbers, none found", "Check the delimiter and the decimal sign"
-        )
+        cure = "Check the delimiter and the decimal sign"
+        raise damaged(path, "must hold rows of numbers, none found", cure)
     delimiter, decimal = _LAYOUTS[scores.index(best)]
     rows = split_rows(texts[: first + 2], delimiter)
     if _numbers_columns(rows[first:], decimal):  # a header of 0, 1, 2 ..., as tables without names have

@@ -50,9 +50,8 @@ def recognise(path: Path, head: bytes) -> str:
     if head.startswith(b"TDSh"):
         raise damaged(path, "is only the index of a TDMS file", "Give the .tdms file beside it")
     if head.startswith(FORMATS["netcdf"].marks):
-        raise damaged(
-            path, "must be netCDF-4, classic netCDF found", "Convert it: nccopy -k nc4 in.nc out.nc"
-        )
+        rule = "must be netCDF-4, classic netCDF found"
+        raise damaged(path, rule, "Convert it: nccopy -k nc4 in.nc out.nc")
     if head.startswith(HDF5_MARK):
         return by_name if by_name in ("netcdf", "mat") else "hdf5"
     for kind, known in FORMATS.items():
@@ -61,17 +60,12 @@ def recognise(path: Path, head: bytes) -> str:
     lines = head.lstrip().splitlines()
     if lines and lines[0].strip() == b"-1":
         return "uff"
-    if by_name in ("csv", "uff"):
-        return by_name
-    if _is_table(head):
+    if by_name not in ("csv", "uff") and _is_table(head):
         return "csv"
     if by_name:
         return by_name
-    raise damaged(
-        path,
-        "must be a measurement file; neither its first bytes nor its extension say of which kind",
-        f"Give the format: {', '.join(FORMATS)}",
-    )
+    rule = "must be a measurement file; neither its first bytes nor its extension say of which kind"
+    raise damaged(path, rule, f"Give the format: {', '.join(FORMATS)}")
 
 
 def _is_table(head: bytes) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.named_arrays import UNITS, Entry, NamedArrays
 from gearplay.files.measurements.rates import declarations
 from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, check_samples, damaged, fenced, quoted
@@ -60,27 +60,25 @@ def _ours(request: Request, file: Any, entries: list[Entry], kind: str) -> Recor
     declared = _plain(file.attrs[OURS])
     if declared != len(held):
         raise damaged(request.path, f"declares {declared} channels and holds {len(held)}")
-    names = distinct([str(e.attributes.get("long_name") or e.path[-1]) for e in held])
-    channels = []
-    for k in request.select(names):
+
+    def load(k: int) -> Samples:
         about = held[k].attributes
-        channels.append(
-            make_channel(
-                request,
-                names[k],
-                _values(request, held[k]).ravel(),
-                declared=declarations([("sampling", about.get("sampling"))]),
-                unit=held[k].unit,
-                start=float(str(about.get("start", 0.0))),
-                attributes=_said(about),
-            )
+        return Samples(
+            _values(request, held[k]).ravel(),
+            declarations([("sampling", about.get("sampling"))]),
+            held[k].unit,
+            float(str(about.get("start", 0.0))),
+            _further(about),
         )
-    return make_record(request, channels, kind, _said(_attributes(file)))
+
+    names = [str(e.attributes.get("long_name") or e.path[-1]) for e in held]
+    return make_record(request, names, load, _further(_attributes(file)), kind=kind)
 
 
-def _said(attributes: Mapping[str, object]) -> dict[str, object]:
-    said = json.loads(str(attributes.get("attributes") or "{}"))
-    return said if isinstance(said, dict) else {}
+def _further(attributes: Mapping[str, object]) -> dict[str, object]:
+    """Return the attributes of a record or a channel, which `write_record` stores as JSON."""
+    about = json.loads(str(attributes.get("attributes") or "{}"))
+    return about if isinstance(about, dict) else {}
 
 
 @dataclass
@@ -183,16 +181,13 @@ def _values(request: Request, entry: Entry) -> NDArray[Any]:
     count, width = int(dataset.size), int(dataset.dtype.itemsize)
     check_samples(path, count)
     if dataset.external or dataset.is_virtual:
-        raise damaged(
-            path, f"channel {name} lies in another file, which is not read", "Repack it into one file"
-        )
-    largest = max(
-        count * width, int(np.prod(dataset.chunks, dtype=np.float64)) * width if dataset.chunks else 0
-    )
+        rule = f"channel {name} lies in another file, which is not read"
+        raise damaged(path, rule, "Repack it into one file")
+    block = int(np.prod(dataset.chunks, dtype=np.float64)) if dataset.chunks else 0
+    largest = max(count, block) * width
     if largest > DENSEST * request.size:
-        raise damaged(
-            path, f"channel {name} declares {largest} bytes, which a file of {request.size} cannot hold"
-        )
+        rule = f"channel {name} declares {largest} bytes, which a file of {request.size} cannot hold"
+        raise damaged(path, rule)
     if dataset.chunks:
         due = int(np.prod([-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True)]))
         held = int(dataset.id.get_num_chunks())

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.files.measurements import hdf5
 from gearplay.files.measurements.building import Request
@@ -44,10 +43,8 @@ def read(request: Request) -> Record:
                 raise damaged(path, rule, "Save each under a name of its own")
         for name, shape, kind in listed:
             if np.prod(shape, dtype=np.float64) > DENSEST * request.size and kind != "sparse":
-                raise damaged(
-                    path,
-                    f"variable '{name}' declares more numbers than a file of {request.size} bytes can hold",
-                )
+                rule = f"variable '{name}' declares more numbers than a file of {request.size} bytes can hold"
+                raise damaged(path, rule)
         file.seek(0)
         warnings.simplefilter("error", MatReadWarning)
         found = loadmat(file, simplify_cells=True, chars_as_strings=True)
@@ -55,11 +52,7 @@ def read(request: Request) -> Record:
     entries = list(_flat((), variables))
     if len(entries) > MOST_NODES:
         raise damaged(path, f"has more than {MOST_NODES} values", "Save fewer variables")
-    return NamedArrays(request, entries, _value).record("mat")
-
-
-def _value(entry: Entry) -> NDArray[Any]:
-    return np.asarray(entry.value)
+    return NamedArrays(request, entries, lambda entry: np.asarray(entry.value)).record("mat")
 
 
 def _flat(path: tuple[str, ...], value: Any) -> Iterator[Entry]:

@@ -10,7 +10,7 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import even_sampling
 from gearplay.files.measurements.refusing import (
     MOST_NODES,
@@ -21,7 +21,7 @@ from gearplay.files.measurements.refusing import (
     need,
     quoted,
 )
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import shorten
 
 _FIXED_LENGTH: Final = 0
@@ -67,11 +67,6 @@ def _converted(raw: NDArray[Any], channel: Any) -> NDArray[Any]:
     return np.asarray((rule.P1 * x * x + rule.P2 * x + rule.P3) / (rule.P4 * x * x + rule.P5 * x + rule.P6))
 
 
-def _unit(channel: Any) -> str:
-    own = str(channel.unit or "")
-    return own or str(getattr(channel.conversion, "unit", "") or "")
-
-
 def _held(file: IO[bytes], place: int) -> int | None:
     """Return the bytes of records in the data block at a place and in those it lists; none where they are in columns.
 
@@ -92,46 +87,35 @@ def _check_records(path: Path, stream: IO[bytes], group: Any) -> None:
     """Compare the bytes of a group's records with its cycles: the library reads no more than these."""
     about, place = group.channel_group, group.data_group.data_block_addr
     held = _held(stream, place) if group.sorted and place else None
-    declared = about.cycles_nr * (
-        group.data_group.record_id_len + about.samples_byte_nr + about.invalidation_bytes_nr
-    )
+    width = group.data_group.record_id_len + about.samples_byte_nr + about.invalidation_bytes_nr
+    declared = about.cycles_nr * width
     if held is not None and held != declared:
         raise damaged(path, f"declares {declared} bytes of records and holds {held}")
 
 
-def _load(request: Request, file: Any, name: str, place: tuple[int, int]) -> Channel:
-    group, index = place
+def _load(request: Request, file: Any, group: int, index: int) -> Samples:
     block = file.groups[group]
     cycles = int(block.channel_group.cycles_nr)
     check_samples(request.path, cycles)
     signal = file.get(group=group, index=index, raw=True, ignore_invalidation_bits=False)
-    raw = np.asarray(signal.samples)
+    raw, channel = np.asarray(signal.samples), block.channels[index]
+    name = f"channel {quoted(str(channel.name))}"
     if raw.size < cycles and block.channel_group.invalidation_bytes_nr:  # which the library leaves out
-        rule = f"channel {quoted(name)} marks {cycles - raw.size} of {cycles} samples as invalid"
+        rule = f"{name} marks {cycles - raw.size} of {cycles} samples as invalid"
         raise damaged(request.path, rule, "Choose other channels, or cut the record there")
     if raw.size != cycles:
-        raise damaged(request.path, f"channel {quoted(name)} declares {cycles} samples and holds {raw.size}")
-    has_time = file.masters_db.get(group) is not None
-    rate, start = (
-        even_sampling(request.path, np.asarray(signal.timestamps, dtype=np.float64))
-        if has_time
-        else (0.0, 0.0)
-    )
-    channel = block.channels[index]
+        raise damaged(request.path, f"{name} declares {cycles} samples and holds {raw.size}")
+    declared, start = [], 0.0
+    if file.masters_db.get(group) is not None:
+        rate, start = even_sampling(request.path, np.asarray(signal.timestamps, dtype=np.float64))
+        declared = [("its time", rate)]
     about = {
         "group": getattr(block.channel_group, "acq_name", "") or "",
         "comment": channel.comment or "",
         "source": getattr(channel.source, "name", "") or "",
     }
-    return make_channel(
-        request,
-        name,
-        _converted(raw, channel),
-        declared=[("its time", rate)] if has_time else [],
-        unit=_unit(channel),
-        start=start,
-        attributes=about,
-    )
+    unit = str(channel.unit or "") or str(getattr(channel.conversion, "unit", "") or "")
+    return Samples(_converted(raw, channel), declared, unit, start, about)
 
 
 def read(request: Request) -> Record:
@@ -155,13 +139,15 @@ def read(request: Request) -> Record:
                         places.append((number, index))
                     elif channel.channel_type == _FIXED_LENGTH:
                         left_out.append(str(channel.name))
-            names = distinct([str(file.groups[group].channels[index].name) for group, index in places])
-            channels = [_load(request, file, names[k], places[k]) for k in request.select(names)]
             comment = str(file.header.comment or "")
-            said = {"start": str(file.start_time), "comment": "" if comment.startswith("<") else comment}
+            about = {"start": str(file.start_time), "comment": "" if comment.startswith("<") else comment}
+            if left_out:
+                about["left out"] = shorten(", ".join(left_out), 900)
+            names = [str(file.groups[group].channels[index].name) for group, index in places]
+            record = make_record(
+                request, names, lambda k: _load(request, file, *places[k]), about, found=left_out
+            )
         finally:
             file.close()
         complaints.refuse(path, "MDF 4")
-    if left_out:
-        said["left out"] = shorten(", ".join(left_out), 900)
-    return make_record(request, channels, "mdf4", said, left_out)
+    return record

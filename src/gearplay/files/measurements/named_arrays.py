@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import (
     Declaration,
     agreed_rate,
@@ -18,7 +18,7 @@ from gearplay.files.measurements.rates import (
     time_scale,
 )
 from gearplay.files.measurements.refusing import damaged, quoted
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, shorten
 
 MOST_COLUMNS: Final = 4096
@@ -33,21 +33,10 @@ _STARTS: Final = ("start", "startvalue", "t0", "starttime")
 
 @dataclass(frozen=True)
 class Entry:
-    """Named value of a file: a number, a text, a list of texts or an array.
+    """Named value of a file: a number, a text, a list of texts or an array, then anything with ``shape`` and ``dtype``.
 
-    Parameters
-    ----------
-    path
-        Names of the groups or structures that hold it, and its own.
-    value
-        What there is; of an array, anything with ``shape`` and ``dtype``.
-    attributes
-        Attributes of the value and of its group, as numbers and texts.
-    axes
-        Paths of the time axes attached to it.
-    is_axis
-        Whether it is an axis of others.
-
+    ``path`` holds the names of its groups or structures and its own, ``attributes`` those of the value and of its group,
+    ``axes`` the paths of the time axes attached to it; ``is_axis`` is true for an axis of others.
     """
 
     path: tuple[str, ...]
@@ -72,6 +61,13 @@ class Entry:
     def is_numeric(self) -> bool:
         """Whether it is a number or an array of real numbers."""
         return getattr(self.value, "dtype", np.dtype("O")).kind in "fiub" and self.value.shape is not None
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether it is one number or a text."""
+        return isinstance(self.value, str) or (
+            self.is_numeric and not self.shape and 0 not in self.value.shape
+        )
 
     @property
     def unit(self) -> str:
@@ -99,30 +95,13 @@ class _Column:
 
 
 class NamedArrays:
-    """Named values of one file, and the channels among them.
-
-    Parameters
-    ----------
-    request
-        Request of the caller.
-    entries
-        Values in the order of the file.
-    load
-        Returns the samples of an entry.
-    separator
-        Between the names of a path.
-
-    """
+    """Named values of one file in its order, and the channels among them; ``load`` returns the samples of an entry."""
 
     def __init__(self, request: Request, entries: Sequence[Entry], load: Load, separator: str = ".") -> None:
         self.request, self.entries, self.separator = request, entries, separator
         self._load = load
         self._loaded: dict[tuple[str, ...], NDArray[Any]] = {}
-        self.scalars = [
-            e
-            for e in entries
-            if (e.is_numeric and not e.shape and 0 not in e.value.shape) or isinstance(e.value, str)
-        ]
+        self.scalars = [e for e in entries if e.is_scalar]
         self.arrays = [e for e in entries if e.shape and 0 not in e.shape]
         self.axes = [e for e in self.arrays if e.is_axis or self._is_time(e)]
 
@@ -135,31 +114,24 @@ class NamedArrays:
 
     def load(self, entry: Entry) -> NDArray[Any]:
         """Return the samples of an entry without axes of length 1, read once."""
-        if entry.path not in self._loaded:
-            self._loaded = {
-                entry.path: np.asarray(self._load(entry)).squeeze()
-            }  # only the last: files may be large
+        if entry.path not in self._loaded:  # only the last is kept: files may be large
+            self._loaded = {entry.path: np.asarray(self._load(entry)).squeeze()}
         return self._loaded[entry.path]
 
     def columns(self) -> list[_Column]:
         """Return the channels to be: vectors, and columns along the longer side of matrices."""
         found = []
         for entry in self.arrays:
-            name = self.separator.join(entry.path)
-            if (
-                self.is_axis(entry)
-                or len(entry.shape) > 2
-                or (len(entry.shape) == 2 and min(entry.shape) > MOST_COLUMNS)
-            ):
+            name, sides, count = self.separator.join(entry.path), len(entry.shape), min(entry.shape)
+            if self.is_axis(entry) or sides > 2 or (sides == 2 and count > MOST_COLUMNS):
                 continue
             if is_rate_name(entry.path[-1]):
-                raise damaged(
-                    self.request.path, f"{quoted(name)} must be one sampling rate, {max(entry.shape)} found"
-                )
-            if len(entry.shape) == 1:
-                found.append(_Column(entry, self._name(entry) or name))
+                rule = f"{quoted(name)} must be one sampling rate, {max(entry.shape)} found"
+                raise damaged(self.request.path, rule)
+            if sides == 1:
+                own = self._text(entry, ("name",)) if entry.group else ""
+                found.append(_Column(entry, own or name))
                 continue
-            count = min(entry.shape)
             names = self._names(entry, count) or [f"{name} {k + 1}" for k in range(count)]
             first = 1 if self._first_is_time(entry) else 0
             found += [_Column(entry, names[k], k) for k in range(first, count)]
@@ -175,42 +147,35 @@ class NamedArrays:
     def record(self, kind: str, known: Sequence[str] = ()) -> Record:
         """Return the record of all requested channels; attributes in ``known`` are not repeated as text."""
         columns = self.columns()
-        names = distinct([column.name for column in columns])
-        channels = [self.channel(columns[k], names[k], known) for k in self.request.select(names)]
         used = {id(e) for e in (*self.scalars, *self.axes, *(column.entry for column in columns))}
         left_out = [
             e for e in self.entries if id(e) not in used and getattr(e.value, "shape", (1,)) is not None
         ]
-        said: dict[str, object] = {
-            self.separator.join(e.path): e.value
-            if isinstance(e.value, str)
-            else np.asarray(self._load(e)).item()
-            for e in self.scalars[:100]
-        }
+        about: dict[str, object] = {}
+        for e in self.scalars[:100]:
+            value = e.value if isinstance(e.value, str) else np.asarray(self._load(e)).item()
+            about[self.separator.join(e.path)] = value
         if left_out:
-            said["left out"] = shorten(", ".join(self.separator.join(e.path) for e in left_out), 900)
-        return make_record(self.request, channels, kind, said, [str(e) for e in self.entries])
+            about["left out"] = shorten(", ".join(self.separator.join(e.path) for e in left_out), 900)
+        return make_record(
+            self.request,
+            [column.name for column in columns],
+            lambda k: self.samples(columns[k], known),
+            about,
+            found=[str(e) for e in self.entries],
+            kind=kind,
+        )
 
-    def channel(self, column: _Column, name: str, known: Sequence[str]) -> Channel:
-        """Return one channel."""
+    def samples(self, column: _Column, known: Sequence[str]) -> Samples:
+        """Return the content of one channel."""
         entry = column.entry
-        declared = self._declared(entry)
-        start = self._number(entry, _STARTS)
-        axis = self._axis(entry)
+        declared, start = self._declared(entry), self._number(entry, _STARTS)
         values = self.values(column)
-        if axis is not None:
+        if (axis := self._axis(entry)) is not None:
             rate, start = axis
             declared = [*declared, rate]
         about = {key: value for key, value in entry.attributes.items() if key not in known}
-        return make_channel(
-            self.request,
-            name,
-            values,
-            declared=declared,
-            unit=self._unit(column),
-            start=start,
-            attributes=about,
-        )
+        return Samples(values, declared, self._unit(column), start, about)
 
     def _axis(self, entry: Entry) -> tuple[Declaration, float] | None:
         """Return rate [Hz] and start [s] by the time axis attached to an entry, in its group, or its first column."""
@@ -219,12 +184,12 @@ class NamedArrays:
             rate, start = even_sampling(self.request.path, times, column=f"{entry.path[-1]} 1")
             return (f"column 1 of {entry.path[-1]}", rate), start
         for other in self.axes:
-            beside = other.group == entry.group and self._is_time(other)
+            near = other.group == entry.group and self._is_time(other)
             attached = other.path in entry.axes
             scale = time_scale(other.path[-1], other.unit)
             if scale is None and attached and other.unit:
                 scale = time_scale("time", other.unit)
-            if scale is not None and (beside or attached) and max(other.shape) == max(entry.shape):
+            if scale is not None and (near or attached) and max(other.shape) == max(entry.shape):
                 times = np.asarray(self._load(other)).ravel().astype(np.float64) * scale
                 name = self.separator.join(other.path)
                 rate, start = even_sampling(self.request.path, times, column=name)
@@ -233,9 +198,8 @@ class NamedArrays:
 
     def _first_is_time(self, entry: Entry) -> bool:
         """Return whether the first column of a matrix is its time: uniformly increasing, at the declared rate if there is one."""
-        if len(entry.shape) != 2 or any(
-            max(a.shape) == max(entry.shape) and a.group == entry.group for a in self.axes
-        ):
+        others = [axis for axis in self.axes if axis.group == entry.group]
+        if len(entry.shape) != 2 or any(max(axis.shape) == max(entry.shape) for axis in others):
             return False
         times = self.values(_Column(entry, "", 0)).astype(np.float64)
         if not (np.isfinite(times).all() and (np.diff(times) > 0.0).all()):
@@ -280,11 +244,8 @@ class NamedArrays:
             if key in keys and isinstance(value, (int, float)):
                 return float(value)
         for scalar in self.scalars:
-            if (
-                scalar.group == entry.group
-                and scalar.path[-1].replace("_", "").lower() in keys
-                and scalar.is_numeric
-            ):
+            named = scalar.path[-1].replace("_", "").lower() in keys
+            if scalar.group == entry.group and named and scalar.is_numeric:
                 return float(np.asarray(self._load(scalar)).ravel()[0])
         return 0.0
 
@@ -297,19 +258,11 @@ class NamedArrays:
                 return scalar.value.strip()
         return ""
 
-    def _name(self, entry: Entry) -> str:
-        return self._text(entry, ("name",)) if entry.group else ""
-
     def _names(self, entry: Entry, count: int, keys: Sequence[str] = _NAMES) -> list[str]:
         """Return the list of texts in the group of a matrix, one for each of its columns."""
         for other in self.entries:
-            key = other.path[-1].replace("_", "").lower()
-            if (
-                other.group == entry.group
-                and key in keys
-                and isinstance(other.value, list)
-                and len(other.value) == count
-            ):
+            near = other.group == entry.group and other.path[-1].replace("_", "").lower() in keys
+            if near and isinstance(other.value, list) and len(other.value) == count:
                 return [str(text) for text in other.value]
         return []
 
@@ -319,12 +272,9 @@ class NamedArrays:
             units = self._names(entry, min(entry.shape), UNITS)
             if units:
                 return units[column.index]
-        beside = {f"{entry.path[-1]}_{word}".lower() for word in ("unit", "units")}
+        named = {f"{entry.path[-1]}_{word}".lower() for word in ("unit", "units")}
         for scalar in self.scalars:
-            if (
-                scalar.group == entry.group
-                and isinstance(scalar.value, str)
-                and scalar.path[-1].lower() in beside
-            ):
+            near = scalar.group == entry.group and scalar.path[-1].lower() in named
+            if near and isinstance(scalar.value, str):
                 return scalar.value.strip()
         return entry.unit or self._text(entry, ("unit", "units"), inside=True)

@@ -70,24 +70,14 @@ def time_scale(name: str, unit: str) -> float | None:
 
 
 def declared_rate(name: str, value: object, parent: str = "") -> float | None:
-    """Return the sampling rate [Hz] that a named value declares; none where it declares none.
+    """Return the sampling rate [Hz] that a named value declares, a number or text with a unit; none where it declares none.
 
-    Parameters
-    ----------
-    name
-        As the file has it; letters and digits count.
-    value
-        A number, or text with a unit of frequency or time.
-    parent
-        Name of the structure that holds it.
+    Of the name letters and digits count; ``parent`` is the name of the structure that holds it.
 
-    Examples
-    --------
     >>> declared_rate("Fs", 1000.0), declared_rate("dt_ms", 1.0), declared_rate("Sample rate", "12.8 kHz")
     (1000.0, 1000.0, 12800.0)
     >>> declared_rate("increment", 0.001, "x_values"), declared_rate("gain", 2.0), declared_rate("fs", "full scale")
     (1000.0, None, None)
-
     """
     bare, shape = _letters(name), "" if isinstance(value, str) else np.shape(np.asarray(value))
     kind, unit = _kind(bare)
@@ -95,8 +85,8 @@ def declared_rate(name: str, value: object, parent: str = "") -> float | None:
         kind = "step"
     if not kind or (shape and np.size(np.asarray(value)) != 1):
         return None
-    number, said = _number(value)
-    unit = said or unit
+    number, stated = _number(value)
+    unit = stated or unit
     if number is None:
         return None
     if unit.lower() in _RATE_UNITS and (unit or kind == "rate"):
@@ -143,30 +133,13 @@ def _number(value: Any) -> tuple[float | None, str]:
 
 
 def even_sampling(path: Path, time: Floats, *, column: str = "time") -> tuple[float, float]:
-    """Return the sampling rate [Hz] and the first time [s] of evenly spaced times.
+    """Return the sampling rate [Hz], to 9 digits, and the first of evenly spaced times [s], shape [time].
 
-    The rate is that between the first time and the last one, to 9 digits.
+    Raises `MeasurementError`, which names file and ``column``, where a time is not finite or beyond `LATEST`, the times do not
+    rise, or one of them is further from its even place than `LARGEST_JITTER` of a step.
 
-    Parameters
-    ----------
-    path
-        The file, for the message.
-    time
-        Times [s], shape [time].
-    column
-        Name of the time axis in the file.
-
-    Raises
-    ------
-    MeasurementError
-        Where a time is not finite or beyond `LATEST`, the times do not rise, or one of them is further from its even
-        place than `LARGEST_JITTER` of a step.
-
-    Examples
-    --------
     >>> even_sampling(Path("run.csv"), np.arange(5) / 1000.0)
     (1000.0, 0.0)
-
     """
     if time.size < 2:
         raise damaged(path, f"must hold at least 2 samples, {time.size} found", "Give a longer record")
@@ -176,11 +149,8 @@ def even_sampling(path: Path, time: Floats, *, column: str = "time") -> tuple[fl
         raise damaged(path, rule, "Name the unit, as in time [ms]")
     step = (time[-1] - time[0]) / (time.size - 1)
     if not (step > 0.0 and np.isfinite(1.0 / step)):
-        raise damaged(
-            path,
-            f"the times of {quoted(column)} must rise, from {time[0]:g} to {time[-1]:g} s found",
-            "Export it again",
-        )
+        rule = f"the times of {quoted(column)} must rise, from {time[0]:g} to {time[-1]:g} s found"
+        raise damaged(path, rule, "Export it again")
     jitter = np.abs(time - (time[0] + step * np.arange(time.size)))
     worst = int(jitter.argmax())
     # a time so far from zero that its last bit is a visible part of the step is not the sensor's fault
@@ -209,40 +179,27 @@ def check_finite(path: Path, name: str, values: Floats) -> None:
         )
 
 
-def agreed_rate(path: Path, name: str, declared: Iterable[Declaration], asked: float | None) -> float:
-    """Return the one sampling rate [Hz] of a channel.
+def agreed_rate(path: Path, name: str, declared: Iterable[Declaration], given: float | None) -> float:
+    """Return the one sampling rate [Hz] of a channel by the file's declarations and the rate that the caller gives [Hz].
 
-    Parameters
-    ----------
-    path, name
-        File and channel, for the message.
-    declared
-        What the file declares.
-    asked
-        Rate that the caller gives [Hz]; it decides between declarations that contradict each other.
+    The caller's decides between declarations that contradict each other.
 
-    Raises
-    ------
-    MeasurementError
-        Where a declared rate is no positive number, or two contradict each other.
-    InputError
-        Where there is none, or the caller's agrees with none of the file's.
-
+    Raises `MeasurementError` where a declared rate is no positive number, or two contradict each other; `InputError` where there
+    is none, or the caller's agrees with none of the file's.
     """
     known = list(declared)
     for source, rate in known:
         if not (np.isfinite(rate) and rate > 0.0):
-            raise damaged(
-                path, f"channel {quoted(name)} must have a positive sampling rate, {source} gives {rate:g} Hz"
-            )
-    if asked is not None:
+            rule = f"channel {quoted(name)} must have a positive sampling rate, {source} gives {rate:g} Hz"
+            raise damaged(path, rule)
+    if given is not None:
         for _, rate in known:
-            if abs(asked - rate) <= AGREEMENT * rate:
+            if abs(given - rate) <= AGREEMENT * rate:
                 return rate
         if known:
             rule = f"must agree with {known[0][1]:g} Hz, which {shorten(path.name)} states for {quoted(name)}"
-            raise InputError([Fault("sampling", asked, rule, "Leave the sampling rate out")])
-        return float(asked)
+            raise InputError([Fault("sampling", given, rule, "Leave the sampling rate out")])
+        return float(given)
     if not known:
         rule = f"must be given, since {shorten(path.name)} does not state it for {quoted(name)}"
         raise InputError([Fault("sampling", None, rule, "Give the sampling rate in Hz")])
@@ -254,11 +211,11 @@ def agreed_rate(path: Path, name: str, declared: Iterable[Declaration], asked: f
     return first[1]
 
 
-def declarations(values: Iterable[tuple[str, object]], parent: str = "") -> list[Declaration]:
+def declarations(values: Iterable[tuple[str, object]]) -> list[Declaration]:
     """Return the sampling rates that named values declare.
 
     >>> declarations([("fs", 1000.0), ("gain", 3.0)])
     [('fs', 1000.0)]
     """
-    rates = ((name, declared_rate(name, value, parent)) for name, value in values)
+    rates = ((name, declared_rate(name, value)) for name, value in values)
     return [(shorten(name, 40), rate) for name, rate in rates if rate is not None]

@@ -1,24 +1,21 @@
 """`read_measurement`: one function reads every kind of measurement file into a record."""
 
+import contextlib
 import stat
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import replace
+from importlib import import_module
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from types import MappingProxyType
-from typing import IO, Any
-
-import numpy as np
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.measurements import csv_file
 from gearplay.files.measurements.building import Request
 from gearplay.files.measurements.formats import FORMATS, HEAD, recognise
 from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, check_samples, damaged
-from gearplay.files.record import Channel, Record
-from gearplay.files.sandbox import READER, UnansweredError
+from gearplay.files.record import Record
+from gearplay.files.sandbox import READER, SandboxError
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
 
 
@@ -83,48 +80,36 @@ def read_measurement(
     size, head = _opened(place)
     kind = format or recognise(place, head)
     if kind == "csv" and size > LARGEST_TEXT:
-        raise damaged(
-            place, f"is a text file of {size} bytes; at most 512 MiB are read", "Split it, or give it as HDF5"
-        )
-    request = Request(place, size, chosen, sampling)
+        rule = f"is a text file of {size} bytes; at most 512 MiB are read"
+        raise damaged(place, rule, "Split it, or give it as HDF5")
+    request = Request(place.absolute(), size, chosen, sampling, kind)
     try:
-        record = csv_file.read(request) if kind == "csv" else _read_apart(request, kind)
+        record = read(request) if kind == "csv" else READER.read(__name__, request)
+    except SandboxError as reason:
+        raise damaged(place, f"{FORMATS[kind].library} {reason}") from None
     except OSError as error:  # the disk, or the file went away
         raise _unreadable(place, error) from None
     except MemoryError:
-        raise ResourceError(
-            f"{shorten(place.name)}: needs more memory than there is. Choose fewer channels."
-        ) from None
+        rule = "needs more memory than there is. Choose fewer channels."
+        raise ResourceError(f"{shorten(place.name)}: {rule}") from None
     scaled = {name: (1.0, unit) for name, unit in (units or {}).items()}
     return _calibrated(record, scaled | dict(calibration or {}), "calibration" if calibration else "units")
 
 
-def _read_apart(request: Request, kind: str) -> Record:
-    """Read a file in the other process."""
-    question = asdict(request) | {"path": str(request.path.absolute()), "kind": kind}
-    try:
-        return READER.ask("gearplay.files.measurements.child", question, partial(_record, request))
-    except UnansweredError as reason:
-        raise damaged(request.path, f"{FORMATS[kind].library} {reason}") from None
+def load(request: Request) -> None:
+    """Import the libraries for a kind of file; in the child process."""
+    import_module(f"gearplay.files.measurements.{FORMATS[request.kind].module}")
+    with contextlib.suppress(ImportError), warnings.catch_warnings():  # reading reports which is missing
+        warnings.simplefilter("ignore")
+        import_module(FORMATS[request.kind].package)
 
 
-def _record(request: Request, said: dict[str, Any], pipe: IO[bytes]) -> Record:
-    """Return the record that the process answers, `EOFError` where it ends."""
-    check_samples(request.path, sum(channel["size"] for channel in said["channels"]))
-    channels = [_channel(channel, pipe) for channel in said["channels"]]
-    return Record(tuple(channels), said["source"], said["format"], MappingProxyType(said["attributes"]))
-
-
-def _channel(said: dict[str, Any], pipe: IO[bytes]) -> Channel:
-    values = np.empty(said.pop("size"))
-    attributes = MappingProxyType(said.pop("attributes"))
-    view = values.data.cast("B")
-    while len(view):
-        count = pipe.readinto(view)  # type: ignore[attr-defined]
-        if not count:
-            raise EOFError
-        view = view[count:]
-    return Channel(values=values, attributes=attributes, **said)
+def read(request: Request) -> Record:
+    """Read a file by the module of its kind; in the child process, but for text."""
+    module = import_module(f"gearplay.files.measurements.{FORMATS[request.kind].module}")
+    record: Record = module.read(request)
+    check_samples(request.path, sum(channel.values.size for channel in record.channels))
+    return record
 
 
 def _check_words(
@@ -155,50 +140,37 @@ def _opened(path: Path) -> tuple[int, bytes]:
             with path.open("rb") as file:
                 head = file.read(HEAD)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        fault = Fault(
-            "file", shown_path(path), f"must be a file that can be read ({reason})", "Check the path"
-        )
-        raise InputError([fault]) from None
+        raise _unreadable(path, error) from None
     if not regular:
         what = "folder" if stat.S_ISDIR(status.st_mode) else "device or pipe"
         raise InputError([Fault("file", str(path), f"must be a regular file, not a {what}", "Name a file")])
     if size == 0:
         raise damaged(path, "is empty (0 bytes)")
     if size > LARGEST_FILE:
-        raise damaged(
-            path, f"is {size / 2**30:.1f} GiB large; at most 4 GiB are read", "Split it, or export part of it"
-        )
+        rule = f"is {size / 2**30:.1f} GiB large; at most 4 GiB are read"
+        raise damaged(path, rule, "Split it, or export part of it")
     return size, head
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
-    reason = getattr(error, "strerror", None) or str(error)
-    return InputError(
-        [Fault("file", str(path), f"must be a file that can be read ({reason})", "Check the path")]
-    )
+    rule = f"must be a file that can be read ({getattr(error, 'strerror', None) or error})"
+    return InputError(Fault("file", shown_path(path), rule, "Check the path"))
 
 
 def _calibrated(record: Record, calibration: Mapping[str, tuple[float, str]], argument: str) -> Record:
     shown = ", ".join(record.names[:12])
-    faults = [
-        Fault(argument, name, "must be a channel that is read", f"Channels: {shown}")
-        for name in calibration
-        if name not in record.names
-    ]
-    faults += [
-        Fault("calibration", name, f"must have a finite factor, {show_value(factor)} found")
-        for name, (factor, _) in calibration.items()
-        if not isfinite(factor)
-    ]
+    faults = []
+    for name, (factor, _) in calibration.items():
+        if name not in record.names:
+            faults.append(Fault(argument, name, "must be a channel that is read", f"Channels: {shown}"))
+        if not isfinite(factor):
+            faults.append(
+                Fault("calibration", name, f"must have a finite factor, {show_value(factor)} found")
+            )
     if faults:
         raise InputError(faults)
-    channels = [
-        replace(
-            channel, values=channel.values * calibration[channel.name][0], unit=calibration[channel.name][1]
-        )
-        if channel.name in calibration
-        else channel
-        for channel in record.channels
-    ]
+    channels = []
+    for channel in record.channels:
+        factor, unit = calibration.get(channel.name, (1.0, channel.unit))
+        channels.append(replace(channel, values=channel.values * factor, unit=unit))
     return replace(record, channels=tuple(channels))

@@ -71,11 +71,8 @@ def decoded(content: bytes) -> str:
 def check_samples(path: Path, count: int) -> None:
     """Raise `MeasurementError` where more samples are declared than are kept in memory."""
     if count > MOST_SAMPLES:
-        raise damaged(
-            path,
-            f"declares {count} samples; at most {MOST_SAMPLES} are read at once",
-            "Choose fewer channels, or split the file",
-        )
+        rule = f"declares {count} samples; at most {MOST_SAMPLES} are read at once"
+        raise damaged(path, rule, "Choose fewer channels, or split the file")
 
 
 def need(module: str, package: str, path: Path) -> ModuleType:
@@ -88,27 +85,13 @@ def need(module: str, package: str, path: Path) -> ModuleType:
             warnings.simplefilter("ignore")
             return import_module(module)
     except ImportError:
-        fault = Fault(
-            "file",
-            shorten(path.name),
-            f"needs the package {package}, which is not installed",
-            cure_for("measurements"),
-        )
-        raise InputError([fault]) from None
+        rule = f"needs the package {package}, which is not installed"
+        raise InputError(Fault("file", shorten(path.name), rule, cure_for("measurements"))) from None
 
 
 @contextmanager
 def fenced(path: Path, kind: str) -> Iterator[None]:
-    """Run a library's reader and turn whatever it raises into a `MeasurementError`.
-
-    Parameters
-    ----------
-    path
-        The file, for the message.
-    kind
-        The kind of file, as the message names it.
-
-    """
+    """Run a library's reader and turn whatever it raises into a `MeasurementError`, which names the file and its kind."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
@@ -117,23 +100,12 @@ def fenced(path: Path, kind: str) -> Iterator[None]:
             raise
         except Exception as error:  # a library fed with damaged bytes can raise anything
             words = (str(error).splitlines() or [""])[0]
-            said = shorten(f"{type(error).__name__}: {words}" if words else type(error).__name__, 120)
-            raise damaged(path, f"must be a readable {kind} file ({said})", UNREADABLE) from None
+            shown = shorten(f"{type(error).__name__}: {words}" if words else type(error).__name__, 120)
+            raise damaged(path, f"must be a readable {kind} file ({shown})", UNREADABLE) from None
 
 
 class Complaints(logging.Handler):
-    """Warnings that a library logs about a file it does not refuse.
-
-    Parameters
-    ----------
-    package
-        The library, whose loggers are listened to.
-
-    Attributes
-    ----------
-    texts : list of str
-
-    """
+    """Warnings that a library logs about a file it does not refuse."""
 
     def __init__(self, package: str) -> None:
         super().__init__(logging.WARNING)

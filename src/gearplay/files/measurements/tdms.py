@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import Declaration, declarations, even_sampling, time_scale
 from gearplay.files.measurements.refusing import (
     MOST_NODES,
@@ -18,7 +18,7 @@ from gearplay.files.measurements.refusing import (
     need,
     quoted,
 )
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 
 UNITS: Final = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 """Properties that hold a channel's unit."""
@@ -35,16 +35,13 @@ def _check_segments(path: Path, size: int) -> None:
             file.seek(place)
             lead = file.read(_LEAD_IN)
             if len(lead) < _LEAD_IN or lead[:4] != b"TDSm":
-                raise damaged(
-                    path,
-                    f"segment {number} must begin with a lead-in of {_LEAD_IN} bytes at byte {place + 1}",
-                )
+                rule = f"segment {number} must begin with a lead-in of {_LEAD_IN} bytes at byte {place + 1}"
+                raise damaged(path, rule)
             (contents,) = struct.unpack_from("<I", lead, 4)
             (following,) = struct.unpack_from(">Q" if contents & _BIG_ENDIAN else "<Q", lead, 12)
             if following == 2**64 - 1:
-                raise damaged(
-                    path, f"segment {number} was never finished: its length is not written", "Record it again"
-                )
+                rule = f"segment {number} was never finished: its length is not written"
+                raise damaged(path, rule, "Record it again")
             place += _LEAD_IN + following
             if place > size:
                 raise damaged(path, f"segment {number} declares to end at byte {place}, the file has {size}")
@@ -72,12 +69,8 @@ def _rates(request: Request, channel: Any, group: list[Any]) -> tuple[list[Decla
     start = float(channel.properties.get("wf_start_offset", 0.0))
     for other in group:
         scale = time_scale(other.name, _unit(other.properties))
-        if (
-            other is not channel
-            and scale is not None
-            and len(other) == len(channel)
-            and other.dtype.kind in "fiu"
-        ):
+        fits = other is not channel and len(other) == len(channel) and other.dtype.kind in "fiu"
+        if scale is not None and fits:
             times = _values(request, other).astype(np.float64) * scale
             rate, start = even_sampling(request.path, times, column=other.name)
             declared.append((other.name, rate))
@@ -95,7 +88,6 @@ def read(request: Request) -> Record:
     _check_segments(path, request.size)
     nptdms = need("nptdms", "npTDMS", path)
     complaints = Complaints("nptdms")
-    channels: list[Channel] = []
     with fenced(path, "TDMS"), path.open("rb") as stream, nptdms.TdmsFile(stream, keep_open=True) as file:
         groups = {group.name: list(group.channels()) for group in file.groups()}
         found = [
@@ -104,27 +96,20 @@ def read(request: Request) -> Record:
             for channel in group
             if channel.dtype.kind in "fiub" and not _is_axis(channel, group) and len(channel)
         ]
-        plain = [channel.name for channel in found]
-        names = distinct([c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found])
-        for k in request.select(names):
+
+        def load(k: int) -> Samples:
             channel = found[k]
             declared, start = _rates(request, channel, groups[channel.group_name])
             values = _values(request, channel)
             complaints.refuse(path, "TDMS")
-            channels.append(
-                make_channel(
-                    request,
-                    names[k],
-                    values,
-                    declared=declared,
-                    unit=_unit(channel.properties),
-                    start=start,
-                    attributes=_about(channel),
-                )
-            )
-        said = dict(file.properties)
+            return Samples(values, declared, _unit(channel.properties), start, _about(channel))
+
+        plain = [channel.name for channel in found]
+        names = [c.name if plain.count(c.name) == 1 else f"{c.group_name}/{c.name}" for c in found]
+        everything = [c.path for group in groups.values() for c in group]
+        record = make_record(request, names, load, dict(file.properties), found=everything)
         complaints.refuse(path, "TDMS")
-    return make_record(request, channels, "tdms", said, [c.path for group in groups.values() for c in group])
+    return record
 
 
 def _about(channel: Any) -> dict[str, object]:

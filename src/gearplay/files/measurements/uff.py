@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.rates import Declaration, even_sampling
 from gearplay.files.measurements.refusing import check_samples, damaged, decoded, fenced, need
-from gearplay.files.record import Channel, Record
+from gearplay.files.record import Record
 
 _MARK: Final = re.compile(rb"^ {4}-1[ ]*\r?$", re.MULTILINE)
 _OF: Final = re.compile(r"channel (\d{1,6}) of (\d{1,6})")
@@ -58,9 +58,8 @@ def _data_sets(path: Path, file: Any, content: bytes) -> list[_DataSet]:
     marks = [match.start() for match in _MARK.finditer(content)]
     count = file.get_n_sets()
     if len(marks) != 2 * count or content[marks[-1] :].strip() != b"-1":
-        raise damaged(
-            path, f"must enclose each data set in marks -1, {len(marks)} marks of {count} data sets found"
-        )
+        rule = f"must enclose each data set in marks -1, {len(marks)} marks of {count} data sets found"
+        raise damaged(path, rule)
     kinds = np.atleast_1d(file.get_set_types())
     found = []
     for number, kind in enumerate(kinds):
@@ -98,20 +97,20 @@ def read(request: Request) -> Record:
     path = request.path
     pyuff = need("pyuff", "pyuff", path)
     content = path.read_bytes()
-    channels: list[Channel] = []
     with fenced(path, "UFF"):
         file = pyuff.UFF(str(path))
-        sets = _data_sets(path, file, content)
-        histories = [one for one in sets if one.is_time_history]
+        histories = [one for one in _data_sets(path, file, content) if one.is_time_history]
         _check_numbering(path, histories)
-        names = distinct([one.name for one in histories])
-        for k in request.select(names):
-            channels.append(_channel(request, file, histories[k], names[k]))
         left_out = int(file.get_n_sets()) - len(histories)
-    return make_record(request, channels, "uff", {"data sets left out": left_out} if left_out else {})
+        return make_record(
+            request,
+            [one.name for one in histories],
+            lambda k: _samples(request, file, histories[k]),
+            {"data sets left out": left_out} if left_out else {},
+        )
 
 
-def _channel(request: Request, file: Any, one: _DataSet, name: str) -> Channel:
+def _samples(request: Request, file: Any, one: _DataSet) -> Samples:
     number, declared = one.number + 1, int(one.fields["num_pts"])
     check_samples(request.path, declared)
     content = file.read_sets(one.number)
@@ -120,11 +119,10 @@ def _channel(request: Request, file: Any, one: _DataSet, name: str) -> Channel:
         rule = f"data set {number} declares {declared} ordinates and holds {values.size}"
         raise damaged(request.path, rule)
     rate, start = _sampling(request.path, number, content)
-    texts = {f"id{k}": one.text(k + 1, 0, 80) for k in range(2, 6)} | {
-        "ordinate_axis_lab": one.text(10, 25, 21)
-    }
+    texts = {f"id{k}": one.text(k + 1, 0, 80) for k in range(2, 6)}
+    texts["ordinate_axis_lab"] = one.text(10, 25, 21)
     texts = {key: text for key, text in texts.items() if not _OF.fullmatch(text)}
-    return make_channel(request, name, values, declared=[rate], unit=one.unit, start=start, attributes=texts)
+    return Samples(values, [rate], one.unit, start, texts)
 
 
 def _check_numbering(path: Path, sets: list[_DataSet]) -> None:

@@ -3,14 +3,13 @@
 import json
 import struct
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.measurements.building import Request, distinct, make_channel, make_record
+from gearplay.files.measurements.building import Request, Samples, make_record
 from gearplay.files.measurements.refusing import MOST_NODES, check_samples, damaged, fenced, quoted
 from gearplay.files.record import Record
 
@@ -25,9 +24,8 @@ def _chunks(path: Path, size: int) -> dict[bytes, bytes]:
         head = file.read(12)
         order = ">" if head[:4] == b"RIFX" else "<"
         if len(head) < 12 or head[:4] not in (b"RIFF", b"RIFX") or head[8:] != b"WAVE":
-            raise damaged(
-                path, f"must start as RIFF/WAVE, {head[:4]!r} found", "Save it as WAV (RIFF), up to 4 GiB"
-            )
+            rule = f"must start as RIFF/WAVE, {head[:4]!r} found"
+            raise damaged(path, rule, "Save it as WAV (RIFF), up to 4 GiB")
         end = 8 + int(struct.unpack(order + "I", head[4:8])[0])
         if not size - 1 <= end <= size:  # more bytes than declared: a recorder that did not finish its header
             raise damaged(path, f"declares {end} bytes in its RIFF header and holds {size}")
@@ -45,21 +43,19 @@ def _chunks(path: Path, size: int) -> dict[bytes, bytes]:
     return found
 
 
-def _names(path: Path, content: bytes | None, channels: int) -> Mapping[str, Any]:
+def _names(path: Path, content: bytes | None, channels: int) -> tuple[list[str], list[str], float]:
+    """Return names and units of the channels and the start [s] by our own chunk."""
     if content is None:
-        return {"names": [""] * channels, "units": [""] * channels, "start": 0.0}
+        return [""] * channels, [""] * channels, 0.0
     try:
-        said = json.loads(content)
-        names, units, start = (
-            [str(n) for n in said["names"]],
-            [str(u) for u in said["units"]],
-            float(said["start"]),
-        )
+        about = json.loads(content)
+        names, units = (list(map(str, about[key])) for key in ("names", "units"))
+        start = float(about["start"])
     except (ValueError, TypeError, KeyError, RecursionError):
         raise damaged(path, "its chunk of channel names cannot be read") from None
     if len(names) != channels or len(units) != channels:
         raise damaged(path, f"names {len(names)} channels and holds {channels}")
-    return {"names": names, "units": units, "start": start}
+    return names, units, start
 
 
 def _scaled(samples: NDArray[Any]) -> NDArray[np.float64]:
@@ -67,11 +63,9 @@ def _scaled(samples: NDArray[Any]) -> NDArray[np.float64]:
     values = samples.astype(np.float64)
     if samples.dtype.kind == "f":
         return values
-    return (
-        (values - 128.0) / 128.0
-        if samples.dtype.kind == "u"
-        else values / 2.0 ** (8 * samples.dtype.itemsize - 1)
-    )
+    if samples.dtype.kind == "u":
+        return (values - 128.0) / 128.0
+    return values / 2.0 ** (8 * samples.dtype.itemsize - 1)
 
 
 def read(request: Request) -> Record:
@@ -89,30 +83,20 @@ def read(request: Request) -> Record:
         warnings.filterwarnings("ignore", message="Chunk", category=wavfile.WavFileWarning)
         rate, samples = wavfile.read(path)
     shaped = samples.reshape(samples.shape[0], -1)
-    length, count = shaped.shape
     _check_layout(path, chunks, shaped, int(rate))
-    said = _names(path, chunks.get(NAMES_CHUNK), count)
-    names = distinct(said["names"])
-    chosen = request.select(names)
-    check_samples(path, len(chosen) * length)
-    channels = [
-        make_channel(
-            request,
-            names[k],
-            _scaled(shaped[:, k]),
-            declared=[("the header", float(rate))],
-            unit=said["units"][k],
-            start=said["start"],
-        )
-        for k in chosen
-    ]
-    bits = (
-        struct.unpack_from("<H", chunks[b"fmt "], 14)[0]
-        if samples.dtype.byteorder != ">"
-        else 8 * samples.itemsize
-    )
+    names, units, start = _names(path, chunks.get(NAMES_CHUNK), shaped.shape[1])
+    check_samples(path, (len(names) if request.channels is None else len(request.channels)) * len(shaped))
+    bits = 8 * samples.itemsize
+    if samples.dtype.byteorder != ">":
+        (bits,) = struct.unpack_from("<H", chunks[b"fmt "], 14)
     encoded = f"{'float' if samples.dtype.kind == 'f' else 'integer'} of {bits} bits"
-    return make_record(request, channels, "wav", {"encoding": encoded})
+    declared = [("the header", float(rate))]
+    return make_record(
+        request,
+        names,
+        lambda k: Samples(_scaled(shaped[:, k]), declared, units[k], start),
+        {"encoding": encoded},
+    )
 
 
 def _check_layout(path: Path, chunks: dict[bytes, bytes], samples: NDArray[Any], rate: int) -> None:

@@ -78,9 +78,8 @@ def _common(record: Record) -> tuple[int, float, float]:
     shared = {(channel.values.size, channel.sampling, channel.start) for channel in record.channels}
     if len(shared) > 1:
         rule = "must have channels of one length, sampling rate and start for this kind of file"
-        raise InputError(
-            [Fault("record", f"{len(record.channels)} channels", rule, "Write it as HDF5 or netCDF")]
-        )
+        shown = f"{len(record.channels)} channels"
+        raise InputError(Fault("record", shown, rule, "Write it as HDF5 or netCDF"))
     return shared.pop()
 
 
@@ -89,9 +88,8 @@ def _labels(record: Record) -> list[str]:
     labels: list[str] = []
     for place, channel in enumerate(record.channels, start=1):
         word = re.sub(r"\W+", "_", channel.name, flags=re.ASCII).strip("_") or f"channel_{place}"
-        word = (
-            word if word[0].isalpha() and not word.startswith("time") else f"channel_{word}"
-        )  # time is the axis
+        if not word[0].isalpha() or word.startswith("time"):  # which is the axis
+            word = f"channel_{word}"
         labels.append(f"{word}_{place}" if word in labels else word)
     return labels
 
@@ -177,13 +175,13 @@ def _write_wav(record: Record, path: Path) -> None:
     if rate != sampling or rate >= 2**32 or count >= 2**16 or length * count * 8 > 2**32 - 2**20:
         rule = "must have a sampling rate in whole hertz and less than 4 GiB of samples for a WAV file"
         raise InputError([Fault("record", sampling, rule, "Write it as HDF5")])
-    said = {"names": record.names, "units": [channel.unit for channel in record.channels], "start": start}
+    about = {"names": record.names, "units": [channel.unit for channel in record.channels], "start": start}
     samples = np.column_stack([channel.values for channel in record.channels]).astype("<f8").tobytes()
     frame = 8 * count
     chunks = {
         b"fmt ": struct.pack("<HHIIHH", 3, count, rate, rate * frame, frame, 64),
         b"fact": struct.pack("<I", length),
-        NAMES_CHUNK: json.dumps(said).encode(),
+        NAMES_CHUNK: json.dumps(about).encode(),
         b"data": samples,
     }
     body = b"".join(name + struct.pack("<I", len(c)) + c + b"\0" * (len(c) % 2) for name, c in chunks.items())
@@ -200,7 +198,6 @@ def _write_uff(record: Record, path: Path) -> None:
     sets = []
     for place, channel in enumerate(record.channels, start=1):
         _check_several(channel, "UFF")
-        texts = {"id1": channel.name[:80] or "NONE", "id5": f"channel {place} of {len(record.channels)}"}
         sets.append(
             {
                 "type": 58,
@@ -219,7 +216,8 @@ def _write_uff(record: Record, path: Path) -> None:
                 "ordinate_axis_units_lab": channel.unit[:20] or "NONE",
                 "x": channel.start + np.arange(2) / channel.sampling,
                 "data": channel.values,
-                **texts,
+                "id1": channel.name[:80] or "NONE",
+                "id5": f"channel {place} of {len(record.channels)}",
             }
         )
     # as text, added to the empty file that waits there: binary data it writes over their own header, or leaves open
@@ -227,10 +225,8 @@ def _write_uff(record: Record, path: Path) -> None:
 
 
 def _write_mat(record: Record, path: Path) -> None:
-    rows = np.empty(
-        (1, len(record.channels)),
-        dtype=[(f, object) for f in ("name", "unit", "sampling", "start", "values")],
-    )
+    fields = [(name, object) for name in ("name", "unit", "sampling", "start", "values")]
+    rows = np.empty((1, len(record.channels)), dtype=fields)
     for place, channel in enumerate(record.channels):
         _check_several(channel, "MAT")
         rows[0, place] = (channel.name, channel.unit, channel.sampling, channel.start, channel.values)

@@ -19,9 +19,8 @@ from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.orbits.shooting import Orbit
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import Answer, Column, Tabled, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
-from gearplay.results.tabled import Column, Tabled
 
 if TYPE_CHECKING:
     import xarray as xr

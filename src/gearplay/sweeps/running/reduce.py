@@ -15,8 +15,7 @@ from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
-from gearplay.signals.levels import band_level, band_levels
-from gearplay.signals.lines import find_hump, find_line
+from gearplay.signals.lines import band_level, band_levels, find_hump, find_line
 from gearplay.signals.statistics import signal_statistics
 from gearplay.solver.trajectory import ACCELERATIONS, Trajectory, all_columns, choose_columns
 from gearplay.sweeps.plans.kept import (

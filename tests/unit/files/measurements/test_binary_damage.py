@@ -74,7 +74,7 @@ def refused(path: Path, change: Change, words: str = LIBRARY) -> None:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sandbox, "PATIENCE", 5.0)
+    monkeypatch.setattr(sandbox, "TIME_LIMIT", 5.0)
 
 
 @pytest.mark.parametrize(
@@ -424,16 +424,16 @@ def test_a_file_on_which_the_library_never_returns_is_given_up(
     with h5py.File(path, "w") as file:
         file["acc"] = np.arange(4.0)
         file["acc"].attrs["units"] = "m/s^2"
-    monkeypatch.setattr(sandbox, "PATIENCE", 10.0)
+    monkeypatch.setattr(sandbox, "TIME_LIMIT", 10.0)
     assert read_measurement(path, sampling=1.0).channel().unit == "m/s^2"
     content = path.read_bytes()
     heap = content.index(b"GCOL")
     free = heap + 16 + 16 + 8
     assert content[free : free + 2] == b"\0\0"
     path.write_bytes(put(free + 8, "<Q", 0)(content))
-    monkeypatch.setattr(sandbox, "PATIENCE", 1.0)
+    monkeypatch.setattr(sandbox, "TIME_LIMIT", 1.0)
     with pytest.raises(MeasurementError, match="crashes on it or does not return"):
         read_measurement(path, sampling=1.0)
     path.write_bytes(content)
-    monkeypatch.setattr(sandbox, "PATIENCE", 10.0)
+    monkeypatch.setattr(sandbox, "TIME_LIMIT", 10.0)
     assert read_measurement(path, sampling=1.0).names == ("acc",)  # by a new process

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from acceptance.test_damaged_measurements import write_binary_uff, write_mdf4, write_tdms
-from gearplay.files.measurements import child, read_measurement, reading, refusing, write_record
-from gearplay.files.measurements.building import Request, make_channel
+from gearplay.files.measurements import read_measurement, reading, refusing, write_record
+from gearplay.files.measurements.building import Request, Samples, make_channel
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError, MeasurementError, ResourceError
 from gearplay.vocabulary.optional import cure_for
@@ -122,10 +122,9 @@ def test_a_missing_package_is_named_with_its_cure(
         return real(name, package)
 
     monkeypatch.setattr(refusing, "import_module", absent)
+    kind = {".uff": "uff", ".tdms": "tdms", ".mf4": "mdf4"}[suffix]
     with pytest.raises(InputError) as caught:  # in another process it cannot be hidden
-        child.read(
-            Request(path, path.stat().st_size), {".uff": "uff", ".tdms": "tdms", ".mf4": "mdf4"}[suffix]
-        )
+        reading.read(Request(path, path.stat().st_size, kind=kind))
     assert "is not installed" in str(caught.value)
     assert cure_for("measurements") in str(caught.value)
 
@@ -174,7 +173,7 @@ def test_a_failing_disk_or_memory_is_a_sentence(
 )
 def test_channels_are_finite_real_vectors(values: np.ndarray, options: dict[str, object], words: str) -> None:
     with pytest.raises(MeasurementError, match=words):
-        make_channel(Request(Path("x"), 1), "acc", values, **({"declared": [("fs", 1.0)]} | options))
+        make_channel(Request(Path("x"), 1), "acc", Samples(values, **({"declared": [("fs", 1.0)]} | options)))
 
 
 def test_a_library_that_fails_is_one_sentence() -> None:
