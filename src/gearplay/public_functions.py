@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import read_dataset
-from gearplay.vocabulary.arguments import guarded
+from gearplay.vocabulary.arguments import checked_function
 from gearplay.vocabulary.errors import Fault, InputError
 
 ANSWERS: Final = MappingProxyType(
@@ -40,7 +40,7 @@ ANSWERS: Final = MappingProxyType(
 def public(name: str, module: str) -> Any:
     """Return a public name's object, which a module defines; functions check their arguments first."""
     found = getattr(import_module(module), name)
-    return guarded(found, _seconds) if isfunction(found) else found
+    return checked_function(found, _seconds) if isfunction(found) else found
 
 
 def _seconds(name: str, text: str) -> float:

@@ -42,7 +42,7 @@ class Whole:
 class Real:
     """A finite number in a range, its ends included or, ``above``, the lower one not; text where that is read further in.
 
-    A ``time`` may also be text with a unit, which `guarded` converts to seconds.
+    A ``time`` may also be text with a unit, which `checked_function` converts to seconds.
     """
 
     low: float
@@ -264,8 +264,11 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         ("planetary", "case"): TABLE,
         ("view", "at"): TEXT,
         ("read_measurement", "sampling"): Real(0.0, above=True),
-        **{(door, "path"): TEXT for door in ("bifurcation", "branch", "branches", "frequency_response")},
-        **{(door, "path"): PATH for door in ("read_measurement", "read_result", "write_record")},
+        **{
+            (function, "path"): TEXT
+            for function in ("bifurcation", "branch", "branches", "frequency_response")
+        },
+        **{(function, "path"): PATH for function in ("read_measurement", "read_result", "write_record")},
     }
 )
 """Parameters that mean something else in one function: ``(function, parameter)``."""
@@ -276,8 +279,10 @@ def rule_of(function: str, parameter: str) -> Any:
     return OWN.get((function, parameter)) or RULES[parameter]
 
 
-def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) -> Callable[..., Any]:
-    """Return a public function that checks its arguments first; ``seconds`` reads a time, by its parameter's name, from text.
+def checked_function(
+    function: Callable[..., Any], seconds: Callable[[str, str], float]
+) -> Callable[..., Any]:
+    """Return a function that checks its arguments before each call; ``seconds(name, text)`` converts a time given as text.
 
     It raises `InputError` for arguments that are missing, unknown (with the nearest name) or invalid. Ctrl-C interrupts it where
     an exception does no harm.
@@ -287,7 +292,7 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
     open_ended = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
 
     @wraps(function)
-    def door(*args: Any, **named: Any) -> Any:
+    def call(*args: Any, **named: Any) -> Any:
         try:
             bound = signature.bind(*args, **named)
         except TypeError as error:
@@ -309,7 +314,7 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
         with raised_without_harm(), enough_memory():
             return function(*bound.args, **bound.kwargs)
 
-    return door
+    return call
 
 
 def _misfit(

@@ -11,16 +11,16 @@ import gearplay as gp
 from gearplay.vocabulary.arguments import rule_of
 from gearplay.vocabulary.errors import InputError
 
-DOORS = [
+FUNCTIONS = [
     name for name in gp.__all__ if callable(getattr(gp, name)) and not inspect.isclass(getattr(gp, name))
 ]
 
 
 def test_every_parameter_of_every_public_function_has_a_rule() -> None:
-    assert len(DOORS) >= 24
-    for door in DOORS:
-        for parameter in inspect.signature(getattr(gp, door)).parameters:
-            assert rule_of(door, parameter) is not None
+    assert len(FUNCTIONS) >= 24
+    for name in FUNCTIONS:
+        for parameter in inspect.signature(getattr(gp, name)).parameters:
+            assert rule_of(name, parameter) is not None
 
 
 def test_a_function_keeps_its_name_and_words() -> None:
