@@ -55,7 +55,7 @@ def bifurcation(
     from gearplay.model.overrides import parse_override
     from gearplay.model.plan_values import number_in_si
     from gearplay.model.reading import load_case
-    from gearplay.nonlinear.analyses import bifurcation as diagram_of
+    from gearplay.nonlinear.bifurcation import bifurcation as diagram_of
     from gearplay.nonlinear.figures import bifurcation_figure
     from gearplay.nonlinear.orbits.continuation import branches as branches_of
     from gearplay.nonlinear.orbits.continuation import check_branches

@@ -37,14 +37,13 @@ def motion(
     json: Json = False,
 ) -> None:
     """Say what kind of motion a case settles to, and why."""
-    from gearplay.model.reading import load_case
-    from gearplay.nonlinear.analyses import motion as kind_of
+    import gearplay as gp
 
-    base = load_case(case, changes or ())
+    base = gp.load_case(case, changes or ())
     compile_kernels(base, quiet=json, derivative=base.run.fixed_step is None)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
-            found = kind_of(
+            found = gp.motion(
                 base,
                 periods=periods,
                 settle=settle,

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Final
 
 from gearplay.vocabulary.errors import GearplayError, InputError
 
-OPTIONS: Final = {"at": "--at", "signal": "--signal", "window": "--window", "change": "--set"}
+OPTIONS: Final = {
+    **{name: f"--{name}" for name in ("at", "doublings", "keep", "member", "orbits", "order", "period")},
+    **{name: f"--{name}" for name in ("periods", "settle", "show", "signal", "window")},
+    "change": "--set",
+    "ensemble": "--members",
+}
 """Options by the names of the arguments that they give."""
 PHRASES: Final = {
     "or overwrite it": "or say --overwrite",
@@ -37,4 +43,4 @@ def commanded(error: GearplayError) -> GearplayError:
 def _said(text: str) -> str:
     for there, here in PHRASES.items():
         text = text.replace(there, here)
-    return text
+    return re.sub(r"See help\(gearplay\.(\w+)\)", r"See gearplay \1 --help", text)

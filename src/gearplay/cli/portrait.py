@@ -33,13 +33,12 @@ def portrait(
 
     The motion has settled; sections are taken once per period and at each onset of a contact.
     """
+    import gearplay as gp
     from gearplay.files.atomic import check_new, write_bytes
-    from gearplay.model.reading import load_case
-    from gearplay.nonlinear.poincare import portrait as portrait_of
-    from gearplay.nonlinear.portrait_figures import portrait_figure
+    from gearplay.pictures.canvas import to_png
     from gearplay.vocabulary.errors import Fault, InputError
 
-    base = load_case(case, changes or ())
+    base = gp.load_case(case, changes or ())
     for name in rotor or ():
         if name not in base.rotors:
             rule = "must be a rotor of the case"
@@ -49,8 +48,8 @@ def portrait(
     for each in (data, picture):
         check_new(each, overwrite=overwrite)
     compile_kernels(base, quiet=json)
-    found = portrait_of(base, settle=settle, keep=keep, show=show, period=period_of(period))
-    drawn = portrait_figure(found.ds, rotors=tuple(rotor or ()))
+    found = gp.portrait(base, settle=settle, keep=keep, show=show, period=period_of(period))
+    drawn = to_png(found.plot(rotors=tuple(rotor or ())))
     found.save(data, overwrite=overwrite)
     write_bytes(picture, drawn)
     document: dict[str, Any] = {

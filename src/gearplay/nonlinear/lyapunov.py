@@ -1,4 +1,4 @@
-"""Lyapunov exponents: how fast neighbouring motions part, from the exact tangent of the flow, with their uncertainty."""
+"""Lyapunov exponents from the exact tangent of the flow, with confidence intervals."""
 
 import math
 from collections.abc import Sequence
@@ -10,16 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.nonlinear.least_spans import shortest_period
-from gearplay.nonlinear.slow_oscillation import SAMPLES, too_few_oscillations, velocities
+from gearplay.model.reading import Source
+from gearplay.nonlinear.orbits.period_map import sharp
+from gearplay.nonlinear.record_length import (
+    SAMPLES,
+    check_span,
+    shortest_period,
+    too_few_oscillations,
+    velocities,
+)
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
+from gearplay.results.simulate import case_of
 from gearplay.results.tabled import Column, Tabled
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.progress import Progress, Tick, ticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,6 +101,65 @@ class Exponents(Tabled):
         return drawn
 
 
+def lyapunov(
+    case: Source,
+    *,
+    count: int | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    member: int = 0,
+    progress: Progress | None = None,
+) -> Exponents:
+    """Return the Lyapunov exponents of a case's motion: how fast neighbouring motions part, from the exact tangent.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
+    count
+        How many, the largest first; all if not given.
+    duration, transient
+        Record and time before it [s]; the case's if not given. The record must hold 20 mesh periods and 25 slow swings of the
+        motion, for its scatter: one whose duration is not given is made longer until it does.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+    progress
+        Called with what is running, how much is done, and of how much.
+
+    Returns
+    -------
+    Exponents
+        ``values`` and half-widths ``errors`` of their 95 % intervals [1/s], shape [exponent].
+
+    Raises
+    ------
+    InputError
+        For a count or times that cannot be, and for a record that is too short for an interval.
+    SimulationError
+        Where the motion cannot be followed.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.lyapunov(gp.torsional_pair(0.7), count=1, duration=0.2, transient=0.1)
+    >>> bool(found.largest[0] < 0.0), found.ds["values"].attrs["units"]
+    (True, '1/s')
+
+    """
+    base = sharp(case_of(case))
+    span = base.run.duration if duration is None else duration
+    check_span(base, "duration", span, span)
+    return lyapunov_exponents(
+        base,
+        count=count,
+        duration=duration,
+        transient=transient,
+        member=member,
+        checked=True,
+        progress=ticking(progress, "exponents"),
+    )
+
+
 def lyapunov_exponents(
     case: Case,
     *,
@@ -103,15 +170,12 @@ def lyapunov_exponents(
     checked: bool = False,
     progress: Tick | None = None,
 ) -> Exponents:
-    """Return the ``count`` largest Lyapunov exponents of a motion, all of them if not given.
+    """Return the Lyapunov exponents of a case at its own tolerance; parameters are those of `lyapunov`.
 
-    The run takes ``transient`` and ``duration`` [s], the case's transient and duration if not given. Changes of all free states
-    (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
-    again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
-    With ``checked`` a record with too few slow swings of the motion for an interval (`too_few_oscillations`) is doubled, up to
-    `DOUBLINGS` times, where no ``duration`` is given, and else refused.
-
-    Raises `InputError` for a count or times that cannot be, `SimulationError` where the motion cannot be followed.
+    Tangent vectors of all free states (in their natural sizes) are integrated with the exact tangent flow, contacts and switches
+    included, and orthonormalised repeatedly (G. Benettin et al., Meccanica 15 (1980) 9). Prescribed directions do not count.
+    With ``checked`` a record with too few slow oscillations for an interval (`too_few_oscillations`) is doubled, up to
+    `DOUBLINGS` times, where no ``duration`` is given, and refused otherwise.
     """
     flow = Flow(case)
     most = len(flow.free)
@@ -121,8 +185,6 @@ def lyapunov_exponents(
         raise InputError(Fault("count", number, rule, "Choose fewer or more"))
     span = case.run.duration if duration is None else duration
     lead = case.run.transient if transient is None else transient
-    if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
-        raise InputError(Fault("duration", span, "must be above 0 s, transient 0 s or more", "Correct it"))
     check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))
     prepare(case, derivative=True)
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.model.case import Case
+from gearplay.model.initial import usual_member
+from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.period_map import section_period
-from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
+from gearplay.nonlinear.sections import Section, impacts, section
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
@@ -55,17 +57,49 @@ class Portrait(OfDataset):
         return drawn
 
 
-def portrait_of(
-    case: Case, *, settle: int, keep: int, show: int, period: str | float, member: int
+def portrait(
+    case: Source,
+    *,
+    settle: int = 200,
+    keep: int = 500,
+    show: int = 60,
+    period: str | float = "mesh",
+    member: int | None = None,
 ) -> Portrait:
-    """Return the portrait of a case: ``settle`` periods pass, the path is sampled over ``show`` periods, the rest over ``keep``.
+    """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
 
-    Raises `InputError` for a case without a period, with nothing free to move, or numbers that cannot be.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    settle, keep
+        Periods that pass, and periods of section and onsets.
+    show
+        Periods over which the path is sampled, 200 times a mesh period.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    member
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
+
+    Returns
+    -------
+    Portrait
+        ``ds`` has ``path.SIGNAL``, ``section.SIGNAL`` and ``onset.SIGNAL`` [SI], each over its time [s].
+
+    Raises
+    ------
+    InputError
+        For a case without a period or numbers that cannot be.
+
+    Examples
+    --------
+    >>> portrait("han2021", settle=2, keep=3, show=1).ds.sizes["section_time"]
+    3
+
     """
-    for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
-        if number < least:
-            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
-    flow = Flow(case)
+    base = case_of(case)
+    member = usual_member(base) if member is None else member
+    flow = Flow(base)
     packed, signals = flow.packed, flow.free_names
     if not signals:
         rule = "must leave a rotor free to move or turn"
@@ -81,12 +115,10 @@ def portrait_of(
     )
     import xarray as xr  # after the refusals, which are to come at once
 
-    prepare(case)
-    strobing = partial(stroboscopic_section, case, signals, member=member)
-    hitting = partial(
-        contact_section, case, signals, duration=keep * step, transient=settle * step, member=member
-    )
-    with limited(case.run.max_wall_time):
+    prepare(base)
+    strobing = partial(section, base, signals, member=member)
+    hitting = partial(impacts, base, signals, duration=keep * step, transient=settle * step, member=member)
+    with limited(base.run.max_wall_time):
         path = strobing(keep=show * parts + 1, settle=settle * parts, period=step / parts)
         strobe = _until_late(partial(strobing, keep=keep, settle=settle, period=step), path)
         hits = {
@@ -111,14 +143,14 @@ def portrait_of(
         "section_time": ("section_time", strobe.times, seconds),
         "onset_time": ("onset_time", instants[order], seconds),
     }
-    attributes = provenance(case, settle=settle, period=step, late=late)
+    attributes = provenance(base, settle=settle, period=step, late=late)
     return Portrait(xr.Dataset(variables, coords=coordinates, attrs=attributes))
 
 
-def _until_late(section: Callable[[], Section], like: Section, more: int = 0) -> Section:
+def _until_late(make: Callable[[], Section], like: Section, more: int = 0) -> Section:
     """Return a section; an empty one, with ``more`` signals than another, where no time was left for its first instant."""
     try:
-        return section()
+        return make()
     except OutOfTimeError as error:
         nothing = np.zeros((0, len(like.names) + more))
         return Section(np.zeros(0), nothing, like.names, like.case, str(error))

@@ -68,8 +68,7 @@ def with_repetition(
         return response
     seconds = f"{n} periods ({n * period.step:.4g} s), after which all that excites the case begins anew"
     if len(samples) < n + LEAST_REPEATED:
-        told = f"{response.reason} The record is shorter than {seconds}."
-        return replace(response, reason=told)
+        return replace(response, reason=f"{response.reason} The record is shorter than {seconds}.")
     misfit = float(np.max(np.abs(samples[n:] - samples[:-n])[-LEAST_REPEATED:] / resolution))
     if misfit > 1.0:
         return response

@@ -68,7 +68,7 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
 
 def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
-    from gearplay.nonlinear.analyses import bifurcation as diagram_of
+    from gearplay.nonlinear.bifurcation import bifurcation as diagram_of
 
     case = replace(limited_case(job, longest=LONGEST_DIAGRAM), {"run.ensemble": 1})
     count, keep, settle = (whole(job, name, least, most) for name, least, most in

@@ -5,7 +5,7 @@ import pytest
 
 import gearplay as gp
 from depth import some
-from gearplay.nonlinear.slow_oscillation import slow_oscillation
+from gearplay.nonlinear.record_length import slow_oscillation
 
 
 def test_exponents_of_an_instant_are_refused() -> None:

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from gearplay.kernels import housing_motion
 from gearplay.kernels.elements.table import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.kernels.layout import DRIVE_SPEED
+from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
+from gearplay.model.reading import replace
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
@@ -19,6 +21,8 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 Floats = NDArray[np.float64]
 MOST_PERIODS = 2000
 """Most mesh periods that a common period of all excitations may have."""
+LOOSEST = 1e-9
+"""Error tolerance [1] of orbits, exponents and kinds of motion, unless that of the case is less: orbits are closed to 1e-9."""
 
 
 class Image(NamedTuple):
@@ -51,6 +55,16 @@ class PeriodMap(Protocol):
 class _Member:
     flow: Flow
     period: float
+
+
+def sharp(case: Case) -> Case:
+    """Return a case whose tolerance is no looser than `LOOSEST`.
+
+    >>> from gearplay.model.reading import load_case
+    >>> sharp(load_case("han2021")).run.tolerance
+    1e-09
+    """
+    return case if case.run.tolerance <= LOOSEST else replace(case, {"run.tolerance": LOOSEST})
 
 
 class StrobeMap:

@@ -1,16 +1,43 @@
-"""Slowest oscillations of a motion, and the record length required for conclusions that hold beyond the record."""
+"""Record length that conclusions about a motion require."""
+
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.model.case import Case
+from gearplay.model.pack import Packed, pack
+from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.solver.flow import Flow
-from gearplay.vocabulary.errors import Fault
+from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
+LEAST = 20
+"""Mesh periods that a record must hold: as many as the blocks over which the scatter of exponents is judged."""
 CYCLES = 25
-"""Slow swings that a record must hold, 5 in each of the 5 stretches over which the scatter of exponents is judged."""
+"""Slow oscillations that a record must hold, 5 in each of the 5 parts over which the scatter of exponents is judged."""
 SAMPLES = 8.618  # in the shortest period of what excites; no whole number, so that no harmonic looks slow
 TRUSTED = 1e4  # allowed local errors that are no motion
+
+
+def shortest_period(packed: Packed) -> float | None:
+    """Return the first mesh's period [s], or that of all excitation where there is no mesh; None where there is neither."""
+    for which in ("mesh", "common"):
+        with suppress(InputError):
+            return section_period(packed, which)
+    return None
+
+
+def check_span(case: Case, field: str, given: float | str, span: float, *, per: float = 1.0) -> None:
+    """Raise `InputError` for a record of ``span`` [s] that is too short; ``field`` was ``given``, ``per`` of it make a second.
+
+    Of a case that nothing excites periodically nothing is asked.
+    """
+    period = shortest_period(pack(case))
+    if period is not None and span < LEAST * period * (1.0 - 1e-9):
+        least = LEAST * period * per
+        rule = f"must cover at least {LEAST} mesh periods of {period:.4g} s; it covers {span / period:.3g}"
+        raise InputError(Fault(field, given, rule, f"Give {least:.4g} s or more"))
 
 
 def slow_oscillation(samples: Floats, span: float, still: float = 0.0) -> float:
