@@ -30,9 +30,9 @@ _running: list[threading.Event] = []
 
 
 def leave_at_once(code: int = INTERRUPTED) -> None:
-    """Let Ctrl-C end the process here and now, with its sentence: before a command begins there is nothing to keep.
+    """End the process at once on Ctrl-C: before a command begins there is nothing to keep.
 
-    With another ``code``, after a command: its answer is out, and that is what it leaves with.
+    With another ``code``, after a command, whose output is complete: the exit code is that of the command.
     """
 
     def leave(signum: int, frame: FrameType | None) -> None:

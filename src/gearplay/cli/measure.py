@@ -11,11 +11,6 @@ from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(measure)
-
-
 def measure(
     case: CaseName,
     out: Annotated[Path, typer.Option("--out", help="Write the record here; the ending names the format.")],

@@ -10,11 +10,6 @@ from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import progress_bar
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(modes)
-
-
 def modes(
     case: CaseName,
     load: Annotated[
@@ -22,7 +17,7 @@ def modes(
     ] = "operating",
     speed: Annotated[
         str | None,
-        typer.Option("--speed", help="Speed of the leading rotor, for trains with carriers: 800rpm."),
+        typer.Option("--speed", help="Speed of the leading rotor, of a train with carriers: 800rpm."),
     ] = None,
     campbell: Annotated[
         str | None, typer.Option("--campbell", help="Draw natural frequencies up to a speed: 3000rpm.")

@@ -18,25 +18,24 @@ SectionPeriod = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(motion)
-
-
 def motion(
     case: CaseName,
-    periods: Annotated[int, typer.Option("--periods", help="Periods looked at, 100 or more.")] = 1000,
-    settle: Annotated[int, typer.Option("--settle", help="Periods before.")] = 300,
+    periods: Annotated[int, typer.Option("--periods", help="Number of sections, 100 or more.")] = 1000,
+    settle: Annotated[int, typer.Option("--settle", help="Periods that pass first.")] = 300,
     period: SectionPeriod = "auto",
-    members: Annotated[int, typer.Option("--members", help="Runs of each ensemble that is compared.")] = 12,
+    members: Annotated[
+        int, typer.Option("--members", help="Members of each compared ensemble, 4 or more.")
+    ] = 12,
     compare: Annotated[
         bool,
-        typer.Option("--compare/--no-compare", help="Repeat an ensemble with other numbers of the method."),
+        typer.Option(
+            "--compare/--no-compare", help="Repeat the ensemble with changed numbers of the method."
+        ),
     ] = True,
     changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Say what kind of motion a case settles to, and why."""
+    """Classify the settled motion of a case, with the evidence."""
     import gearplay as gp
 
     base = gp.load_case(case, changes or ())
@@ -54,7 +53,7 @@ def motion(
                 stop=stop,
             )
     except KeyboardInterrupt:
-        raise CommandInterruptedError("Interrupted: nothing can be said yet.") from None
+        raise CommandInterruptedError("Interrupted before a result.") from None
     document = _document(base, found)
     print_json(document) if json else print_text(_words(document))
 

@@ -14,33 +14,33 @@ OPTIONS: Final = {
     "change": "--set",
     "ensemble": "--members",
 }
-"""Options by the names of the arguments that they give."""
+"""Options by the names of the arguments that they set."""
 PHRASES: Final = {
     "or overwrite it": "or say --overwrite",
     "Write it piece by piece (zarr)": "Say --zarr, which writes it piece by piece",
     "Draw a history": "Draw a history: --kind history",
 }
-"""What to do, there and here."""
+"""Cures in terms of Python, and of the command line."""
 
 
-def commanded(error: GearplayError) -> GearplayError:
+def with_options(error: GearplayError) -> GearplayError:
     """Return an error with the option names of the command line; the same object where nothing changes.
 
     >>> from gearplay.vocabulary.errors import Fault
-    >>> print(commanded(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))
+    >>> print(with_options(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))
     --at = "rim": must be a rotor. Choose another, or say --overwrite.
     """
     if isinstance(error, InputError):
         faults = [
-            replace(each, path=OPTIONS.get(each.path, each.path), cure=_said(each.cure))
+            replace(each, path=OPTIONS.get(each.path, each.path), cure=_translated(each.cure))
             for each in error.faults
         ]
         return error if faults == error.faults else type(error)(faults)
     text = str(error)
-    return error if _said(text) == text else type(error)(_said(text))
+    return error if _translated(text) == text else type(error)(_translated(text))
 
 
-def _said(text: str) -> str:
+def _translated(text: str) -> str:
     for there, here in PHRASES.items():
         text = text.replace(there, here)
     return re.sub(r"See help\(gearplay\.(\w+)\)", r"See gearplay \1 --help", text)

@@ -67,7 +67,7 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def output_failure(error: Exception) -> Exception:
-    """Return a sentence where an error is that standard output cannot be written, else the error."""
+    """Return a `ResourceError` for an error of writing standard output, any other error unchanged."""
     if not isinstance(error, OSError) or error.errno not in _NO_ROOM or error.filename is not None:
         return error
     try:
@@ -83,7 +83,7 @@ def output_failure(error: Exception) -> Exception:
 
 
 def silence(number: int) -> None:
-    """Send a standard stream, 0 to 2, to the null device, or the interpreter complains of it at its end."""
+    """Send a standard stream, 0 to 2, to the null device, so that the interpreter can flush it at its end."""
     empty = os.open(os.devnull, os.O_RDWR)
     if empty != number:
         os.dup2(empty, number)
@@ -91,7 +91,7 @@ def silence(number: int) -> None:
 
 
 def open_streams() -> None:
-    """Give standard streams that are closed the null device, so that no file gets their number and nothing fails at them."""
+    """Open closed standard streams on the null device, so that no file gets their number and writing does not fail."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)

@@ -10,18 +10,13 @@ from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(portrait)
-
-
 def portrait(
     case: CaseName,
     rotor: Annotated[
         list[str] | None, typer.Option("--rotor", help="A rotor to draw; all if not given. May be repeated.")
     ] = None,
-    settle: Annotated[int, typer.Option("--settle", help="Periods before looking.")] = 200,
-    keep: Annotated[int, typer.Option("--keep", help="Periods of the section and of the onsets.")] = 500,
+    settle: Annotated[int, typer.Option("--settle", help="Periods that pass first.")] = 200,
+    keep: Annotated[int, typer.Option("--keep", help="Periods of the sections and onsets.")] = 500,
     show: Annotated[int, typer.Option("--show", help="Periods of the path.")] = 60,
     period: Period = "mesh",
     changes: Changes = None,

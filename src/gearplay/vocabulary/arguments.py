@@ -176,6 +176,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "order": Whole(1, 1000),
         "doublings": Whole(0, 8),
         "orbits": Whole(2, 100_000),
+        "frames": Whole(2),
         "threads": Whole(1, 4096),
         "duration": Real(0.0, LONGEST, above=True, time=True),
         "transient": Real(0.0, LONGEST, time=True),
