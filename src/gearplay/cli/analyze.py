@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import si_number
+from gearplay.cli.options import si_number
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
 ENVELOPE_LINES = 8

@@ -5,15 +5,15 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes, Period, period_of
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.options import CaseName, Changes, Period, period_of
+from gearplay.cli.output import Json, print_json, print_text, result_lines
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.exit_codes import PARTLY
 
-MOST_LISTED = 5
-"""Largest number of listed values at which the state was not carried."""
+MOST_LISTED = 10
+"""Largest number of listed failures and restarts."""
 
 
 def bifurcation(
@@ -82,6 +82,7 @@ def bifurcation(
     if branches:
         check_branches(base, path)
     document: dict[str, Any] = {}
+    lines: list[str] = []
     try:
         with (
             interruptible() as stop,
@@ -104,22 +105,26 @@ def bifurcation(
             found.save(data, overwrite=overwrite)
             write_bytes(picture, to_png(found.plot()))
             document = _summary(found, data, picture)
+            lines = result_lines(found, base.title or "Bifurcation diagram", most=MOST_LISTED)
             if branches:
                 orbit_options = {"order": order, "doublings": doublings, "settle": settle, "orbits": orbits}
                 try:
                     trees = gp.branches(base, path, *ends, **orbit_options, progress=watch)
                 except SimulationError as error:
                     document |= {"branches": [], "branches_error": str(error)}
+                    lines.append(str(error))
                 else:
                     write_bytes(picture, _write_branches(found, trees, tree, overwrite=overwrite))
                     document |= {"tree": str(tree), "branches": _listed(trees)}
                     document |= {"branches_missed": list(trees.missed)}
+                    lines += result_lines(trees, "Branches")
             else:
                 tree.unlink(missing_ok=True)  # branches of the diagram that was replaced
     except KeyboardInterrupt:
         state = f"{data} is written, its branches are not" if document else "nothing was written"
         raise CommandInterruptedError(f"Interrupted: {state}.") from None
-    print_json(document) if json else print_text(_words(document))
+    written = ", ".join(document[key] for key in ("out", "picture", "tree") if key in document)
+    print_json(document) if json else print_text("\n".join([*lines, f"Written: {written}"]))
     if document["failed"] or "branches_error" in document:
         raise typer.Exit(PARTLY)
 
@@ -172,21 +177,3 @@ def _summary(found: Any, data: Path, picture: Path) -> dict[str, Any]:
         "out": str(data),
         "picture": str(picture),
     }
-
-
-def _words(d: dict[str, Any]) -> str:
-    lines = [f"{d['title'] or 'Bifurcation diagram'}: {d['values']} values up and down, {d['failed']} failed"]
-    lines += [f"  {reason}" for reason in d["reasons"]]
-    lines += [f"  {where}" for where in d["not_carried"][:MOST_LISTED]]
-    if len(d["not_carried"]) > MOST_LISTED:
-        lines.append(f"  and {len(d['not_carried']) - MOST_LISTED} more: variable start of {d['out']}")
-    written = f"Written: {d['out']}, {d['picture']}"
-    if "branches_error" in d:
-        lines.append(d["branches_error"])
-    lines += [f"  {each}" for each in d.get("branches_missed", [])]
-    for branch in d.get("branches", []):
-        special = "".join(f", {s['kind']} at {s['value']:.6g}" for s in branch["special"])
-        lines.append(
-            f"  order {branch['order']}: {branch['orbits']} orbits, {branch['stable']} stable{special}; ends: {branch['ended']}"
-        )
-    return "\n".join([*lines, written + (f", {d['tree']}" if "tree" in d else "")])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearplay.cli.arguments import CaseName, Changes
+from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.vocabulary.errors import escape_controls
 

@@ -13,7 +13,7 @@ from typing import Annotated, Final
 import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
-from gearplay.cli.option_names import with_options
+from gearplay.cli.options import with_options
 from gearplay.cli.output import error_document, open_streams, output_failure, print_json, say_error, silence
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED

@@ -31,6 +31,14 @@ def print_text(text: str) -> None:
     _write(sys.stdout, text)
 
 
+def result_lines(result: Any, title: str, *, most: int = 20) -> list[str]:
+    """Return the message of a result, titled, and its rows, ``most`` at most, as lines for people."""
+    rows = list(result.rows())
+    wide = max((len(name) for name, _ in rows[:most]), default=0)
+    lines = [f"{title}: {result.message}", *(f"  {name:>{wide}}  {value}" for name, value in rows[:most])]
+    return lines if len(rows) <= most else [*lines, f"  and {len(rows) - most} more"]
+
+
 def pictures_in(folder: Path) -> list[str]:
     """Return the line that names every picture in a folder, none where there is no picture."""
     names = sorted(each.name for each in folder.glob("*") if each.suffix in (".png", ".svg", ".pdf", ".gif"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import si_number
+from gearplay.cli.options import si_number
 from gearplay.cli.output import Json, print_json, print_text
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes, Period, period_of
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.options import CaseName, Changes, Period, period_of
+from gearplay.cli.output import Json, print_json, print_text, result_lines
 from gearplay.cli.progress import compile_kernels
 
 
@@ -58,10 +58,5 @@ def portrait(
     }
     if json:
         print_json(document)
-        return
-    print_text(
-        f"{base.title or 'Portrait'}: {document['sections']} sections, one per {document['period']:.4g} s, and "
-        f"{document['onsets']} onsets of contacts\n"
-        + (f"Not complete within run.max_wall_time: {document['late']}\n" if document["late"] else "")
-        + f"Written: {data}, {picture}"
-    )
+    else:
+        print_text("\n".join([*result_lines(found, base.title or "Portrait"), f"Written: {data}, {picture}"]))

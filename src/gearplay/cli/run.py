@@ -10,8 +10,8 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import SimulationError, TakenError

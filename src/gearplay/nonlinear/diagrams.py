@@ -1,5 +1,6 @@
 """Result of `bifurcation`: sections of the settled motion over a field of the case."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
@@ -109,12 +110,17 @@ class Diagram(Answer):
         """Range of the field, how many values failed, and where the state was not carried."""
         unit, (low, high) = unit_at(self.case, self.path), self.parameters[[0, -1]]
         ways = " and ".join(self.directions)
-        said = f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"
+        text = f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"
         found = self.interruptions
         if found:
             more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
-            said += f". {found[0][0].upper()}{found[0][1:]}{more}"
-        return said
+            text += f". {found[0][0].upper()}{found[0][1:]}{more}"
+        return text
+
+    def rows(self) -> Sequence[tuple[str, str]]:
+        """Return the reasons of failures with their counts, and the values at which the state was not carried."""
+        failed = [(f"{count} failed", reason) for reason, count in self.account.reasons]
+        return [*failed, *(("start", each) for each in self.interruptions)]
 
     def plot(self, *, title: str = "") -> "Figure":
         """Draw every section of each signal over the field, both ways in their colours; returns the figure."""

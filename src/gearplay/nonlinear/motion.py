@@ -121,9 +121,14 @@ class Motion(Answer):
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return exponent, period and the comparison that differs most."""
         found = [("section once per", f"{self.period:.4g} s")]
-        if math.isfinite(self.exponent[0]):
-            value, half = self.exponent
-            found.append(("largest Lyapunov exponent", f"{value:.4g} ± {half:.2g} 1/s (95 %)"))
+        value, half = self.exponent
+        known = math.isfinite(value)
+        text = (
+            f"{value:.4g} ± {half:.2g} 1/s (95 %)"
+            if known
+            else "none: no exact derivative with run.fixed_step"
+        )
+        found.append(("largest Lyapunov exponent", text))
         for c in sorted(self.comparisons, key=lambda each: -abs(each.t))[:3]:
             words = f"{c.usual:.4g} to {c.changed:.4g}, t = {c.t:.2g} (chance up to {self.limit:.3g})"
             found.append((f"{c.statistic} with {c.change}", words))
