@@ -26,7 +26,7 @@ from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
 from gearplay.web.downloads import file_of
-from gearplay.web.measures import measures
+from gearplay.web.maps import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.session import FULL, LARGEST_BODY, Wire
 from gearplay.web.store import Store
