@@ -10,8 +10,9 @@ from sizes import draw, sized
 
 import gearplay as gp
 from gearplay.model.torsional_pair import BASE_RADIUS
-from gearplay.nonlinear.figures import BRANCH, WAYS, draw_branch
+from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
+from gearplay.nonlinear.orbits.figures import BRANCH, draw_branch
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png

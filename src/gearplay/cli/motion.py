@@ -66,7 +66,7 @@ def _document(base: Any, found: Any) -> dict[str, Any]:
 
     value, half = found.exponent
     response = found.response
-    return finite(
+    document: dict[str, Any] = finite(
         {
             "title": base.title,
             "case_sha256": base.sha256,
@@ -85,3 +85,4 @@ def _document(base: Any, found: Any) -> dict[str, Any]:
             "limit": found.limit,
         }
     )
+    return document

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,8 @@ ALIKE = 1e-3
 """Distance [natural sizes] within which two sections are those of one motion."""
 
 
-class Grid(NamedTuple):
+@dataclass(frozen=True)
+class Grid:
     """Values of one entry of the initial state, like ``ring.vx``, from ``low`` to ``high`` in SI; rotations are relative ones.
 
     Of a torsional pair ``x`` and ``x'`` are entries too (`PairCoordinates`), in half backlashes.
@@ -133,10 +134,12 @@ class Basins(Answer):
 
     def plot(self, *, title: str = "") -> "Figure":
         """Draw each start in the pale colour of its motion; returns the figure."""
-        from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+        from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex, to_rgb
 
         marks = [PALETTE[at % len(PALETTE)] for at in range(len(self.attractors))]
-        pale = [tuple(0.5 + 0.5 * part for part in to_rgb(mark)) for mark in marks]
+        pale = [
+            to_hex((0.5 + 0.5 * r, 0.5 + 0.5 * g, 0.5 + 0.5 * b)) for r, g, b in (to_rgb(m) for m in marks)
+        ]
         colors = ListedColormap(["#ffffff", "#bbbbbb", "#eeeeee", *pale])
         norm = BoundaryNorm(np.arange(LATE - 0.5, len(marks) + 0.5), colors.N)
         figure, axes = make_figure(1, 1, 4.6)

@@ -227,7 +227,8 @@ def motion(
         response = classify(samples, resolution=resolution, exponent=known, swing=swing)
         response = with_repetition(response, samples, resolution, chosen)
         comparisons, limit = compare_methods(flow, ensemble, report, stop) if compare else ((), math.inf)
-    kind, order, reason = response.kind, response.order, response.reason
+    kind: str = response.kind
+    order, reason = response.order, response.reason
     worst = max(comparisons, key=lambda each: abs(each.t), default=None)
     if time_left.has_stopped:
         reason += " Within run.max_wall_time it was not compared with other numbers of the method."

@@ -139,7 +139,7 @@ def _is_list(value: Any) -> bool:
 
 
 def _is_axis(value: Any) -> bool:
-    rules = (TEXT, FINITE, FINITE, Whole(2))
+    rules: tuple[Any, ...] = (TEXT, FINITE, FINITE, Whole(2))
     return (
         _is_list(value)
         and len(value) == len(rules)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins, Grid
+from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.vocabulary.errors import InputError
 
 BISTABLE = gp.torsional_pair(0.6, mean_force=0.1, force=0.05)
-ANGLE, SPEED = Grid("wheel.theta", -6e-4, 4e-4, 6), Grid("wheel.omega", -4.0, 4.0, 5)
+ANGLE, SPEED = ("wheel.theta", -6e-4, 4e-4, 6), ("wheel.omega", -4.0, 4.0, 5)
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def test_attractors_attract_themselves(found: Basins) -> None:
         theta, omega = attractor[0]
         near = gp.basins(
             BISTABLE,
-            Grid("wheel.theta", theta - 1e-6, theta + 1e-6, 2),
-            Grid("wheel.omega", omega - 1e-3, omega + 1e-3, 2),
+            ("wheel.theta", theta - 1e-6, theta + 1e-6, 2),
+            ("wheel.omega", omega - 1e-3, omega + 1e-3, 2),
             settle=100,
         )
         assert len(near.attractors) == 1
@@ -59,7 +59,7 @@ def test_the_number_of_threads_does_not_matter(found: Basins) -> None:
 
 def test_chaos_is_irregular_and_what_fails_says_so() -> None:
     chaotic = gp.torsional_pair(0.6, mean_force=0.1, force=0.2, damping_ratio=0.1)
-    few = [Grid(grid.name, grid.low, grid.high, 2) for grid in (ANGLE, SPEED)]
+    few = [(*grid[:3], 2) for grid in (ANGLE, SPEED)]
     assert np.all(gp.basins(chaotic, few[0], few[1], settle=50).labels == IRREGULAR)
     stopped = gp.replace(BISTABLE, {"run.max_steps": 10})
     assert np.all(gp.basins(stopped, few[0], few[1], settle=50).labels == FAILED)
@@ -75,16 +75,16 @@ def test_a_wish_to_stop_is_heard() -> None:
     ("change", "words"),
     [
         (
-            {"first": Grid("wheel.x", 0.0, 1.0, 2)},
+            {"first": ("wheel.x", 0.0, 1.0, 2)},
             r'name = "wheel\.x": must be an entry .* Choose from: x, x\', wheel\.theta, wheel\.omega',
         ),
         (
-            {"first": Grid("pinion.theta", 0.0, 1.0, 2)},
+            {"first": ("pinion.theta", 0.0, 1.0, 2)},
             "must be an entry of the state that is not prescribed",
         ),
         ({"second": ANGLE}, "must be another entry than the first"),
-        ({"first": Grid("wheel.theta", 1.0, 0.0, 2)}, "must have low below high"),
-        ({"first": Grid("wheel.theta", 0.0, 1.0, 1)}, "its lowest and highest value and how many"),
+        ({"first": ("wheel.theta", 1.0, 0.0, 2)}, "must have low below high"),
+        ({"first": ("wheel.theta", 0.0, 1.0, 1)}, "its lowest and highest value and how many"),
         ({"settle": 0}, "settle = 0"),
     ],
 )

@@ -1,7 +1,6 @@
 """Period map: the state over one period of the excitation, with its exact derivative."""
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -41,18 +40,14 @@ class PeriodMap(Protocol):
     ``scale`` are the natural sizes of the state's entries, shape [state].
     """
 
-    @property
-    def scale(self) -> Floats:
-        """Natural sizes, shape [state]."""
-        ...
+    scale: Floats
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state."""
         ...
 
 
-@dataclass(frozen=True)
-class _Member:
+class _Member(NamedTuple):
     flow: Flow
     period: float
 
@@ -83,12 +78,8 @@ class StrobeMap:
         self._kept: dict[float, _Member] = {}
         first = self.member(parameter).flow
         self.free, self.impact_contacts = first.free, first.impact_contacts
-        self._scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
-
-    @property
-    def scale(self) -> Floats:
+        self.scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
         """Natural sizes of the free states, then of stored impact speeds, shape [state]."""
-        return self._scale
 
     def member(self, parameter: float) -> _Member:
         """Return the flow and the period [s] at a parameter."""

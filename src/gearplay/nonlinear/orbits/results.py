@@ -198,7 +198,7 @@ class Branches(Answer):
 
     def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""
-        from gearplay.nonlinear.figures import draw_branch
+        from gearplay.nonlinear.orbits.figures import draw_branch
         from gearplay.pictures.words import offset_in, plain, shown_in
         from gearplay.solver.flow import Flow
 
