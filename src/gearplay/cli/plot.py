@@ -131,9 +131,12 @@ def _figure(result: Result, kind: str, names: list[str], at: str | None, window:
     if kind == "orbit":
         return figures.orbit_figure(result, _rotors(result, at), window)
     if kind == "portrait":
-        from gearplay.nonlinear.stored import portrait_figure_of
+        from gearplay.nonlinear.portrait import stored_portrait
+        from gearplay.results.titles import case_words, window_words
 
-        return portrait_figure_of(result, _rotors(result, at), window)
+        rotors = _rotors(result, at)
+        title = f"{case_words(result.case)}: portrait, {window_words(window)}".replace(" um", " µm")
+        return stored_portrait(result, rotors, window).plot(rotors=tuple(rotors), title=title)
     if kind == "mechanism":
         from gearplay.results.staging import motion_in, stage_of
 

@@ -1,4 +1,4 @@
-"""Portrait: paths of the free coordinates of a settled motion, with sections once per period and at onsets."""
+"""Portraits of a settled motion or a stored result: paths of the free coordinates, sections once per period, onsets."""
 
 import contextlib
 from collections.abc import Callable
@@ -10,10 +10,14 @@ import numpy as np
 
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import Source
+from gearplay.model.rolling import mesh_frequency, nominal_speeds
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import Section, impacts, section
 from gearplay.results.base import OfDataset
+from gearplay.results.choice import cut, free_rotors, moves
+from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.result import Result
 from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
@@ -154,3 +158,55 @@ def _until_late(make: Callable[[], Section], like: Section, more: int = 0) -> Se
     except OutOfTimeError as error:
         nothing = np.zeros((0, len(like.names) + more))
         return Section(np.zeros(0), nothing, like.names, like.case, str(error))
+
+
+def stored_portrait(result: Result, rotors: list[str], window: tuple[float, float]) -> Portrait:
+    """Return the portrait of a stored result within a window [s], without onsets, which are not stored in a result.
+
+    Sections are interpolated between samples, once per period of the first mesh; there are none without meshes that turn.
+    Raises `InputError` where nothing of ``rotors`` (of none, all) moves.
+    """
+    import xarray as xr
+
+    case = result.case
+    free = free_rotors(case)
+    speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+    held = set(result.held())
+    turning = {rotor for rotor in case.rotors if ("omega", rotor) in held and moves(result, "omega", rotor)}
+    signals = [
+        f"{rotor}.{name}"
+        for rotor in rotors or list(case.rotors)
+        for name in ("x", "y", "vx", "vy", "theta", "omega")
+        if (name, rotor) in held and (rotor in free if name in ("x", "y", "vx", "vy") else rotor in turning)
+    ]
+    if not signals:
+        rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
+        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}"))
+    variables: dict[str, Any] = {
+        "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
+    }
+    rotor, _, name = signals[0].rpartition(".")
+    time = cut(result, name, rotor, window)[0]
+    frequency = abs(mesh_frequency(case, 0)) if case.meshes else 0.0
+    count = int((time[-1] - time[0]) * frequency)
+    instants = time[0] + np.arange(count) / frequency if count else np.zeros(0)
+    motions = {
+        rotor: motion_of(case, rotor, time, lambda name, label: cut(result, name, label, window)[1])
+        for rotor in free
+        if f"{rotor}.x" in signals
+    }
+    for signal in signals:
+        rotor, _, name = signal.rpartition(".")
+        relative = motions.get(rotor, {})
+        values = relative[name] if name in relative else cut(result, name, rotor, window)[1]
+        if name == "theta":
+            values = values - speeds[rotor] * time
+            values = values - values[0]
+        if name == "omega":
+            values = values - speeds[rotor]
+        words = signal_words(signal)
+        variables[f"path.{signal}"] = ("path_time", values, words)
+        variables[f"section.{signal}"] = ("section_time", np.interp(instants, time, values), words)
+        variables[f"onset.{signal}"] = ("onset_time", np.zeros(0), words)
+    period = 1.0 / frequency if frequency else 0.0
+    return Portrait(xr.Dataset(variables, attrs=provenance(case, period=period)))

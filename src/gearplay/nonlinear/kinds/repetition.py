@@ -32,10 +32,8 @@ class Misfit:
         return self.spread <= SPREAD and self.peak <= PEAK
 
 
-def repeating_orders(
-    samples: Floats, most: int, apart: float, *, least: int = 1, first: int | None = None
-) -> Iterator[int]:
-    """Yield the orders, from ``least`` to ``most``, with which samples repeat to within ``apart``, the smallest first.
+def repeating_orders(samples: Floats, most: int, apart: float, *, first: int | None = None) -> Iterator[int]:
+    """Yield the orders, up to ``most``, with which samples repeat to within ``apart``, the smallest first.
 
     ``samples`` has shape [period, signal]; with order k no sample differs from that k periods later by more than ``apart`` in
     any signal. Of long records only the ``first`` samples are compared.
@@ -43,7 +41,7 @@ def repeating_orders(
     >>> list(repeating_orders(np.tile([[0.0], [5.0], [0.0], [8.0]], (4, 1)), 8, 0.1))
     [4, 8]
     """
-    for order in range(least, most + 1):
+    for order in range(1, most + 1):
         count = len(samples) - order
         some = count if first is None else min(first, count)
         if float(np.max(np.abs(samples[order : order + some] - samples[:some]))) <= apart:
