@@ -50,17 +50,17 @@ def copy(
     of, others = _kinds_of(name, kind, known)
     target = out or Path(f"{name}.toml")
     text = bundled_text(*PLACES[of], name)
-    beside = {target.parent / place: content for place, content in _records(of, text).items()}
-    for path in (target, *beside):
+    records = {target.parent / place: content for place, content in _records(of, text).items()}
+    for path in (target, *records):
         check_new(path, overwrite=overwrite)
-    for path, content in beside.items():
+    for path, content in records.items():
         write_bytes(path, content)
     write_text(target, text)
     steps = FIRST_STEPS[of].format(target)
     if json:
-        print_json({"status": "done", "kind": of, "out": str(target), "records": [str(p) for p in beside]})
+        print_json({"status": "done", "kind": of, "out": str(target), "records": [str(p) for p in records]})
         return
-    lines = [f"Wrote {path}" for path in (*beside, target)]
+    lines = [f"Wrote {path}" for path in (*records, target)]
     lines += [f"There is a {other} plan {name} too: --kind {other}" for other in others]
     print_text("\n".join([*lines, f"Next: {steps}"]))
 

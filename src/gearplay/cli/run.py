@@ -123,8 +123,8 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
 
     An incomplete result never replaces an existing file: it is saved as ``NAME.partial.nc``.
     """
-    beside = out.with_name(f"{out.stem}.partial{out.suffix}")
-    for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (beside, overwrite)]:
+    partial = out.with_name(f"{out.stem}.partial{out.suffix}")
+    for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (partial, overwrite)]:
         before, taken = _mark(place), False
         try:
             result.save(place, overwrite=may_replace, within=LONGEST_COMPRESSION if stop.is_set() else None)

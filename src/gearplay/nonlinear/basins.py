@@ -238,18 +238,18 @@ def basins(
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
     late = np.zeros(total, dtype=bool)
-    asked = stop or threading.Event()
+    stopping = stop or threading.Event()
 
     def go(at: int, tick: Callable[[], None]) -> None:
-        if asked.is_set():
+        if stopping.is_set():
             return
         state = start.copy()
         state[places[0]], state[places[1]] = starts[0][at % axes[0].size], starts[1][at // axes[0].size]
         try:
-            course = flow.begin(state, stop=asked)
+            integration = flow.begin(state, stop=stopping)
             for n in range(2 * MOST_ORDER):
-                course.advance((settle + n) * step)
-                sections[at, n] = flow.seen(course.time, course.state)
+                integration.advance((settle + n) * step)
+                sections[at, n] = flow.seen(integration.time, integration.state)
         except OutOfTimeError:
             sections[at], late[at] = np.nan, True
         except GearplayError:
@@ -258,7 +258,9 @@ def basins(
 
     with limited(base.run.max_wall_time):
         tick = ticking(progress, "starts")
-        share_out(range(total), go, total=total, threads=threads or worker_count(), stop=asked, progress=tick)
+        share_out(
+            range(total), go, total=total, threads=threads or worker_count(), stop=stopping, progress=tick
+        )
     labels, attractors = _labels(sections, flow.natural[flow.free])
     labels[late] = LATE
     table = labels.reshape(axes[1].size, axes[0].size)

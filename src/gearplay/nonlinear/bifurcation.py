@@ -164,24 +164,30 @@ def bifurcation(
     table = np.full((len(directions), numbers.size, keep, len(names)), np.nan)
     reasons = [[""] * numbers.size for _ in directions]
     starts = [[""] * numbers.size for _ in directions]
-    asked = stop or threading.Event()
+    stopping = stop or threading.Event()
 
     def value(way: int, at: int, flow: Flow, state: Floats, impact_speeds: Floats | None) -> _Last:
         """Fill the sections of a value from a start; return its end."""
         step, observe = section_period(flow.packed, period), Observables(flow.packed, signals)
-        course = flow.begin(state, impact_speeds=impact_speeds, stop=asked)
+        integration = flow.begin(state, impact_speeds=impact_speeds, stop=stopping)
         for n in range(settle + keep):
-            course.advance((n + 1) * step)
+            integration.advance((n + 1) * step)
             if n >= settle:
-                table[way, at, n - settle] = observe(course.time, course.state, course.run.branch)
-        course.advance(_whole(flow, (settle + keep) * step))
-        return _Last(flow, flow.frames.seen(course.time, course.state).copy(), course.impact_speeds.copy())
+                table[way, at, n - settle] = observe(
+                    integration.time, integration.state, integration.run.branch
+                )
+        integration.advance(_whole(flow, (settle + keep) * step))
+        return _Last(
+            flow,
+            flow.frames.seen(integration.time, integration.state).copy(),
+            integration.impact_speeds.copy(),
+        )
 
     def go(job: tuple[int, Sequence[int]], tick: Callable[[], None]) -> None:
         way, places = job
         last: _Last | None = None
         for number, at in enumerate(places):
-            if asked.is_set():
+            if stopping.is_set():
                 return
             if time_left.is_over():
                 reasons[way][at] = OUT_OF_TIME
@@ -196,7 +202,7 @@ def bifurcation(
                     except OutOfTimeError:
                         raise
                     except SimulationError as error:
-                        if asked.is_set():
+                        if stopping.is_set():
                             raise
                         state, table[way, at] = None, np.nan
                         starts[way][at] = f"{ANEW}from the state of the value before: {_line(error)}"
@@ -215,7 +221,7 @@ def bifurcation(
     total = table.shape[0] * numbers.size
     with limited(first.run.max_wall_time) as time_left:
         tick = ticking(progress, base.title or "diagram")
-        share_out(jobs, go, total=total, threads=threads, stop=asked, progress=tick)
+        share_out(jobs, go, total=total, threads=threads, stop=stopping, progress=tick)
     settings = {"settle": settle, "keep": keep, "period": period, "carried": int(carry)}
     failed, began = (tuple(tuple(row) for row in rows) for rows in (reasons, starts))
     return Diagram(numbers, tuple(directions), table, names, failed, began, base, path, settings)

@@ -246,17 +246,17 @@ def _section(
     flow: Flow, step: float, periods: int, settle: int, report: Progress, stop: threading.Event | None
 ) -> tuple[Floats, Floats]:
     """Return the free states once per period, shape [period, state], and their swing within a period, shape [state]."""
-    course = flow.begin(flow.start(), stop=stop)
+    integration = flow.begin(flow.start(), stop=stop)
     for at in range(1, settle + 1):
-        course.advance(at * step)
+        integration.advance(at * step)
         report("settling", float(at), float(settle))
     samples = np.empty((periods, len(flow.free)))
     for at in range(periods):
-        course.advance((settle + at) * step)
-        samples[at] = flow.seen(course.time, course.state)
+        integration.advance((settle + at) * step)
+        samples[at] = flow.seen(integration.time, integration.state)
         report("section", at + 1.0, float(periods))
     within = np.empty((SWINGS, PARTS, len(flow.free)))
     for at in range(SWINGS * PARTS):
-        course.advance((settle + periods - 1 + (at + 1) / PARTS) * step)
-        within[at // PARTS, at % PARTS] = flow.seen(course.time, course.state)
+        integration.advance((settle + periods - 1 + (at + 1) / PARTS) * step)
+        within[at // PARTS, at % PARTS] = flow.seen(integration.time, integration.state)
     return samples, np.median(np.ptp(within, axis=1), axis=0)

@@ -1,4 +1,4 @@
-"""Period of the sections by which a motion is classified, and its repetition with the common period of the excitation."""
+"""Period of the sections for classification, and repetition with the common period of the excitation."""
 
 import math
 from contextlib import suppress
@@ -16,16 +16,16 @@ Floats = NDArray[np.float64]
 
 AUTO = "auto"
 MOST_MESH_PERIODS = 20
-"""Mesh periods of a common period that sections are taken by without being asked; a longer one is that of hunting teeth."""
+"""Longest common period [mesh periods] of sections by default; a longer one is that of hunting teeth."""
 LEAST_REPEATED = 100
-"""Number of sections that must recur."""
+"""Number of sections that must repeat."""
 QUIET_KINDS = ("at rest", "chaotic")
-"""Kinds that a repetition with the excitation does not change."""
+"""Kinds that are not tested for repetition with the excitation."""
 
 
 @dataclass(frozen=True)
 class SectionPeriod:
-    """Time between two sections [s], and after how many of them all excitation begins anew; 1 where that is not known."""
+    """Time between two sections [s], and number of sections per period of all excitation, 1 if unknown."""
 
     step: float
     repeats: int = 1

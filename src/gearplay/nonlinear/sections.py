@@ -147,14 +147,14 @@ def section(
     check_work("section", flow.packed, seconds=(settle + keep) * step, numbers=keep * (len(signals) + 20.0))
     prepare(base)
     start = flow.start(usual_member(base) if member is None else member)
-    observe, course = Observables(flow.packed, signals), flow.begin(start)
+    observe, integration = Observables(flow.packed, signals), flow.begin(start)
     if settle:
-        course.advance(settle * step)
+        integration.advance(settle * step)
     values, ended = list[Floats](), ""
     try:
         for at in range(keep):
-            course.advance((settle + at) * step)
-            values.append(observe(course.time, course.state, course.run.branch))
+            integration.advance((settle + at) * step)
+            values.append(observe(integration.time, integration.state, integration.run.branch))
     except OutOfTimeError as error:
         if not values:
             raise
@@ -218,16 +218,18 @@ def impacts(
     check_work("impacts", flow.packed, seconds=end)
     prepare(base)
     start = flow.start(usual_member(base) if member is None else member)
-    observe, course = Observables(flow.packed, signals), flow.begin(start)
+    observe, integration = Observables(flow.packed, signals), flow.begin(start)
     if base.run.transient > 0.0:
-        course.advance(base.run.transient)
+        integration.advance(base.run.transient)
     times, values, ended = list[float](), list[Floats](), ""
     try:
-        while course.time < end:
-            for t, which, began, rate in course.advance_to_change(end):
+        while integration.time < end:
+            for t, which, began, rate in integration.advance_to_change(end):
                 if int(which) == labels.index(contact) and began == CHANGES[change]:
                     times.append(t)
-                    values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
+                    values.append(
+                        np.append(observe(integration.time, integration.state, integration.run.branch), rate)
+                    )
     except OutOfTimeError as error:
         ended = str(error)
     names = (*observe.names, f"{contact}.rate")

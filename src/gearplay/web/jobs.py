@@ -69,8 +69,8 @@ def averaged_case(job: Job) -> tuple[Case, int]:
 
 def models_of(job: Job, case: Case) -> list[Case]:
     """Return a case with each of the models requested by a job; the unchanged case where it requests none."""
-    asked = job.get("models")
-    models = [model for model in MODELS if isinstance(asked, list) and model in asked]
+    given = job.get("models")
+    models = [model for model in MODELS if isinstance(given, list) and model in given]
     return [replace(case, {"backlash_model": model}) for model in models] or [case]
 
 

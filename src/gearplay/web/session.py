@@ -16,7 +16,7 @@ from gearplay.web.store import Store
 LARGEST_BODY = 2 * LARGEST_FILE  # of a request, or a message
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 MOST_UNSENT = 16  # results that one page has not read yet
-MOST_UNKEPT = 8  # results of one page on their way to the disk; the next answer waits for it
+MOST_UNKEPT = 8  # results of one page on their way to the disk; the next result waits for it
 KEPT = ("run", "bifurcation", "map")
 DONE = (*KEPT, "average")
 """Jobs that a page may request; the results of `KEPT` are stored."""
@@ -53,13 +53,13 @@ class Wire:
 
     async def _take(self, text: str) -> None:
         try:
-            asked = json.loads(text) if len(text) <= LARGEST_BODY else None
+            sent = json.loads(text) if len(text) <= LARGEST_BODY else None
         except (ValueError, RecursionError):
-            asked = None
-        if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):
+            sent = None
+        if not isinstance(sent, dict) or not isinstance(sent.get("id"), int):
             await self._refuse("error", None, "message: must be JSON with an id.")
             return
-        number, kind = asked["id"], asked.get("kind")
+        number, kind = sent["id"], sent.get("kind")
         if kind == "cancel":
             if number in self.jobs:
                 await self.pool.cancel(self.jobs[number])
@@ -70,7 +70,7 @@ class Wire:
         if number in self.jobs or len(self.jobs) >= MOST_OWN or self.unsent >= MOST_UNSENT:
             await self._refuse("full", number, f"A page may have {MOST_OWN} jobs, each with its own id.")
             return
-        wanted = {key: value for key, value in asked.items() if key != "id"}
+        wanted = {key: value for key, value in sent.items() if key != "id"}
 
         def report(message: dict[str, Any]) -> None:
             if not self.sending.locked():  # a page that reads slowly gets fewer messages
