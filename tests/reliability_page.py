@@ -34,7 +34,7 @@ they are. Do not edit.
 * A disk on which a write, a sync or a rename fails, once or from then on, ends a command with a sentence;
   what was stored stays, and the same command goes on. An old whole result is there until the new one is.
 * Ctrl-C at any time ends a command with exit code 130 and one sentence that names the kept results; the same
-  command goes on there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps
+  command continues there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps
   what was computed until then.
 * Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: LLVM does not survive it
   everywhere, and an abort would take a whole notebook along.

@@ -12,7 +12,6 @@ import gearplay as gp
 from gearplay.model.geometry import jam_ratio
 from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
-from gearplay.nonlinear.portrait_figures import portrait_figure
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
 from gearplay.solver.simulate import run_members
@@ -30,7 +29,7 @@ TORQUE = "rotors.ring.load.torque"
 def portrait() -> None:
     """Orbit and phase portraits of the article's pair."""
     found = gp.portrait("han2021", settle=sized(200, 50), keep=sized(500, 100), show=60, period="mesh")
-    (sized.out / "han2021-portrait.png").write_bytes(portrait_figure(found.ds))
+    (sized.out / "han2021-portrait.png").write_bytes(to_png(found.plot()))
 
 
 def models() -> None:

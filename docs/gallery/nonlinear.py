@@ -10,8 +10,6 @@ from sizes import draw, sized
 
 import gearplay as gp
 from gearplay.model.torsional_pair import BASE_RADIUS
-from gearplay.nonlinear.basins import basins_figure
-from gearplay.nonlinear.diagrams import bifurcation_diagram
 from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.branches import Branch, Settings, follow_branch
 from gearplay.nonlinear.orbits.figures import BRANCH, draw_branch
@@ -53,7 +51,7 @@ def jump() -> None:
 
     branch = branch_of(family, 1.3, Settings(low=0.4, high=1.35, size=0.1), upwards=False)
     values = np.linspace(0.42, 1.3, sized(120, 30))
-    found = bifurcation_diagram(family, values, ["wheel.theta"], settle=sized(150, 100), keep=1)
+    found = gp.bifurcation(family, "frequency", values, ["wheel.theta"], settle=sized(150, 100), keep=1)
     figure, axes = make_figure(1, 1, 4.2)
     ax = axes[0, 0]
     for way, name in enumerate(found.directions):
@@ -89,8 +87,8 @@ def route() -> None:
 
     branch = branch_of(family, 0.12, Settings(low=0.119, high=0.3, size=0.05, most=0.1), upwards=True)
     values = np.linspace(0.12, 0.3, sized(500, 30))
-    found = bifurcation_diagram(
-        family, values, ["wheel.theta"], settle=sized(300, 100), keep=80, directions=["up"]
+    found = gp.bifurcation(
+        family, "force", values, ["wheel.theta"], settle=sized(300, 100), keep=80, directions=["up"]
     )
     figure, axes = make_figure(1, 1, 4.2)
     ax = axes[0, 0]
@@ -120,9 +118,11 @@ def basins() -> None:
         ("wheel.omega", -9.0, 9.0, sized(90, 10)),
         settle=100,
     )
-    labels = ("wheel's rotation [rad]", "wheel's speed beside the nominal one [rad/s]")
     title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, F_a = 0.05: where a start leads"
-    (sized.out / "nonlinear-basins.png").write_bytes(basins_figure(found, labels, title=title))
+    figure = found.plot(title=title)
+    labels = {"xlabel": "wheel's rotation [rad]", "ylabel": "wheel's speed, less the nominal one [rad/s]"}
+    figure.axes[0].set(**labels)
+    (sized.out / "nonlinear-basins.png").write_bytes(to_png(figure))
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Public functions with checked arguments, and reading of any saved result."""
+"""Public functions with checked arguments, and `read_result` for all kinds of results."""
 
 import os
 from functools import cache
@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import read_dataset
-from gearplay.vocabulary.arguments import guarded
+from gearplay.vocabulary.arguments import checked_function
 from gearplay.vocabulary.errors import Fault, InputError
 
-ANSWERS: Final = MappingProxyType(
+RESULTS: Final = MappingProxyType(
     {
         "run": "results.result:Result",
         "sweep": "sweeps.result:SweepResult",
@@ -33,14 +33,14 @@ ANSWERS: Final = MappingProxyType(
         "frequency response": "linear.response:FrequencyResponse",
     }
 )
-"""Class of each kind of saved answer."""
+"""Class of each kind of saved result."""
 
 
 @cache
 def public(name: str, module: str) -> Any:
-    """Return a public name's object, which a module defines; functions check their arguments first."""
+    """Return the object of a public name in a module, a function with checked arguments."""
     found = getattr(import_module(module), name)
-    return guarded(found, _seconds) if isfunction(found) else found
+    return checked_function(found, _seconds) if isfunction(found) else found
 
 
 def _seconds(name: str, text: str) -> float:
@@ -57,23 +57,23 @@ def _seconds(name: str, text: str) -> float:
 
 
 def read_result(path: str | os.PathLike[str]) -> Any:
-    """Read what an answer's ``save`` wrote, and return the same kind of object again.
+    """Read a saved result and return an object of the same kind.
 
     Parameters
     ----------
     path
-        A file that ``save`` or a command wrote: ``.nc`` of any verb, ``calibration.json``, or a record in any format of
+        A file that ``save`` or a command wrote: ``.nc`` of any function, ``calibration.json``, or a record in any format of
         `read_measurement`.
 
     Returns
     -------
-    Answer
-        A `Result`, a sweep, a diagram ...: what was saved.
+    Result
+        A `Result`, a sweep, a diagram ...: of the kind of the saved one.
 
     Raises
     ------
     InputError
-        Where the file is missing, damaged or of no verb.
+        Where the file is missing, damaged or of no result.
 
     Examples
     --------
@@ -98,10 +98,10 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     if OURS in dataset.attrs:
         return _record(place)
     kind = str(dataset.attrs.get(KIND, ""))
-    if kind not in ANSWERS:
-        rule = "must be what the save of an answer wrote"
+    if kind not in RESULTS:
+        rule = "must be a file of a saved result"
         raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
-    module, _, name = ANSWERS[kind].partition(":")
+    module, _, name = RESULTS[kind].partition(":")
     return getattr(import_module(f"gearplay.{module}"), name).from_dataset(dataset)
 
 

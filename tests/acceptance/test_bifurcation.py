@@ -33,7 +33,7 @@ def test_a_diagram_is_written_with_its_picture(tmp_path: Path, capsys: pytest.Ca
     assert run(words) == 2
     assert "must not exist yet" in capsys.readouterr().err
     assert run([*words, "--overwrite", "--no-carry", "--period", "0.01"]) == 0
-    assert "3 values up and down, 0 failed" in capsys.readouterr().out
+    assert "up and down; 6 cases: 6 finished, 0 failed" in capsys.readouterr().out
 
 
 @pytest.mark.slow

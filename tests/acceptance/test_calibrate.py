@@ -225,7 +225,7 @@ def test_ctrl_c_says_how_to_go_on(plan: Path, tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, words = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert "goes on there" in words
+    assert "continues there" in words
 
 
 @pytest.mark.deep

@@ -162,14 +162,14 @@ def calls(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]
     return valid(tmp_path_factory.mktemp("calls"))
 
 
-DOORS = [name for name in gp.__all__ if inspect.isfunction(getattr(gp, name))]
+FUNCTIONS = [name for name in gp.__all__ if inspect.isfunction(getattr(gp, name))]
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_answers_or_refuses(
-    door: str,
+    name: str,
     calls: dict[str, dict[str, Any]],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -177,15 +177,17 @@ def test_a_function_answers_or_refuses(
 ) -> None:
     """Arguments that hardly any function is made for: an answer, or an error of gearplay's own, within seconds."""
     monkeypatch.chdir(tmp_path)
-    function, given = getattr(gp, door), calls[door]
-    if door not in ("branch", "branches", "calibrate", "planetary"):
+    function, given = getattr(gp, name), calls[name]
+    if name not in ("branch", "branches", "calibrate", "planetary"):
         function(**given)
     names = list(inspect.signature(function).parameters)
-    rng = random.Random(door)
-    for _ in range(max(2, CALLS // len(DOORS))):
+    rng = random.Random(name)
+    for _ in range(max(2, CALLS // len(FUNCTIONS))):
         these = dict(given)
-        for name in rng.sample(names, rng.choice([1, 1, 1, 2]) if len(names) > 1 else 1):
-            these[name] = 3 if name == "progress" else hostile(rng)  # a function that fails is its author's
+        for argument in rng.sample(names, rng.choice([1, 1, 1, 2]) if len(names) > 1 else 1):
+            these[argument] = (
+                3 if argument == "progress" else hostile(rng)
+            )  # a function that fails is its author's
         if rng.random() < 0.05:
             these[rng.choice(["setle", "x", "dur"])] = hostile(rng)
         begun = time.monotonic()
@@ -197,9 +199,9 @@ def test_a_function_answers_or_refuses(
         except TimeoutError:
             assert time.monotonic() - begun < SOON, these
         except Exception as error:
-            changed = {name: value for name, value in these.items() if given.get(name) is not value}
-            raise AssertionError(f"{door}({changed!r:.300}): {type(error).__name__}: {error}") from error
-    tried(max(2, CALLS // len(DOORS)))
+            changed = {key: value for key, value in these.items() if given.get(key) is not value}
+            raise AssertionError(f"{name}({changed!r:.300}): {type(error).__name__}: {error}") from error
+    tried(max(2, CALLS // len(FUNCTIONS)))
 
 
 ASKING = [
@@ -234,4 +236,4 @@ def test_what_would_take_for_ever_is_refused_with_an_estimate(
 
 
 def test_every_function_is_tried(calls: dict[str, dict[str, Any]]) -> None:
-    assert set(DOORS) == set(calls)
+    assert set(FUNCTIONS) == set(calls)

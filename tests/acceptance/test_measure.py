@@ -29,7 +29,7 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Record, Path]]:
 
 def run(*words: str) -> None:
     app = typer.Typer()
-    command.register(app)
+    app.command()(command.measure)
     app(args=list(words), standalone_mode=False)
 
 

@@ -11,9 +11,9 @@ import pytest
 import gearplay as gp
 from gearplay.cli.main import run
 from gearplay.model.reading import to_toml
-from gearplay.nonlinear import motion as study
-from gearplay.nonlinear.basins import basins_figure
-from gearplay.nonlinear.motion import ARTEFACT, identify_motion
+from gearplay.nonlinear import method_comparison
+from gearplay.nonlinear.motion import ARTEFACT
+from gearplay.pictures.canvas import to_png
 
 
 def pair(frequency: float, **more: Any) -> gp.Case:
@@ -91,7 +91,7 @@ def test_the_published_force_jumps_and_plain_steps_feed_on_it(
 def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose tolerance is so coarse that the statistics hang on it."""
     case = pair(0.6, force=0.2, tolerance=1e-10)
-    changed = study.replace
+    changed = method_comparison.replace
 
     def replace(base: gp.Case, changes: Any) -> gp.Case:
         """Make the run with the finer tolerance one of another mechanism, as a method that matters would."""
@@ -99,8 +99,8 @@ def test_what_depends_on_the_method_is_an_artefact(monkeypatch: pytest.MonkeyPat
             return pair(0.8, force=0.2)
         return changed(base, changes)
 
-    monkeypatch.setattr(study, "replace", replace)
-    found = identify_motion(case, periods=1000, settle=50)
+    monkeypatch.setattr(method_comparison, "replace", replace)
+    found = gp.motion(case, periods=1000, settle=50)
     assert found.kind == ARTEFACT
     assert found.response.kind == "chaotic"
     assert "With a hundredth of the tolerance the " in found.reason
@@ -126,9 +126,9 @@ def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["han2021", "--periods", "99"], "periods = 99: must be 100 or more"),
-        (["han2021", "--members", "3"], "ensemble = 3: must be 4 or more"),
-        (["han2021", "--settle", "-1"], "settle = -1: must be 0 or more"),
+        (["han2021", "--periods", "99"], "periods = 99: must be a whole number, 100 or more"),
+        (["han2021", "--members", "3"], "--members = 3: must be a whole number, 4 or more"),
+        (["han2021", "--settle", "-1"], "settle = -1: must be a whole number, 0 or more"),
         (["han2021", "--period", "tooth"], 'period = "tooth"'),
         (["external-pair"], "must be a prescribed speed without a ramp"),
         (["han2012"], "Did you mean 'han2021'?"),
@@ -151,6 +151,6 @@ def test_basins_and_their_picture() -> None:
         ("wheel.omega", -4.0, 4.0, 3),
     )
     assert found.labels.shape == (3, 4)
-    assert basins_figure(found, ("rotation [rad]", "speed [rad/s]"), title="A $b$").startswith(b"\x89PNG")
+    assert to_png(found.plot(title="A $b$")).startswith(b"\x89PNG")
     with pytest.raises(gp.InputError, match="must be an entry of the state"):
         gp.basins("han2021", ("ring.z", 0.0, 1.0, 2), ("ring.vx", 0.0, 1.0, 2))

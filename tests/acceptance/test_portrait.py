@@ -55,7 +55,7 @@ def test_path_section_and_onsets_are_of_one_motion() -> None:
     ("words", "said"),
     [
         (["portrait", "han2021", "--rotor", "rong"], 'rotor = "rong": must be a rotor of the case. Choose from: pinion, ring'),
-        (["portrait", "han2021", "--keep", "0"], "keep = 0: must be 1 or more"),
+        (["portrait", "han2021", "--keep", "0"], "keep = 0: must be a whole number, 1 or more"),
         (["portrait", "pinion-idler-ring"], "drive.ramp to 0 s"),
     ],
 )  # fmt: skip

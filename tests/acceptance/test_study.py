@@ -183,7 +183,7 @@ def test_interrupted_study__resumes(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
-    assert "goes on there" in errors
+    assert "continues there" in errors
     kept = {f.name: f.stat().st_mtime_ns for f in folder.glob("parts/*.json")}
     assert 0 < len(kept) < 18
     assert run("--out", str(folder)).returncode == 0

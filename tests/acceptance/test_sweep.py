@@ -521,7 +521,9 @@ def test_ctrl_c_says_how_to_go_on(begin: Begin, engine: str, plan: Path, whole: 
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: workers get it too
     _, words = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert words.strip() == f"Interrupted. Finished cases are kept: gearplay resume {tmp_path} goes on there."
+    assert (
+        words.strip() == f"Interrupted. Finished cases are kept: gearplay resume {tmp_path} continues there."
+    )
     kept = rows(tmp_path)
     assert 0 < len(kept) < CASES
     assert leftovers(tmp_path) == []

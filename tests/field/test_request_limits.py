@@ -17,7 +17,7 @@ from gearplay.cli.main import run
 from gearplay.model.case import Case
 from gearplay.nonlinear import motion as kinds
 from gearplay.nonlinear.basins import LATE
-from gearplay.nonlinear.diagrams import OUT_OF_TIME
+from gearplay.nonlinear.bifurcation import OUT_OF_TIME
 from gearplay.nonlinear.orbits.branches import OUT_OF_TIME as BRANCH_OUT_OF_TIME
 from gearplay.solver import deadline
 from gearplay.solver.deadline import Deadline, deadline_of, in_request, limited

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.stored import portrait_figure_of
+from gearplay.nonlinear.portrait import stored_portrait
 from gearplay.results.choice import moves
 from gearplay.results.figures import history_figure, orbit_figure, spectrum_figure
 from planetary_sets import planetary_document
@@ -63,7 +63,7 @@ def test_a_spectrum_of_rounding_has_no_lines() -> None:
 
 def test_a_portrait_of_rounding_is_said_to_be_still() -> None:
     result, window = still()
-    assert "no motion above 1e-9 m" in words_of(portrait_figure_of(result, [SUN], window))
+    assert "no motion above 1e-9 m" in words_of(stored_portrait(result, [SUN], window).plot())
 
 
 def test_what_moves_is_drawn_as_before() -> None:

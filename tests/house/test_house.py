@@ -54,7 +54,7 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 
 @pytest.mark.slow
 def test_no_message_below_the_command_line_names_its_options() -> None:
-    """Whoever calls from Python has arguments: `cli.option_names` says them as options."""
+    """Whoever calls from Python has arguments: `cli.options` says them as options."""
     found = []
     for path in sorted(SOURCE.rglob("*.py")):
         if path.relative_to(SOURCE).parts[0] in ("cli", "web"):

@@ -162,4 +162,4 @@ def test_counts_and_times_that_cannot_be() -> None:
     with pytest.raises(InputError, match="count = 3: must lie between 1 and 2"):
         lyapunov_exponents(case, count=3)
     with pytest.raises(InputError, match="duration = 0"):
-        lyapunov_exponents(case, duration=0.0)
+        gp.lyapunov(case, duration=0.0)

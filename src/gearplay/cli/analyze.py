@@ -9,29 +9,26 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import si_number
+from gearplay.cli.options import si_number
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
 ENVELOPE_LINES = 8
-"""Largest lines of an envelope that are printed."""
+"""Number of printed lines of an envelope."""
 LISTED = 12
-"""Of more channels only the names are printed."""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(analyze)
+"""Number of channels beyond which only names are printed."""
 
 
 def analyze(
     record: Annotated[Path, typer.Argument(help="A measured or simulated record, or a result of a run.")],
     channel: Annotated[
         str | None,
-        typer.Option("--channel", help="Which channel, of a run ring.ax; not needed where there is one."),
+        typer.Option(
+            "--channel", help="Channel; of a run for example ring.ax. Not needed where there is only one."
+        ),
     ] = None,
     lines: Annotated[
         list[str] | None,
-        typer.Option("--line", help="Frequency to look for a line near: 700Hz. May be repeated."),
+        typer.Option("--line", help="Frequency near which to search a line: 700Hz. May be repeated."),
     ] = None,
     speed: Annotated[
         str | None,
@@ -51,18 +48,18 @@ def analyze(
         typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum: 2kHz 4kHz."),
     ] = None,
     sampling: Annotated[
-        str | None, typer.Option("--sampling", help="Sampling rate where the file does not say it: 12.8kHz.")
+        str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12.8kHz.")
     ] = None,
     units: Annotated[
         list[str] | None,
         typer.Option(
             "--unit",
             metavar="NAME=UNIT",
-            help="Unit of a channel that the file does not say. May be repeated.",
+            help="Unit of a channel without one. May be repeated.",
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Folder of the figures; none if not given.")
+        Path | None, typer.Option("--out", help="Folder of the figures; no figures by default.")
     ] = None,
     json: Json = False,
 ) -> None:

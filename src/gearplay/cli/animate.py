@@ -1,9 +1,7 @@
 """`gearplay animate RUN.nc`: the mechanism of a stored result in motion."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -12,21 +10,9 @@ from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.plot import Run, Window, result_in, window_of
 from gearplay.cli.progress import progress_bar
 
-if TYPE_CHECKING:
-    import threading
-
-    from gearplay.results.result import Result
-    from gearplay.results.staging import Motion
-    from gearplay.vocabulary.progress import Progress
-
-FORMS = {".html": 900, ".gif": 120, ".mp4": 240}
-"""Extensions of the formats, with the default number of frames."""
+FRAMES = {".html": 900, ".gif": 120, ".mp4": 240}
+"""Default number of frames by the extension of the file."""
 MOST = 2000
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(animate)
 
 
 def animate(
@@ -37,84 +23,42 @@ def animate(
     ] = None,
     window: Window = None,
     at: Annotated[
-        str | None, typer.Option("--at", help="The rotor or mesh to look at closely.", show_default=False)
+        str | None, typer.Option("--at", help="Rotor or mesh of the close-up.", show_default=False)
     ] = None,
     magnify: Annotated[
-        float, typer.Option("--magnify", help="Draw small motions so many times larger than usual.")
+        float,
+        typer.Option(
+            "--magnify", min=1e-3, max=1e3, help="Factor on the usual magnification of small motions."
+        ),
     ] = 1.0,
     frames: Annotated[
-        int | None, typer.Option("--frames", min=2, max=MOST, help="How many; 900, of a film fewer.")
+        int | None, typer.Option("--frames", min=2, max=MOST, help="Number of frames; 900, fewer in a film.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,
 ) -> None:
     """Show a result's mechanism in motion: a page, a GIF or a film.
 
-    A GIF or a film shows some mesh periods about the largest force, if --window does not say more.
+    Without --window a GIF or a film shows a few mesh periods about the largest force.
     """
-    from gearplay.files.atomic import check_new, write_bytes
+    import gearplay as gp
+    from gearplay.files.atomic import check_new
     from gearplay.results.choice import stretch
-    from gearplay.results.staging import loud_window, motion_in
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.results.staging import loud_window
+    from gearplay.web.view import check_form
 
     place = out or Path(run).with_name(f"{Path(run).stem}-motion.html")
-    form = place.suffix.lower()
-    if form not in FORMS:
-        raise InputError(
-            Fault("--out", place.name, f"must end in {', '.join(FORMS)}", "Choose another ending")
-        )
-    if form == ".mp4" and not _has_mp4():
-        rule = "needs ffmpeg, which is not installed"
-        raise InputError(Fault("--out", place.name, rule, "Install ffmpeg, or write a .gif or a .html"))
-    if not 0.001 <= magnify <= 1000.0:
-        raise InputError(
-            Fault("--magnify", magnify, "must lie between 0.001 and 1000", "Write 2 for twice as large")
-        )
+    form = check_form(place)
     check_new(place, overwrite=overwrite)
     result = result_in(run)
     span = stretch(result, window_of(window))
     if window is None and form != ".html":
         span = loud_window(result, span)
-    motion = motion_in(result, span, at=at, frames=frames or FORMS[form])
+    made = gp.view(result, window=span, at=at, magnify=magnify, frames=frames or FRAMES[form])
     with interruptible() as stop, progress_bar(quiet=json) as report:
-        draw = _page if form == ".html" else _film
-        content = draw(motion, magnify, form, result, report, stop)
-    write_bytes(place, content, overwrite=overwrite)
-    count = len(motion.frames["t"])
+        made.save(place, overwrite=overwrite, progress=report, stop=stop)
     if json:
-        print_json({"status": "done", "out": str(place), "window": list(span), "frames": count})
-    else:
-        size = f"{len(content) / 1e6:.2g} MB"
-        print_text(f"Wrote {place}: {count} frames, {span[0]:.6g} to {span[1]:.6g} s, {size}")
-
-
-def _has_mp4() -> bool:
-    from gearplay.pictures.moving import has_mp4
-
-    return has_mp4()
-
-
-def _page(motion: Motion, magnify: float, form: str, result: Result, *_: Any) -> bytes:
-    from gearplay.web.view import result_page
-
-    return result_page(result, motion, magnify).encode("utf-8")
-
-
-def _film(
-    motion: Motion, magnify: float, form: str, result: Result, report: Progress | None, stop: threading.Event
-) -> bytes:
-    from gearplay.pictures.moving import gif_bytes, mp4_bytes
-    from gearplay.results.staging import stage_of
-
-    stage, count = stage_of(motion, magnify), len(motion.frames["t"])
-
-    def show(i: int) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-        stage.show(i)
-        if report is not None:
-            report("drawing", i + 1.0, float(count))
-
-    if form == ".mp4":
-        return mp4_bytes(stage.figure, count, show)
-    return gif_bytes(stage.figure, count, show, typical=stage.loudest())
+        print_json({"status": "done", "out": str(place), "window": list(span), "frames": made.frames})
+        return
+    size = f"{place.stat().st_size / 1e6:.2g} MB"
+    print_text(f"Wrote {place}: {made.frames} frames, {span[0]:.6g} to {span[1]:.6g} s, {size}")

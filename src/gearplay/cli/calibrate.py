@@ -15,31 +15,30 @@ WHOLE = ("calibration.json", "recovery.json")
 """Files that a finished calibration has."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(calibrate)
-
-
 def calibrate(
     plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/calibrate-PLAN].")] = None,
     evaluations: Annotated[
         int | None,
-        typer.Option("--evaluations", min=8, help="Trials per model, instead of the plan's; more go on."),
+        typer.Option(
+            "--evaluations", min=8, help="Trials per model in place of the plan's; a larger number continues."
+        ),
     ] = None,
     recover: Annotated[
         int | None,
         typer.Option(
-            "--recover", min=1, help="Find known parameters again in this many synthetic data sets."
+            "--recover",
+            min=1,
+            help="Test the recovery of known parameters with this number of synthetic data sets.",
         ),
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget trials that are there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Discard existing trials.")] = False,
     json: Json = False,
 ) -> None:
-    """Fit a plan's parameters; say which model explains the data.
+    """Fit the parameters of a plan's models and compare the models.
 
-    The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
-    finds its parameters again.
+    The same command continues after an interruption. With --recover, synthetic data of known parameters test how well the
+    plan recovers them.
     """
     from gearplay.calibration import calibrate as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
@@ -65,7 +64,7 @@ def calibrate(
                 ).document
         except KeyboardInterrupt:
             raise CommandInterruptedError(
-                f"Interrupted. Finished trials are kept in {place}: the same command goes on there."
+                f"Interrupted. Finished trials are kept in {place}: the same command continues there."
             ) from None
 
     with locked(folder):
@@ -78,7 +77,7 @@ def calibrate(
 
 
 def _with_evaluations(plan: str, evaluations: int) -> Any:
-    """Return the plan with another number of trials: of fewer the phases are in proportion, more go on from the plan's."""
+    """Return the plan with another number of trials; a smaller one shortens all phases in proportion."""
     from gearplay.calibration.reading import load_plan
 
     loaded = load_plan(plan)

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import typer
-
-from gearplay.cli.arguments import CaseName, Changes
+from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.vocabulary.errors import escape_controls
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(check)
 
 
 def check(
@@ -19,7 +12,7 @@ def check(
     changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Validate a case; warn; list ratios and frequencies of pairs."""
+    """Validate a case; list its warnings, ratios and frequencies."""
     from gearplay.model.check import check_case
     from gearplay.model.check_pairs import pair_table
     from gearplay.model.reading import load_case

@@ -24,21 +24,17 @@ FIRST_STEPS: Final = {
 Kind = Annotated[
     str | None,
     typer.Option(
-        "--kind", help="case, sweep or calibration, where one name is two: han2021.", show_default=False
+        "--kind", help="case, sweep or calibration, for a name of two kinds: han2021.", show_default=False
     ),
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(copy)
-
-
 def copy(
     name: Annotated[
-        str | None, typer.Argument(help="A bundled case or plan; all are listed without.", show_default=False)
+        str | None,
+        typer.Argument(help="A bundled case or plan; without it, the list of all.", show_default=False),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Write it here [default: NAME.toml].")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="File [default: NAME.toml].")] = None,
     kind: Kind = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,
@@ -54,17 +50,17 @@ def copy(
     of, others = _kinds_of(name, kind, known)
     target = out or Path(f"{name}.toml")
     text = bundled_text(*PLACES[of], name)
-    beside = {target.parent / place: content for place, content in _records(of, text).items()}
-    for path in (target, *beside):
+    records = {target.parent / place: content for place, content in _records(of, text).items()}
+    for path in (target, *records):
         check_new(path, overwrite=overwrite)
-    for path, content in beside.items():
+    for path, content in records.items():
         write_bytes(path, content)
     write_text(target, text)
     steps = FIRST_STEPS[of].format(target)
     if json:
-        print_json({"status": "done", "kind": of, "out": str(target), "records": [str(p) for p in beside]})
+        print_json({"status": "done", "kind": of, "out": str(target), "records": [str(p) for p in records]})
         return
-    lines = [f"Wrote {path}" for path in (*beside, target)]
+    lines = [f"Wrote {path}" for path in (*records, target)]
     lines += [f"There is a {other} plan {name} too: --kind {other}" for other in others]
     print_text("\n".join([*lines, f"Next: {steps}"]))
 
@@ -77,7 +73,7 @@ def names() -> dict[str, list[str]]:
 
 
 def _kinds_of(name: str, kind: str | None, known: dict[str, list[str]]) -> tuple[str, list[str]]:
-    """Return the kind that is meant, and the others of this name.
+    """Return the kind of a bundled name, and other kinds of the same name.
 
     Raises `InputError` where there is none.
     """
@@ -97,7 +93,7 @@ def _kinds_of(name: str, kind: str | None, known: dict[str, list[str]]) -> tuple
 
 
 def _records(kind: str, text: str) -> dict[str, bytes]:
-    """Return what lies in the folders of a calibration plan's records, by place beside the plan."""
+    """Return the files of a calibration plan's records, by path relative to the plan."""
     if kind != "calibration":
         return {}
     from importlib.resources import files

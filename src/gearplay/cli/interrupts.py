@@ -30,9 +30,9 @@ _running: list[threading.Event] = []
 
 
 def leave_at_once(code: int = INTERRUPTED) -> None:
-    """Let Ctrl-C end the process here and now, with its sentence: before a command begins there is nothing to keep.
+    """End the process at once on Ctrl-C: before a command begins there is nothing to keep.
 
-    With another ``code``, after a command: its answer is out, and that is what it leaves with.
+    With another ``code``, after a command, whose output is complete: the exit code is that of the command.
     """
 
     def leave(signum: int, frame: FrameType | None) -> None:
@@ -53,19 +53,19 @@ def interruptible() -> Iterator[threading.Event]:
     if _running:
         yield _running[-1]
         return
-    stop, heard, again = threading.Event(), [-GRACE], Again()
-    asked: list[bool] = []
+    stop, last, again = threading.Event(), [-GRACE], Again()
+    stopping: list[bool] = []
 
     def interrupt(signum: int, frame: FrameType | None) -> None:
-        if not asked:  # an event waits for itself where a second signal comes while it is set
-            asked.append(True)
+        if not stopping:  # an event waits for itself where a second signal comes while it is set
+            stopping.append(True)
             stop.set()
-        if time.monotonic() - heard[0] < GRACE:
+        if time.monotonic() - last[0] < GRACE:
             return
         if would_harm(frame):
             again.soon()
             return
-        heard[0] = time.monotonic()
+        last[0] = time.monotonic()
         raise KeyboardInterrupt
 
     def lost(unraisable: Any) -> None:
@@ -73,7 +73,7 @@ def interruptible() -> Iterator[threading.Event]:
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             sys.__unraisablehook__(unraisable)
             return
-        heard[0] = -GRACE
+        last[0] = -GRACE
         again.soon()
 
     def silent(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

@@ -8,12 +8,12 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from typing import Annotated, Final, Protocol
+from typing import Annotated, Final
 
 import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
-from gearplay.cli.option_names import commanded
+from gearplay.cli.options import with_options
 from gearplay.cli.output import error_document, open_streams, output_failure, print_json, say_error, silence
 from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
@@ -27,6 +27,7 @@ COMMANDS: Final = (
     "animate",
     "study",
     "sweep",
+    "resume",
     "modes",
     "motion",
     "portrait",
@@ -37,17 +38,15 @@ COMMANDS: Final = (
     "serve",
     "schema",
 )
-"""Modules of `gearplay.cli`, each with ``register(app)``; they import heavy libraries only when they run."""
+"""Functions of the commands, in modules of `gearplay.cli` of their names; heavy libraries are imported when they run."""
+MODULES: Final = {"resume": "sweep"}
+"""Modules of other names."""
 
 FIRST_STEP: Final = """\
 Begin with: gearplay run han2021 --set sleeves.ring.radial_clearance=50um
 
 Bundled cases and plans: gearplay copy
 """
-
-
-class _CommandModule(Protocol):
-    register: Callable[[typer.Typer], None]
 
 
 def _make_app() -> typer.Typer:
@@ -61,8 +60,8 @@ def _make_app() -> typer.Typer:
     )
     made.callback()(_options)
     for name in COMMANDS:
-        module: _CommandModule = import_module(f"gearplay.cli.{name}")
-        module.register(made)
+        module = import_module(f"gearplay.cli.{MODULES.get(name, name)}")
+        made.command()(getattr(module, name))
     return made
 
 
@@ -147,7 +146,7 @@ def _report(error: Exception, wants_json: bool) -> int:
     """Print an error in one sentence and return its exit code."""
     code = BROKEN
     if isinstance(error, GearplayError):
-        error = commanded(error)
+        error = with_options(error)
         code, shown = error.exit_code, str(error)
     elif isinstance(error, _UsageError):
         code = InputError.exit_code

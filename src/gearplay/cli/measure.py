@@ -5,15 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes, si_number
 from gearplay.cli.interrupts import interruptible
+from gearplay.cli.options import CaseName, Changes, si_number
 from gearplay.cli.output import Json, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(measure)
 
 
 def measure(

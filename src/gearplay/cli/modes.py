@@ -5,14 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.options import CaseName, Changes
+from gearplay.cli.output import Json, print_json, print_text, result_lines
 from gearplay.cli.progress import progress_bar
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(modes)
 
 
 def modes(
@@ -22,7 +17,7 @@ def modes(
     ] = "operating",
     speed: Annotated[
         str | None,
-        typer.Option("--speed", help="Speed of the leading rotor, for trains with carriers: 800rpm."),
+        typer.Option("--speed", help="Speed of the leading rotor, of a train with carriers: 800rpm."),
     ] = None,
     campbell: Annotated[
         str | None, typer.Option("--campbell", help="Draw natural frequencies up to a speed: 3000rpm.")
@@ -63,11 +58,8 @@ def modes(
     if diagram is not None:
         diagram.save(places[2], overwrite=overwrite)
         write_bytes(places[3], pictures[1])
-        crossings = diagram.rows()
-        document["crossings"] = [{"speed": speed, "meets": words} for speed, words in crossings]
-        lines += ["", diagram.message, *(f"  {speed:>12}  {words}" for speed, words in crossings[:20])]
-        if len(crossings) > 20:
-            lines.append(f"  and {len(crossings) - 20} more, in {places[2]}")
+        document["crossings"] = [{"speed": speed, "meets": words} for speed, words in diagram.rows()]
+        lines += ["", *result_lines(diagram, "Campbell diagram")]
     if json:
         print_json(document)
         return

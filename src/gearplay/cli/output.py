@@ -31,6 +31,14 @@ def print_text(text: str) -> None:
     _write(sys.stdout, text)
 
 
+def result_lines(result: Any, title: str, *, most: int = 20) -> list[str]:
+    """Return the message of a result, titled, and its rows, ``most`` at most, as lines for people."""
+    rows = list(result.rows())
+    wide = max((len(name) for name, _ in rows[:most]), default=0)
+    lines = [f"{title}: {result.message}", *(f"  {name:>{wide}}  {value}" for name, value in rows[:most])]
+    return lines if len(rows) <= most else [*lines, f"  and {len(rows) - most} more"]
+
+
 def pictures_in(folder: Path) -> list[str]:
     """Return the line that names every picture in a folder, none where there is no picture."""
     names = sorted(each.name for each in folder.glob("*") if each.suffix in (".png", ".svg", ".pdf", ".gif"))
@@ -67,7 +75,7 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def output_failure(error: Exception) -> Exception:
-    """Return a sentence where an error is that standard output cannot be written, else the error."""
+    """Return a `ResourceError` for an error of writing standard output, any other error unchanged."""
     if not isinstance(error, OSError) or error.errno not in _NO_ROOM or error.filename is not None:
         return error
     try:
@@ -83,7 +91,7 @@ def output_failure(error: Exception) -> Exception:
 
 
 def silence(number: int) -> None:
-    """Send a standard stream, 0 to 2, to the null device, or the interpreter complains of it at its end."""
+    """Send a standard stream, 0 to 2, to the null device, so that the interpreter can flush it at its end."""
     empty = os.open(os.devnull, os.O_RDWR)
     if empty != number:
         os.dup2(empty, number)
@@ -91,7 +99,7 @@ def silence(number: int) -> None:
 
 
 def open_streams() -> None:
-    """Give standard streams that are closed the null device, so that no file gets their number and nothing fails at them."""
+    """Open closed standard streams on the null device, so that no file gets their number and writing does not fail."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import si_number
+from gearplay.cli.options import si_number
 from gearplay.cli.output import Json, print_json, print_text
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result
 
 ENDINGS = (".png", ".svg", ".pdf")
-OVERVIEW = "overview"
+KINDS = ("overview", "history", "orbit", "spectrum", "waterfall", "portrait", "mechanism")
 Window = Annotated[
     str | None,
     typer.Option("--window", metavar="FROM:TO", help="Part of the result: 0.5s:0.6s, 0.5s: or :20ms."),
 ]
 Run = Annotated[str, typer.Argument(help="A result that gearplay run has written.", show_default=False)]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(plot)
 
 
 def plot(
@@ -34,20 +28,23 @@ def plot(
         str | None,
         typer.Option(
             "--kind",
-            help="overview, history, orbit, spectrum, waterfall, portrait, mechanism.",
+            help=f"{', '.join(KINDS)}.",
             show_default=False,
         ),
     ] = None,
     signal: Annotated[
         list[str] | None,
-        typer.Option("--signal", help="A signal, ax or ring.ax; those that say most. May be repeated."),
+        typer.Option(
+            "--signal", help="A signal, ax or ring.ax; by default the most informative. May be repeated."
+        ),
     ] = None,
     at: Annotated[
         str | None, typer.Option("--at", help="A rotor, gear, mesh or coupling.", show_default=False)
     ] = None,
     window: Window = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="A .png, .svg or .pdf [default: beside the result].")
+        Path | None,
+        typer.Option("--out", help="A .png, .svg or .pdf [default: in the folder of the result]."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing picture.")] = False,
     json: Json = False,
@@ -59,7 +56,7 @@ def plot(
     from gearplay.results.choice import stretch
     from gearplay.vocabulary.errors import Fault, InputError
 
-    chosen = kind or ("history" if signal else OVERVIEW)
+    chosen = kind or ("history" if signal else "overview")
     if chosen not in KINDS:
         raise InputError(
             Fault("--kind", chosen, "must be a kind of picture", did_you_mean(chosen, KINDS, "Kinds"))
@@ -68,7 +65,7 @@ def plot(
         raise InputError(
             Fault("--signal", signal[0], f"has no meaning for {chosen}", "Leave it out, or use --at")
         )
-    if at and chosen == OVERVIEW:
+    if at and chosen == "overview":
         chosen = "history"
     place = out or Path(run).with_name(f"{Path(run).stem}-{chosen}.png")
     if place.suffix.lower() not in ENDINGS:
@@ -78,7 +75,7 @@ def plot(
     check_new(place, overwrite=overwrite)
     result = result_in(run)
     span = stretch(result, window_of(window))
-    figure = KINDS[chosen](result, signal or [], at, span)
+    figure = _figure(result, chosen, signal or [], at, span)
     write_bytes(place, to_bytes(figure, place.suffix.lower()[1:]))
     if json:
         print_json({"status": "done", "kind": chosen, "out": str(place), "window": list(span)})
@@ -89,7 +86,7 @@ def plot(
 def result_in(run: str) -> Result:
     """Return the stored result that a command names.
 
-    Raises `InputError` for what is no result, with what reads it.
+    Raises `InputError` for a case, or a result of another function.
     """
     from gearplay.model.bundled import bundled
     from gearplay.public_functions import read_result
@@ -124,51 +121,35 @@ def window_of(text: str | None) -> tuple[float | None, float | None] | None:
     return found[0], found[1]
 
 
-def _overview(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.figures import overview_figure
-
-    return overview_figure(result, window)
-
-
-def _history(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+def _figure(result: Result, kind: str, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
+    """Return the figure of one of `KINDS`."""
+    from gearplay.results import figures
     from gearplay.results.choice import choose
-    from gearplay.results.figures import history_figure
 
-    return history_figure(result, choose(result, names, at, kind="history"), window)
+    if kind == "overview":
+        return figures.overview_figure(result, window)
+    if kind == "orbit":
+        return figures.orbit_figure(result, _rotors(result, at), window)
+    if kind == "portrait":
+        from gearplay.nonlinear.portrait import stored_portrait
+        from gearplay.results.titles import case_words, window_words
 
+        rotors = _rotors(result, at)
+        title = f"{case_words(result.case)}: portrait, {window_words(window)}".replace(" um", " µm")
+        return stored_portrait(result, rotors, window).plot(rotors=tuple(rotors), title=title)
+    if kind == "mechanism":
+        from gearplay.results.staging import motion_in, stage_of
 
-def _spectrum(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.choice import choose
-    from gearplay.results.figures import spectrum_figure
+        stage = stage_of(motion_in(result, window, at=at))
+        stage.show(stage.loudest(), "the instant of the largest force")
+        return stage.figure
+    if kind == "history":
+        return figures.history_figure(result, choose(result, names, at), window)
+    chosen = choose(result, names, at, kind="spectrum")
+    if kind == "spectrum":
+        return figures.spectrum_figure(result, chosen, window)
 
-    return spectrum_figure(result, choose(result, names, at, kind="spectrum"), window)
-
-
-def _waterfall(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.choice import choose
-    from gearplay.results.figures import waterfall_figure
-
-    return waterfall_figure(result, *choose(result, names, at, kind="spectrum")[0], window)
-
-
-def _orbit(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.figures import orbit_figure
-
-    return orbit_figure(result, _rotors(result, at), window)
-
-
-def _portrait(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.nonlinear.stored import portrait_figure_of
-
-    return portrait_figure_of(result, _rotors(result, at), window)
-
-
-def _mechanism(result: Result, names: list[str], at: str | None, window: tuple[float, float]) -> Any:
-    from gearplay.results.staging import motion_in, stage_of
-
-    stage = stage_of(motion_in(result, window, at=at))
-    stage.show(stage.loudest(), "the instant of the largest force")
-    return stage.figure
+    return figures.waterfall_figure(result, *chosen[0], window)
 
 
 def _rotors(result: Result, at: str | None) -> list[str]:
@@ -180,14 +161,3 @@ def _rotors(result: Result, at: str | None) -> list[str]:
     named = elements_at(result.case, at)
     pairs = [rotor for mesh in result.case.meshes if mesh.label in named for rotor in mesh.rotors]
     return [name for name in named if name in result.case.rotors] or pairs
-
-
-KINDS: dict[str, Callable[[Any, list[str], str | None, tuple[float, float]], Any]] = {
-    OVERVIEW: _overview,
-    "history": _history,
-    "orbit": _orbit,
-    "spectrum": _spectrum,
-    "waterfall": _waterfall,
-    "portrait": _portrait,
-    "mechanism": _mechanism,
-}

@@ -5,14 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes, Period, period_of
-from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.options import CaseName, Changes, Period, period_of
+from gearplay.cli.output import Json, print_json, print_text, result_lines
 from gearplay.cli.progress import compile_kernels
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(portrait)
 
 
 def portrait(
@@ -20,8 +15,8 @@ def portrait(
     rotor: Annotated[
         list[str] | None, typer.Option("--rotor", help="A rotor to draw; all if not given. May be repeated.")
     ] = None,
-    settle: Annotated[int, typer.Option("--settle", help="Periods before looking.")] = 200,
-    keep: Annotated[int, typer.Option("--keep", help="Periods of the section and of the onsets.")] = 500,
+    settle: Annotated[int, typer.Option("--settle", help="Periods that pass first.")] = 200,
+    keep: Annotated[int, typer.Option("--keep", help="Periods of the sections and onsets.")] = 500,
     show: Annotated[int, typer.Option("--show", help="Periods of the path.")] = 60,
     period: Period = "mesh",
     changes: Changes = None,
@@ -33,13 +28,12 @@ def portrait(
 
     The motion has settled; sections are taken once per period and at each onset of a contact.
     """
+    import gearplay as gp
     from gearplay.files.atomic import check_new, write_bytes
-    from gearplay.model.reading import load_case
-    from gearplay.nonlinear.poincare import portrait as portrait_of
-    from gearplay.nonlinear.portrait_figures import portrait_figure
+    from gearplay.pictures.canvas import to_png
     from gearplay.vocabulary.errors import Fault, InputError
 
-    base = load_case(case, changes or ())
+    base = gp.load_case(case, changes or ())
     for name in rotor or ():
         if name not in base.rotors:
             rule = "must be a rotor of the case"
@@ -49,8 +43,8 @@ def portrait(
     for each in (data, picture):
         check_new(each, overwrite=overwrite)
     compile_kernels(base, quiet=json)
-    found = portrait_of(base, settle=settle, keep=keep, show=show, period=period_of(period))
-    drawn = portrait_figure(found.ds, rotors=tuple(rotor or ()))
+    found = gp.portrait(base, settle=settle, keep=keep, show=show, period=period_of(period))
+    drawn = to_png(found.plot(rotors=tuple(rotor or ())))
     found.save(data, overwrite=overwrite)
     write_bytes(picture, drawn)
     document: dict[str, Any] = {
@@ -64,10 +58,5 @@ def portrait(
     }
     if json:
         print_json(document)
-        return
-    print_text(
-        f"{base.title or 'Portrait'}: {document['sections']} sections, one per {document['period']:.4g} s, and "
-        f"{document['onsets']} onsets of contacts\n"
-        + (f"Not complete within run.max_wall_time: {document['late']}\n" if document["late"] else "")
-        + f"Written: {data}, {picture}"
-    )
+    else:
+        print_text("\n".join([*result_lines(found, base.title or "Portrait"), f"Written: {data}, {picture}"]))

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from gearplay.vocabulary.errors import escape_controls
-from gearplay.vocabulary.progress import Progress as Told
+from gearplay.vocabulary.progress import Progress as Callback
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -37,7 +37,7 @@ class Lines:
 
 
 @contextmanager
-def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
+def progress_bar(*, quiet: bool) -> Iterator[Callback | None]:
     """Yield a function that shows progress on standard error, None when ``quiet``: a bar, or lines where that is no terminal."""
     if quiet or sys.stderr is None:
         yield None
@@ -53,7 +53,7 @@ def progress_bar(*, quiet: bool) -> Iterator[Told | None]:
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        TextColumn("of which left"),
+        TextColumn("left"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:

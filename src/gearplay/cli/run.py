@@ -10,34 +10,29 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from gearplay.cli.arguments import CaseName, Changes
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text, say_error
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import SimulationError, TakenError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
 LEAST_PACKED = 0.1
-"""Of its samples' bytes a saved run has about a quarter, hardly ever less than this."""
+"""Smallest size of a saved run relative to its samples' bytes; about a quarter is usual."""
 
 MOST_CONTACTS = 12
-"""Contacts that are listed."""
+"""Largest number of listed contacts."""
 
-PATIENCE = 1.0
-"""Longest time [s] for compression after Ctrl-C; a result that would take longer is saved uncompressed."""
+LONGEST_COMPRESSION = 1.0
+"""Limit [s] on compression after Ctrl-C, beyond which a result is saved uncompressed."""
 
 
 Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]
-"""Where a result was saved, or why it was not."""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(run)
+"""Path of the saved result, or the reason why there is none."""
 
 
 def _short(name: str, example: str) -> Any:
-    """Return the option that is short for ``--set run.NAME``."""
+    """Return an option in place of ``--set run.NAME``."""
     help_text = f"Short for --set run.{name}={example}."
     return typer.Option(f"--{name}", metavar="VALUE", help=help_text, show_default=False)
 
@@ -100,21 +95,21 @@ def run(
         shaft = shaft or result.output_at(output)
         document = document or _summary(result, shaft, elapsed)
         document["out"] = None if place is None else str(place)
-        told = lost
+        error = lost
         if lost is not None:
             document["lost"] = str(lost)
         elif place is not None and stop.is_set() and not stopped:  # the result itself does not say so
             what = "the result is whole" if result.success else "what was computed is kept"
-            told = CommandInterruptedError(f"Interrupted, but {what}: it is saved to {place}.")
-            document["kept"] = str(told)
+            error = CommandInterruptedError(f"Interrupted, but {what}: it is saved to {place}.")
+            document["kept"] = str(error)
         if json:
             print_json(document)
         else:
             print_text(_words(document, shaft))
-    if told is not None:
+    if error is not None:
         if not json:
-            raise told
-        raise typer.Exit(told.exit_code)
+            raise error
+        raise typer.Exit(error.exit_code)
     if stopped:
         raise typer.Exit(INTERRUPTED)
     if not result.success:
@@ -124,15 +119,15 @@ def run(
 
 
 def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
-    """Save a result, in a hurry after Ctrl-C; return where it is, or the error to end with where Ctrl-C left it nowhere.
+    """Save a result, within `LONGEST_COMPRESSION` after Ctrl-C; return its path, or the error if Ctrl-C prevented it.
 
-    One that is not whole never replaces what is there by then: it is saved beside it.
+    An incomplete result never replaces an existing file: it is saved as ``NAME.partial.nc``.
     """
-    beside = out.with_name(f"{out.stem}.partial{out.suffix}")
-    for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (beside, overwrite)]:
+    partial = out.with_name(f"{out.stem}.partial{out.suffix}")
+    for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (partial, overwrite)]:
         before, taken = _mark(place), False
         try:
-            result.save(place, overwrite=may_replace, within=PATIENCE if stop.is_set() else None)
+            result.save(place, overwrite=may_replace, within=LONGEST_COMPRESSION if stop.is_set() else None)
         except KeyboardInterrupt:
             words = f"while the result was saved. Nothing was written to {place}"
         except Exception as error:
@@ -161,7 +156,7 @@ def _mark(path: Path) -> tuple[int, int] | None:
 
 
 def _check_size(case: Any) -> float:
-    """Return the bytes of a run's samples; `ResourceError`, before the run, where they are too many to be saved."""
+    """Return the size [bytes] of a run's samples; `ResourceError`, before the run, where they are too many to be saved."""
     from gearplay.model.pack import pack
     from gearplay.solver.limits import check_estimate, estimate
     from gearplay.solver.trajectory import all_columns

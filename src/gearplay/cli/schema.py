@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-import typer
-
 from gearplay.cli.output import Json, print_json
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(schema)
 
 
 def schema(json: Json = False) -> None:

@@ -10,23 +10,18 @@ import typer
 from gearplay.cli.output import print_text
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(serve)
-
-
 def serve(
-    port: Annotated[int, typer.Option("--port", help="Port; 0 takes any that is free.")] = 8008,
+    port: Annotated[int, typer.Option("--port", help="Port; 0 for any free one.")] = 8008,
     host: Annotated[
-        str, typer.Option("--host", help="Address to listen on; others than this machine's need --token.")
+        str, typer.Option("--host", help="Address to listen on; any but loopback requires --token.")
     ] = "127.0.0.1",
     name: Annotated[
         list[str] | None, typer.Option("--name", help="A further name of this host. May be repeated.")
     ] = None,
-    token: Annotated[str | None, typer.Option("--token", help="What a browser must know to come in.")] = None,
-    folder: Annotated[Path, typer.Option("--folder", help="Where finished results are kept.")] = Path(
-        "out/serve"
-    ),
+    token: Annotated[
+        str | None, typer.Option("--token", help="Access token, required in the page's address.")
+    ] = None,
+    folder: Annotated[Path, typer.Option("--folder", help="Folder of finished results.")] = Path("out/serve"),
     workers: Annotated[int, typer.Option("--workers", min=1, max=64, help="Worker processes.")] = 2,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")

@@ -23,11 +23,6 @@ if TYPE_CHECKING:
 ALL = "all"
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(study)
-
-
 def study(
     name: Annotated[str, typer.Argument(help="The published study: han2021.")] = "han2021",
     out: Annotated[Path | None, typer.Option("--out", help="Output folder [default: out/NAME].")] = None,
@@ -68,9 +63,7 @@ def study(
     from gearplay.studies.han2021.simulation import CALIBRATED, PARAMETERS, Settings
 
     if name != "han2021":
-        raise InputError(
-            [Fault("study", name, "must be a study that is known", "The one there is: han2021.")]
-        )
+        raise InputError([Fault("study", name, "must be a known study", "Choose han2021.")])
     chosen = list(PARAMETERS) if parameters == ALL else [parameters]
     if chosen[0] not in PARAMETERS:
         known = f"must be one of {', '.join(PARAMETERS)}, {ALL}"
@@ -125,7 +118,7 @@ def _one(
             document = _written(settings, folder, points, fit, pdf, work, beside)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
-            f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there."
+            f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command continues there."
         ) from None
     return {
         **document,
@@ -139,7 +132,7 @@ def _silent(label: str, done: float, total: float) -> None:
 
 
 def _kept(store: FolderStore, identity: Any, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return the part that a store has under its identity, or make and store it."""
+    """Return the stored part of an identity, or make and store it."""
     key = part_key(identity)
     part = store.get(key)
     if part is None:

@@ -15,18 +15,15 @@ from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
-Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Threads or processes; the cores.")]
-EngineKind = Annotated[str, typer.Option("--engine", help="threads or processes.")]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, help="Number of threads or processes; the cores by default."),
+]
+EngineKind = Annotated[str, typer.Option("--engine", help="Kind of workers: threads or processes.")]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
 Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
 Zarr = Annotated[bool, typer.Option("--zarr", help="Also write sweep.zarr.")]
 Tls = Annotated[Path | None, typer.Option(help="TLS file for the scheduler.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command()(sweep)
-    app.command()(resume)
 
 
 def sweep(
@@ -46,7 +43,7 @@ def sweep(
         ),
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say how many cases, how long and how large; write nothing.")
+        bool, typer.Option("--dry-run", help="Estimate the number of cases, time and size; write nothing.")
     ] = False,
     engine: EngineKind = "threads",
     workers: Workers = None,
@@ -56,12 +53,14 @@ def sweep(
     tls_key: Tls = None,
     shard: Shard = None,
     zarr: Zarr = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Forget what the folder holds.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results in the folder.")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Simulate every case of a plan and keep what it asks for.
+    """Simulate every case of a plan and store its reductions.
 
-    Finished cases are kept at once; the same command, or gearplay resume, goes on where it was stopped.
+    Each finished case is stored at once; the same command, or gearplay resume, continues after an interruption.
     """
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.engines import Engine
@@ -97,7 +96,7 @@ def resume(
     zarr: Zarr = False,
     json: Json = False,
 ) -> None:
-    """Go on with a stopped sweep, and gather what shards have done.
+    """Continue an interrupted sweep, or gather its shards.
 
     FOLDER is the --out of the sweep.
     """
@@ -173,7 +172,7 @@ def _run(
                     document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
         except KeyboardInterrupt:
             raise CommandInterruptedError(
-                f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there."
+                f"Interrupted. Finished cases are kept: gearplay resume {folder} continues there."
                 if place == folder
                 else f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
             ) from None
@@ -189,12 +188,12 @@ def _words(d: dict[str, Any]) -> str:
         lines[0] += f", {d['missing']} not run yet"
     lines += [f"  {reason}" for reason in d["reasons"]]
     if "tolerance" in d:
-        told = [*d["tolerance"]["answer"]]
+        sentences = [*d["tolerance"]["answer"]]
         for each in d["tolerance"]["conditions"][:10]:
-            told += each["words"]
+            sentences += each["words"]
         if d["tolerance"]["search"]:
-            told += d["tolerance"]["search"]["words"]
-        lines += dict.fromkeys(told)  # the answer first, no sentence twice
+            sentences += d["tolerance"]["search"]["words"]
+        lines += dict.fromkeys(sentences)  # the conclusion first, no sentence twice
     lines.append(
         "Written: " + ", ".join(d[key] for key in ("report", "tolerance_page", "out", "cube") if key in d)
     )

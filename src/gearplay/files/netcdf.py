@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from gearplay.files.atomic import LENGTH, MARK, check_new, shown_path, with_checksum, write_bytes
 from gearplay.files.sandbox import READER, Request, SandboxError
 from gearplay.files.tables import dataset_as_csv, dataset_as_mat
-from gearplay.vocabulary.background import beside
+from gearplay.vocabulary.background import on_daemon_thread
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def write_dataset(
     make = partial(netcdf_bytes, dataset, packed=dataset.nbytes < PACKED_PER_SECOND * within)
     if path.suffix.lower() in (".csv", ".mat"):
         make = partial(dataset_as_csv if path.suffix.lower() == ".csv" else dataset_as_mat, dataset)
-    content = make() if dataset.nbytes < QUICK else beside(make)
+    content = make() if dataset.nbytes < QUICK else on_daemon_thread(make)
     check_new(path, overwrite=overwrite, size=len(content))
     write_bytes(path, content, overwrite=overwrite)
 

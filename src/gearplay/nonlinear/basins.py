@@ -3,28 +3,31 @@
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.reading import Source
+from gearplay.nonlinear.kinds.repetition import repeating_orders
 from gearplay.nonlinear.orbits.period_map import section_period
-from gearplay.nonlinear.orders import repeating_orders
 from gearplay.nonlinear.pair_coordinates import ENTRIES, NAMES, PairCoordinates, pair_coordinates
 from gearplay.nonlinear.thread_pool import share_out
-from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.words import axis_label
 from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
+from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
-from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.progress import Progress, ticking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,92 +128,151 @@ class Basins(Answer):
         )
 
     @property
-    def labelled(self) -> tuple[str, str]:
-        """Both entries with their units, for axes."""
-        first, second = (f"{name} [{signal_words(name)['units']}]" for name in self.names)
-        return first, second
-
-    def plot(self, *, title: str = "") -> "Figure":
-        """Draw each start in the pale colour of its motion; returns the figure."""
-        drawn: Figure = basins_drawing(self, self.labelled, title=title)
-        return drawn
-
-    @property
     def shares(self) -> Floats:
         """Share of the grid that leads to each attractor, shape [attractor]."""
         return np.array([np.mean(self.labels == at) for at in range(len(self.attractors))])
 
+    def plot(self, *, title: str = "") -> "Figure":
+        """Draw each start in the pale colour of its motion; returns the figure."""
+        from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex, to_rgb
 
-def basins_of_attraction(
-    case: Case,
-    first: Grid,
-    second: Grid,
+        marks = [PALETTE[at % len(PALETTE)] for at in range(len(self.attractors))]
+        pale = [
+            to_hex((0.5 + 0.5 * r, 0.5 + 0.5 * g, 0.5 + 0.5 * b)) for r, g, b in (to_rgb(m) for m in marks)
+        ]
+        colors = ListedColormap(["#ffffff", "#bbbbbb", "#eeeeee", *pale])
+        norm = BoundaryNorm(np.arange(LATE - 0.5, len(marks) + 0.5), colors.N)
+        figure, axes = make_figure(1, 1, 4.6)
+        ax = axes[0, 0]
+        ax.pcolormesh(
+            self.first, self.second, self.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
+        )
+        handles = {
+            f"motion {at + 1}, order {len(self.attractors[at])}, {100.0 * self.shares[at]:.0f} %": mark
+            for at, mark in enumerate(marks)
+        }
+        for label, name, color in (
+            (IRREGULAR, "does not repeat", "#dddddd"),
+            (FAILED, "cannot be followed", "#bbbbbb"),
+            (LATE, "not reached in time", "#ffffff"),
+        ):
+            if np.any(self.labels == label):
+                handles[name] = color
+        for set_label, name in zip((ax.set_xlabel, ax.set_ylabel), self.names, strict=True):
+            set_label(axis_label(f"{name} [{signal_words(name)['units']}]", "1"), fontsize=SMALL)
+        set_legend(figure, {name: legend_mark(color, marker="s") for name, color in handles.items()})
+        set_title(figure, title)
+        drawn: Figure = figure
+        return drawn
+
+
+def basins(
+    case: Source,
+    first: tuple[str, float, float, int],
+    second: tuple[str, float, float, int],
     *,
     settle: int = 300,
     period: str | float = "common",
-    threads: int = 2,
-    progress: Tick | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Basins:
-    """Return which motion each start of a grid settles to within ``settle`` periods; all other entries are those of the case.
+    """Return which motion each initial state of a grid leads to.
 
-    Two starts lead to the same motion where a section of one comes within 1e-3 natural sizes of one of the other: settle for long
-    enough. Attractors are numbered in the order of the grid, whatever the number of threads.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    first, second
+        An entry of the state, its least and largest value [SI], and their number: ``("ring.vx", -0.1, 0.1, 50)``. Of a
+        torsional pair also its displacement and velocity in half backlashes, ``("x", -2, 2, 50)`` and ``("x'", -2, 2, 50)``,
+        velocity over the natural frequency.
+    settle
+        Periods before the motions are compared, 1 or more.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    threads
+        Threads; the cores by default. It changes nothing in the result.
+    progress
+        Called with what is running, how much is done, and of how much.
+    stop
+        An event that ends the work early, with `KeyboardInterrupt`.
 
-    Raises `InputError` for entries, ranges or a case that cannot be.
+    Returns
+    -------
+    Basins
+        ``labels``, shape [second, first]: the place of the motion in ``attractors``; -1 does not repeat, -2 cannot be followed,
+        -3 was not reached within ``run.max_wall_time``.
+
+    Raises
+    ------
+    InputError
+        For entries, ranges or a case that cannot be.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.basins(gp.torsional_pair(0.7, force=0.05), ("x", 1.0, 1.2, 2), ("x'", -0.1, 0.1, 2), settle=300)
+    >>> found.labels.shape, len(found.attractors)
+    ((2, 2), 2)
+
     """
-    flow = Flow(case)
+    base = case_of(case)
+    flow = Flow(base)
+    grids = (Grid(*first), Grid(*second))
     step = section_period(flow.packed, period)
     pair = pair_coordinates(flow)
-    places = [_place(flow, grid, pair) for grid in (first, second)]
+    places = [_place(flow, grid, pair) for grid in grids]
     if places[0] == places[1]:
-        raise InputError(Fault("second", second.name, "must be another entry than the first", "Choose one"))
-    if settle < 1:
-        raise InputError(Fault("settle", settle, "must be 1 or more", "Raise it"))
-    total = first.count * second.count
+        raise InputError(Fault("second", grids[1].name, "must be another entry than the first", "Choose one"))
+    total = grids[0].count * grids[1].count
     check_work(
         "basins",
         flow.packed,
         seconds=total * settle * step,
         numbers=total * 2.0 * MOST_ORDER * len(flow.free),
     )
-    prepare(case)
-    axes = [np.linspace(grid.low, grid.high, grid.count) for grid in (first, second)]
-    starts = [_states(grid, values, pair) for grid, values in zip((first, second), axes, strict=True)]
+    prepare(base)
+    axes = [np.linspace(grid.low, grid.high, grid.count) for grid in grids]
+    starts = [_states(grid, values, pair) for grid, values in zip(grids, axes, strict=True)]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
     late = np.zeros(total, dtype=bool)
-    asked = stop or threading.Event()
+    stopping = stop or threading.Event()
 
     def go(at: int, tick: Callable[[], None]) -> None:
-        if asked.is_set():
+        if stopping.is_set():
             return
         state = start.copy()
         state[places[0]], state[places[1]] = starts[0][at % axes[0].size], starts[1][at // axes[0].size]
         try:
-            course = flow.begin(state, stop=asked)
+            integration = flow.begin(state, stop=stopping)
             for n in range(2 * MOST_ORDER):
-                course.advance((settle + n) * step)
-                sections[at, n] = flow.seen(course.time, course.state)
+                integration.advance((settle + n) * step)
+                sections[at, n] = flow.seen(integration.time, integration.state)
         except OutOfTimeError:
             sections[at], late[at] = np.nan, True
         except GearplayError:
             sections[at] = np.nan
         tick()
 
-    with limited(case.run.max_wall_time):
-        share_out(range(total), go, total=total, threads=threads, stop=asked, progress=progress)
+    with limited(base.run.max_wall_time):
+        tick = ticking(progress, "starts")
+        share_out(
+            range(total), go, total=total, threads=threads or worker_count(), stop=stopping, progress=tick
+        )
     labels, attractors = _labels(sections, flow.natural[flow.free])
     labels[late] = LATE
     table = labels.reshape(axes[1].size, axes[0].size)
     entries = tuple(flow.free_names)
-    if pair is not None and {first.name, second.name} & set(NAMES):
+    names = (grids[0].name, grids[1].name)
+    if pair is not None and set(names) & set(NAMES):
         entries = NAMES
         attractors = tuple(
             np.array([pair.at((settle + n) * step, seen) for n, seen in enumerate(each)])
             for each in attractors
         )
-    return Basins(axes[0], axes[1], table, attractors, (first.name, second.name), entries, case)
+    return Basins(axes[0], axes[1], table, attractors, names, entries, base)
 
 
 def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
@@ -219,9 +281,10 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
         raise InputError(Fault("name", grid.name, rule, f"Choose from: {', '.join(free)}"))
-    if not grid.low < grid.high or grid.count < 2:
-        rule = "must have low below high and a count of 2 or more"
-        raise InputError(Fault(grid.name, f"{grid.low:g} to {grid.high:g}, {grid.count}", rule, "Correct it"))
+    if not grid.low < grid.high:
+        raise InputError(
+            Fault(grid.name, f"{grid.low:g} to {grid.high:g}", "must have low below high", "Correct it")
+        )
     name = ENTRIES[NAMES.index(grid.name)] if grid.name in NAMES else grid.name
     return state_names(flow.packed).index(name)
 
@@ -252,52 +315,3 @@ def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[F
 
 def _is_on(state: Floats, attractor: Floats, scale: Floats) -> bool:
     return bool(np.min(np.max(np.abs(attractor - state) / scale, axis=1)) < ALIKE)
-
-
-def basins_figure(basins: Basins, labels: tuple[str, str], *, title: str = "") -> bytes:
-    """Return `basins_drawing` as PNG."""
-    return to_png(basins_drawing(basins, labels, title=title))
-
-
-def basins_drawing(basins: Basins, labels: tuple[str, str], *, title: str = "") -> Any:
-    """Return the figure of basins of attraction: each start in the pale colour of its motion.
-
-    ``labels`` are the labels of both axes; values are shown in SI.
-    """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
-    kinds = len(basins.attractors)
-    pale = [_pale(PALETTE[at % len(PALETTE)]) for at in range(kinds)]
-    figure, axes = make_figure(1, 1, 4.6)
-    ax = axes[0, 0]
-    colors = ListedColormap(["#ffffff", "#bbbbbb", "#eeeeee", *pale])
-    norm = BoundaryNorm(np.arange(-3.5, kinds + 0.5), colors.N)
-    ax.pcolormesh(
-        basins.first, basins.second, basins.labels, cmap=colors, norm=norm, shading="nearest", rasterized=True
-    )
-    handles = {}
-    for at in range(kinds):
-        mark = PALETTE[at % len(PALETTE)]
-        order = len(basins.attractors[at])
-        handles[f"motion {at + 1}, order {order}, {100.0 * basins.shares[at]:.0f} %"] = legend_mark(
-            mark, marker="s"
-        )
-    if np.any(basins.labels == IRREGULAR):
-        handles["does not repeat"] = legend_mark("#dddddd", marker="s")
-    if np.any(basins.labels == FAILED):
-        handles["cannot be followed"] = legend_mark("#bbbbbb", marker="s")
-    if np.any(basins.labels == LATE):
-        handles["not reached in time"] = legend_mark("#ffffff", marker="s")
-    ax.set_xlabel(axis_label(labels[0], "1"), fontsize=SMALL)
-    ax.set_ylabel(axis_label(labels[1], "1"), fontsize=SMALL)
-    set_legend(figure, handles)
-    set_title(figure, title)
-    return figure
-
-
-def _pale(color: str) -> str:
-    """Return a colour half-way to white."""
-    from matplotlib.colors import to_hex, to_rgb
-
-    red, green, blue = to_rgb(color)
-    return str(to_hex((0.5 + 0.5 * red, 0.5 + 0.5 * green, 0.5 + 0.5 * blue)))

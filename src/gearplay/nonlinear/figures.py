@@ -1,4 +1,4 @@
-"""Figures of sections over a parameter, and of branches of periodic orbits."""
+"""Figure of a bifurcation diagram, with branches of periodic orbits."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from gearplay.nonlinear.orbits.branches import Branch
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
-from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.style import COUPLED, UNCOUPLED
 from gearplay.pictures.words import axis_label, offset_in, plain, shown_in
 from gearplay.results.titles import words_of
@@ -17,17 +17,6 @@ if TYPE_CHECKING:
 
 WAYS = {"up": COUPLED, "down": UNCOUPLED}
 FEW_POINTS = 3000
-
-
-def bifurcation_figure(
-    diagram: "xr.Dataset",
-    signals: Sequence[str],
-    *,
-    branches: Sequence[tuple[Branch, Any]] = (),
-    title: str = "",
-) -> bytes:
-    """Return `bifurcation_drawing` as PNG."""
-    return to_png(bifurcation_drawing(diagram, signals, branches=branches, title=title))
 
 
 def bifurcation_drawing(

@@ -1,4 +1,4 @@
-"""Lyapunov exponents: how fast neighbouring motions part, from the exact tangent of the flow, with their uncertainty."""
+"""Lyapunov exponents from the exact tangent of the flow, with confidence intervals."""
 
 import math
 from collections.abc import Sequence
@@ -10,33 +10,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.nonlinear.least_spans import shortest_period
-from gearplay.nonlinear.slow_oscillation import SAMPLES, too_few_oscillations, velocities
+from gearplay.model.reading import Source
+from gearplay.nonlinear.orbits.period_map import sharp
+from gearplay.nonlinear.record_length import (
+    SAMPLES,
+    check_span,
+    shortest_period,
+    too_few_oscillations,
+    velocities,
+)
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.base import Column, Tabled
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import Course
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.progress import Progress, Tick, ticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
-LONGEST = 2e-3  # s between two orthonormalisations: growth and shrinkage must fit into the digits of a number
-BLOCKS = 20  # that are kept
-JUDGED = 5  # blocks of these over which the scatter is judged: long enough to be nearly independent
+LONGEST = 2e-3  # s between two orthonormalisations, so that growth and decay fit into the digits of a number
+BLOCKS = 20  # of the record
+PARTS = 5  # parts of the record for the scatter, of four blocks each: long enough to be nearly independent
 DOUBLINGS = 6  # of a record whose length was not given
-LEAD = 0.1  # share of the time in which the changes find their directions
+LEAD = 0.1  # share of the record before it, in which the tangent vectors align
 
 
 @dataclass(frozen=True, repr=False)
 class Exponents(Tabled):
     """Lyapunov exponents [1/s], the largest first, shape [exponent], and the half-widths of their 95 % intervals.
 
-    The intervals are Student's t over 5 stretches of the record, of four of its ``blocks`` each, shape [block, exponent],
+    The intervals are Student's t over 5 parts of the record, of four of its ``blocks`` each, shape [block, exponent],
     see `half_width`. ``divergence`` is the mean divergence of the flow [1/s]: the sum of all exponents, where no sleeve
     stores its impact speed (NaN otherwise, and where not all were requested). ``time`` is the length of the record [s].
     """
@@ -93,6 +101,65 @@ class Exponents(Tabled):
         return drawn
 
 
+def lyapunov(
+    case: Source,
+    *,
+    count: int | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    member: int = 0,
+    progress: Progress | None = None,
+) -> Exponents:
+    """Return the Lyapunov exponents of a case's motion: mean growth rates of small deviations, from the exact tangent.
+
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping; computed at its tolerance, at 1e-9 if that is looser.
+    count
+        How many, the largest first; all if not given.
+    duration, transient
+        Record and time before it [s]; the case's if not given. The record must hold 20 mesh periods and 25 slow oscillations of
+        the motion, for its scatter; without a given duration it is extended until it does.
+    member
+        Member of the ensemble, 0 for the unperturbed start.
+    progress
+        Called with what is running, how much is done, and of how much.
+
+    Returns
+    -------
+    Exponents
+        ``values`` and half-widths ``errors`` of their 95 % intervals [1/s], shape [exponent].
+
+    Raises
+    ------
+    InputError
+        For a count or times that cannot be, and for a record that is too short for an interval.
+    SimulationError
+        Where the motion cannot be followed.
+
+    Examples
+    --------
+    >>> import gearplay as gp
+    >>> found = gp.lyapunov(gp.torsional_pair(0.7), count=1, duration=0.2, transient=0.1)
+    >>> bool(found.largest[0] < 0.0), found.ds["values"].attrs["units"]
+    (True, '1/s')
+
+    """
+    base = sharp(case_of(case))
+    span = base.run.duration if duration is None else duration
+    check_span(base, "duration", span, span)
+    return lyapunov_exponents(
+        base,
+        count=count,
+        duration=duration,
+        transient=transient,
+        member=member,
+        checked=True,
+        progress=ticking(progress, "exponents"),
+    )
+
+
 def lyapunov_exponents(
     case: Case,
     *,
@@ -103,15 +170,12 @@ def lyapunov_exponents(
     checked: bool = False,
     progress: Tick | None = None,
 ) -> Exponents:
-    """Return the ``count`` largest Lyapunov exponents of a motion, all of them if not given.
+    """Return the Lyapunov exponents of a case at its own tolerance; parameters are those of `lyapunov`.
 
-    The run takes ``transient`` and ``duration`` [s], the case's transient and duration if not given. Changes of all free states
-    (in their natural sizes) move on with the exact tangent, contacts and switches included, and are made orthonormal again and
-    again (G. Benettin et al., Meccanica 15 (1980) 9). In directions that are prescribed nothing can change: they do not count.
-    With ``checked`` a record with too few slow swings of the motion for an interval (`too_few_oscillations`) is doubled, up to
-    `DOUBLINGS` times, where no ``duration`` is given, and else refused.
-
-    Raises `InputError` for a count or times that cannot be, `SimulationError` where the motion cannot be followed.
+    Tangent vectors of all free states (in their natural sizes) are integrated with the exact tangent flow, contacts and switches
+    included, and orthonormalised repeatedly (G. Benettin et al., Meccanica 15 (1980) 9). Prescribed directions do not count.
+    With ``checked`` a record with too few slow oscillations for an interval (`too_few_oscillations`) is doubled, up to
+    `DOUBLINGS` times, where no ``duration`` is given, and refused otherwise.
     """
     flow = Flow(case)
     most = len(flow.free)
@@ -121,26 +185,24 @@ def lyapunov_exponents(
         raise InputError(Fault("count", number, rule, "Choose fewer or more"))
     span = case.run.duration if duration is None else duration
     lead = case.run.transient if transient is None else transient
-    if not (math.isfinite(span) and span > 0.0 and math.isfinite(lead) and lead >= 0.0):
-        raise InputError(Fault("duration", span, "must be above 0 s, transient 0 s or more", "Correct it"))
     check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))
     prepare(case, derivative=True)
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
     whole = number == most and not remembers
-    found = _Following(flow, member, lead, span, number, whole=whole, checked=checked, progress=progress)
-    fault = found.follow(span)
+    found = _Record(flow, member, lead, span, number, whole=whole, checked=checked, progress=progress)
+    fault = found.extend(span)
     for _ in range(DOUBLINGS if duration is None else 0):
         if fault is None:
             break
         check_work("lyapunov", flow.packed, seconds=(lead + 2.0 * found.span) * (1 + number))
-        fault = found.follow(2.0 * found.span)
+        fault = found.extend(2.0 * found.span)
     if fault is not None:
         raise InputError(fault)
     return found.exponents()
 
 
-class _Following:
-    """A motion with tangent vectors that are repeatedly orthonormalised, and their growth in each piece."""
+class _Record:
+    """Integration with tangent vectors that are orthonormalised repeatedly: their growth in each piece of the record."""
 
     def __init__(
         self,
@@ -158,7 +220,7 @@ class _Following:
         changes = np.zeros((number, flow.size + flow.impact_count))
         random = np.linalg.qr(np.random.default_rng(0).normal(size=(len(flow.free), number)))[0]
         changes[:, flow.free] = random.T * flow.natural[flow.free]
-        self.course = course = flow.begin(flow.start(member), changes=changes, divergence=whole)
+        self.integration = integration = flow.begin(flow.start(member), changes=changes, divergence=whole)
         self.begin = lead + LEAD * span
         period = shortest_period(flow.packed) if checked else None
         self.moving = [] if period is None else list(velocities(flow))
@@ -166,20 +228,20 @@ class _Following:
         pieces = max(BLOCKS, math.ceil(span / longest))
         self.piece = span / (pieces + -pieces % BLOCKS)
         for at in range(1, 1 + math.ceil(self.begin / LONGEST)):
-            course.advance(min(at * LONGEST, self.begin))
-            _orthonormalise(flow, course)
-        self.before, self.span = course.divergence, 0.0
+            integration.advance(min(at * LONGEST, self.begin))
+            _orthonormalise(flow, integration)
+        self.before, self.span = integration.divergence, 0.0
         self.grown: list[Floats] = []
         self.speeds: list[Floats] = []
 
-    def follow(self, span: float) -> Fault | None:
-        """Extend the record to ``span`` [s], a multiple of its length; return the reason if it is still too short."""
+    def extend(self, span: float) -> Fault | None:
+        """Extend the record to ``span`` [s], a multiple of its length; return the fault if it is still too short."""
         pieces = round(span / self.piece)
         for at in range(len(self.grown), pieces):
-            self.course.advance(self.begin + (at + 1) * self.piece)
-            self.grown.append(_orthonormalise(self.flow, self.course))
+            self.integration.advance(self.begin + (at + 1) * self.piece)
+            self.grown.append(_orthonormalise(self.flow, self.integration))
             if self.moving:
-                self.speeds.append(self.flow.seen(self.course.time, self.course.state)[self.moving])
+                self.speeds.append(self.flow.seen(self.integration.time, self.integration.state)[self.moving])
             if self.progress is not None:
                 self.progress(self.begin + (at + 1) * self.piece, self.begin + span)
         self.span = span
@@ -192,14 +254,14 @@ class _Following:
         values = blocks.mean(axis=0)
         errors = np.array([half_width(column) for column in blocks.T])
         order = np.argsort(-values, kind="stable")
-        divergence = (self.course.divergence - self.before) / span if self.whole else math.nan
+        divergence = (self.integration.divergence - self.before) / span if self.whole else math.nan
         return Exponents(values[order], errors[order], blocks[:, order], divergence, span, self.flow.case)
 
 
 def half_width(blocks: Floats) -> float:
-    """Return the half-width of the 95 % interval of the mean of successive block means, shape [block], a multiple of `JUDGED`.
+    """Return the half-width of the 95 % interval of the mean of successive block means, shape [block], a multiple of `PARTS`.
 
-    Neighbouring blocks make `JUDGED` stretches. Those of a slow motion are not independent: their variance is multiplied by
+    Neighbouring blocks are joined to `PARTS` parts. Those of a slow motion are not independent: their variance is multiplied by
     1 + 2 (r_1 + r_2), at least 1, with the correlations r of neighbours (each 1 / n too small on average; M. Bartlett, J. R.
     Stat. Soc. Suppl. 8 (1946) 27).
 
@@ -208,8 +270,8 @@ def half_width(blocks: Floats) -> float:
     """
     from scipy.special import stdtrit
 
-    stretches = blocks.reshape(JUDGED, -1).mean(axis=1)
-    count, rest = JUDGED, stretches - stretches.mean()
+    parts = blocks.reshape(PARTS, -1).mean(axis=1)
+    count, rest = PARTS, parts - parts.mean()
     whole = float(rest @ rest)
     if whole == 0.0:
         return 0.0
@@ -218,11 +280,11 @@ def half_width(blocks: Floats) -> float:
     return float(stdtrit(count - 1.0, 0.975)) * error
 
 
-def _orthonormalise(flow: Flow, course: Course) -> Floats:
-    """Make the changes orthonormal in natural sizes; return the logarithms of how far each has grown."""
-    changes = course.changes
+def _orthonormalise(flow: Flow, integration: Course) -> Floats:
+    """Orthonormalise the tangent vectors in natural sizes; return the logarithms of their growth factors."""
+    changes = integration.changes
     # Only what can change: rounding in a prescribed direction would stay while all others shrink.
-    places = np.concatenate([flow.free, flow.size + np.flatnonzero(course.closed[flow.impact_contacts])])
+    places = np.concatenate([flow.free, flow.size + np.flatnonzero(integration.closed[flow.impact_contacts])])
     sizes = flow.sizes[places]
     directions, lengths = np.linalg.qr((changes[:, places] / sizes).T)
     changes[:] = 0.0  # the impact speed of an open sleeve is not a state

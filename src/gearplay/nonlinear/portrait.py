@@ -1,4 +1,4 @@
-"""Portrait: paths of the free coordinates of a settled motion, with sections once per period and at onsets."""
+"""Portraits of a settled motion or a stored result: paths of the free coordinates, sections once per period, onsets."""
 
 import contextlib
 from collections.abc import Callable
@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.model.case import Case
+from gearplay.model.initial import usual_member
+from gearplay.model.reading import Source
+from gearplay.model.rolling import mesh_frequency, nominal_speeds
 from gearplay.nonlinear.orbits.period_map import section_period
-from gearplay.nonlinear.sections import Section, contact_section, stroboscopic_section
+from gearplay.nonlinear.sections import Section, impacts, section
 from gearplay.results.base import OfDataset
+from gearplay.results.choice import cut, free_rotors, moves
+from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.result import Result
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
@@ -55,17 +61,49 @@ class Portrait(OfDataset):
         return drawn
 
 
-def portrait_of(
-    case: Case, *, settle: int, keep: int, show: int, period: str | float, member: int
+def portrait(
+    case: Source,
+    *,
+    settle: int = 200,
+    keep: int = 500,
+    show: int = 60,
+    period: str | float = "mesh",
+    member: int | None = None,
 ) -> Portrait:
-    """Return the portrait of a case: ``settle`` periods pass, the path is sampled over ``show`` periods, the rest over ``keep``.
+    """Return all that is free to move along a settled motion, once per period, and at each onset of a contact.
 
-    Raises `InputError` for a case without a period, with nothing free to move, or numbers that cannot be.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    settle, keep
+        Periods that pass, and periods of section and onsets.
+    show
+        Periods over which the path is sampled, 200 times a mesh period.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    member
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
+
+    Returns
+    -------
+    Portrait
+        ``ds`` has ``path.SIGNAL``, ``section.SIGNAL`` and ``onset.SIGNAL`` [SI], each over its time [s].
+
+    Raises
+    ------
+    InputError
+        For a case without a period or numbers that cannot be.
+
+    Examples
+    --------
+    >>> portrait("han2021", settle=2, keep=3, show=1).ds.sizes["section_time"]
+    3
+
     """
-    for name, number, least in (("settle", settle, 0), ("keep", keep, 1), ("show", show, 1)):
-        if number < least:
-            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
-    flow = Flow(case)
+    base = case_of(case)
+    member = usual_member(base) if member is None else member
+    flow = Flow(base)
     packed, signals = flow.packed, flow.free_names
     if not signals:
         rule = "must leave a rotor free to move or turn"
@@ -81,12 +119,10 @@ def portrait_of(
     )
     import xarray as xr  # after the refusals, which are to come at once
 
-    prepare(case)
-    strobing = partial(stroboscopic_section, case, signals, member=member)
-    hitting = partial(
-        contact_section, case, signals, duration=keep * step, transient=settle * step, member=member
-    )
-    with limited(case.run.max_wall_time):
+    prepare(base)
+    strobing = partial(section, base, signals, member=member)
+    hitting = partial(impacts, base, signals, duration=keep * step, transient=settle * step, member=member)
+    with limited(base.run.max_wall_time):
         path = strobing(keep=show * parts + 1, settle=settle * parts, period=step / parts)
         strobe = _until_late(partial(strobing, keep=keep, settle=settle, period=step), path)
         hits = {
@@ -111,14 +147,66 @@ def portrait_of(
         "section_time": ("section_time", strobe.times, seconds),
         "onset_time": ("onset_time", instants[order], seconds),
     }
-    attributes = provenance(case, settle=settle, period=step, late=late)
+    attributes = provenance(base, settle=settle, period=step, late=late)
     return Portrait(xr.Dataset(variables, coords=coordinates, attrs=attributes))
 
 
-def _until_late(section: Callable[[], Section], like: Section, more: int = 0) -> Section:
+def _until_late(make: Callable[[], Section], like: Section, more: int = 0) -> Section:
     """Return a section; an empty one, with ``more`` signals than another, where no time was left for its first instant."""
     try:
-        return section()
+        return make()
     except OutOfTimeError as error:
         nothing = np.zeros((0, len(like.names) + more))
         return Section(np.zeros(0), nothing, like.names, like.case, str(error))
+
+
+def stored_portrait(result: Result, rotors: list[str], window: tuple[float, float]) -> Portrait:
+    """Return the portrait of a stored result within a window [s], without onsets, which are not stored in a result.
+
+    Sections are interpolated between samples, once per period of the first mesh; there are none without meshes that turn.
+    Raises `InputError` where nothing of ``rotors`` (of none, all) moves.
+    """
+    import xarray as xr
+
+    case = result.case
+    free = free_rotors(case)
+    speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+    held = set(result.held())
+    turning = {rotor for rotor in case.rotors if ("omega", rotor) in held and moves(result, "omega", rotor)}
+    signals = [
+        f"{rotor}.{name}"
+        for rotor in rotors or list(case.rotors)
+        for name in ("x", "y", "vx", "vy", "theta", "omega")
+        if (name, rotor) in held and (rotor in free if name in ("x", "y", "vx", "vy") else rotor in turning)
+    ]
+    if not signals:
+        rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
+        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}"))
+    variables: dict[str, Any] = {
+        "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
+    }
+    rotor, _, name = signals[0].rpartition(".")
+    time = cut(result, name, rotor, window)[0]
+    frequency = abs(mesh_frequency(case, 0)) if case.meshes else 0.0
+    count = int((time[-1] - time[0]) * frequency)
+    instants = time[0] + np.arange(count) / frequency if count else np.zeros(0)
+    motions = {
+        rotor: motion_of(case, rotor, time, lambda name, label: cut(result, name, label, window)[1])
+        for rotor in free
+        if f"{rotor}.x" in signals
+    }
+    for signal in signals:
+        rotor, _, name = signal.rpartition(".")
+        relative = motions.get(rotor, {})
+        values = relative[name] if name in relative else cut(result, name, rotor, window)[1]
+        if name == "theta":
+            values = values - speeds[rotor] * time
+            values = values - values[0]
+        if name == "omega":
+            values = values - speeds[rotor]
+        words = signal_words(signal)
+        variables[f"path.{signal}"] = ("path_time", values, words)
+        variables[f"section.{signal}"] = ("section_time", np.interp(instants, time, values), words)
+        variables[f"onset.{signal}"] = ("onset_time", np.zeros(0), words)
+    period = 1.0 / frequency if frequency else 0.0
+    return Portrait(xr.Dataset(variables, attrs=provenance(case, period=period)))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
+from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.extremes import thinned_path
 from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, draw_circle, is_still, say_still
 from gearplay.pictures.words import plain, shown_in
@@ -30,11 +30,6 @@ SYMBOLS = {
     "omega": "its speed, less\nthe nominal one",
 }
 MOST_ROTORS, MOST_ONSETS = 12, 600
-
-
-def portrait_figure(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), title: str = "") -> bytes:
-    """Return `portrait_drawing` as PNG."""
-    return to_png(portrait_drawing(portrait, rotors=rotors, title=title))
 
 
 def portrait_drawing(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), title: str = "") -> Any:

@@ -1,4 +1,4 @@
-"""Period of the sections by which a motion is classified, and its repetition with the common period of the excitation."""
+"""Period of the sections for classification, and repetition with the common period of the excitation."""
 
 import math
 from contextlib import suppress
@@ -16,16 +16,16 @@ Floats = NDArray[np.float64]
 
 AUTO = "auto"
 MOST_MESH_PERIODS = 20
-"""Mesh periods of a common period that sections are taken by without being asked; a longer one is that of hunting teeth."""
+"""Longest common period [mesh periods] of sections by default; a longer one is that of hunting teeth."""
 LEAST_REPEATED = 100
-"""Number of sections that must recur."""
+"""Number of sections that must repeat."""
 QUIET_KINDS = ("at rest", "chaotic")
-"""Kinds that a repetition with the excitation does not change."""
+"""Kinds that are not tested for repetition with the excitation."""
 
 
 @dataclass(frozen=True)
 class SectionPeriod:
-    """Time between two sections [s], and after how many of them all excitation begins anew; 1 where that is not known."""
+    """Time between two sections [s], and number of sections per period of all excitation, 1 if unknown."""
 
     step: float
     repeats: int = 1
@@ -68,8 +68,7 @@ def with_repetition(
         return response
     seconds = f"{n} periods ({n * period.step:.4g} s), after which all that excites the case begins anew"
     if len(samples) < n + LEAST_REPEATED:
-        told = f"{response.reason} The record is shorter than {seconds}."
-        return replace(response, reason=told)
+        return replace(response, reason=f"{response.reason} The record is shorter than {seconds}.")
     misfit = float(np.max(np.abs(samples[n:] - samples[:-n])[-LEAST_REPEATED:] / resolution))
     if misfit > 1.0:
         return response

@@ -1,4 +1,4 @@
-"""Sections of a motion: once per period, or at every contact change; diagrams over a parameter."""
+"""Sections of a motion: once per period, or at every change of a contact."""
 
 import json
 from collections.abc import Sequence
@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
+from gearplay.model.initial import usual_member
+from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.base import Answer, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
+from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
@@ -98,90 +101,136 @@ def _words_of(name: str) -> dict[str, str]:
     return signal_words(name)
 
 
-def stroboscopic_section(
-    case: Case,
+def section(
+    case: Source,
     signals: Sequence[str],
     *,
-    keep: int,
+    keep: int = 1000,
     settle: int = 0,
     period: str | float = "common",
-    member: int = 0,
+    member: int | None = None,
 ) -> Section:
-    """Return signals once per period, ``keep`` times after ``settle`` periods.
+    """Return signals of a case once per period.
 
-    ``period`` is "common" (after which all that excites begins anew), that of the first "mesh" or of its driver ("shaft"), or a
-    time in s. Signals are those that follow from the state (`Observables`).
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    signals
+        ``ring.x``, ``ring.vx`` ...: those that follow from the state.
+    keep, settle
+        Periods that are kept, after so many.
+    period
+        "common" (after which all that excites begins anew), that of the first "mesh", of its driver ("shaft"), or a time [s].
+    member
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
 
-    Raises `InputError` for a case without a period or signals it does not have.
+    Returns
+    -------
+    Section
+        ``times`` [s], shape [instant], and ``values`` [SI], shape [instant, signal].
+
+    Raises
+    ------
+    InputError
+        For a case without a period or signals it does not have.
+
+    Examples
+    --------
+    >>> section("han2021", ["ring.x", "ring.vx"], keep=3, settle=2, period="mesh").values.shape
+    (3, 2)
+
     """
-    for name, number, least in (("keep", keep, 1), ("settle", settle, 0), ("member", member, 0)):
-        if number < least:
-            raise InputError(Fault(name, number, f"must be {least} or more", "Raise it"))
-    flow = Flow(case)
+    base = case_of(case)
+    flow = Flow(base)
     step = section_period(flow.packed, period)
     check_work("section", flow.packed, seconds=(settle + keep) * step, numbers=keep * (len(signals) + 20.0))
-    prepare(case)
-    observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
+    prepare(base)
+    start = flow.start(usual_member(base) if member is None else member)
+    observe, integration = Observables(flow.packed, signals), flow.begin(start)
     if settle:
-        course.advance(settle * step)
+        integration.advance(settle * step)
     values, ended = list[Floats](), ""
     try:
         for at in range(keep):
-            course.advance((settle + at) * step)
-            values.append(observe(course.time, course.state, course.run.branch))
+            integration.advance((settle + at) * step)
+            values.append(observe(integration.time, integration.state, integration.run.branch))
     except OutOfTimeError as error:
         if not values:
             raise
         ended = str(error)
     times = step * np.arange(settle, settle + len(values), dtype=np.float64)
-    return Section(times, np.array(values).reshape(len(values), -1), observe.names, case, ended)
+    return Section(times, np.array(values).reshape(len(values), -1), observe.names, base, ended)
 
 
-def contact_section(
-    case: Case,
+def impacts(
+    case: Source,
     signals: Sequence[str],
     contact: str,
     *,
     change: str = "onset",
-    duration: float,
-    transient: float = 0.0,
-    member: int = 0,
+    duration: float | None = None,
+    transient: float | None = None,
+    member: int | None = None,
 ) -> Section:
-    """Return signals at every onset or release of a contact, with ``rate`` [m/s] of its penetration last.
+    """Return signals of a case at every onset or release of a contact, at the instants that the solver located.
 
-    ``contact`` is a sleeve's name or a flank, ``pinion-ring:drive``; the instants are those of the solver's located events.
+    Parameters
+    ----------
+    case
+        A `Case`, a bundled name, a path or a mapping.
+    signals
+        ``ring.x``, ``ring.vx`` ...: those that follow from the state.
+    contact
+        A sleeve's name or a flank: ``ring``, ``pinion-ring:drive``.
+    change
+        "onset" or "release".
+    duration, transient
+        Record and time before it [s]; the case's if not given.
+    member
+        Member of the ensemble, 0 for the start as given; if not given 0, or 1, a drawn start, where 0 would be exactly centred.
 
-    Raises `InputError` for a contact, change or signals that the case does not have.
+    Returns
+    -------
+    Section
+        ``values`` [SI], shape [instant, signal], the rate of penetration [m/s] last.
+
+    Raises
+    ------
+    InputError
+        For a contact, change or signals that the case does not have.
+
+    Examples
+    --------
+    >>> impacts("han2021", ["ring.x"], "pinion-ring:drive", duration=0.2, transient=0.0).names
+    ('ring.x', 'pinion-ring:drive.rate')
+
     """
-    flow = Flow(case)
+    base = case_of(case, duration=duration, transient=transient)
+    flow = Flow(base)
     labels = flow.packed.contact_labels
     if contact not in labels:
         rule = "must be a contact of this case"
         raise InputError(Fault("contact", contact, rule, f"Choose from: {', '.join(labels)}"))
     if change not in CHANGES:
         raise InputError(Fault("change", change, "must be onset or release", "Choose one"))
-    if not transient >= 0.0:
-        raise InputError(Fault("transient", transient, "must be 0 s or more", "Correct it"))
-    end = transient + _positive("duration", duration)
+    end = base.run.transient + base.run.duration
     check_work("impacts", flow.packed, seconds=end)
-    prepare(case)
-    observe, course = Observables(flow.packed, signals), flow.begin(flow.start(member))
-    if transient > 0.0:
-        course.advance(transient)
+    prepare(base)
+    start = flow.start(usual_member(base) if member is None else member)
+    observe, integration = Observables(flow.packed, signals), flow.begin(start)
+    if base.run.transient > 0.0:
+        integration.advance(base.run.transient)
     times, values, ended = list[float](), list[Floats](), ""
     try:
-        while course.time < end:
-            for t, which, began, rate in course.advance_to_change(end):
+        while integration.time < end:
+            for t, which, began, rate in integration.advance_to_change(end):
                 if int(which) == labels.index(contact) and began == CHANGES[change]:
                     times.append(t)
-                    values.append(np.append(observe(course.time, course.state, course.run.branch), rate))
+                    values.append(
+                        np.append(observe(integration.time, integration.state, integration.run.branch), rate)
+                    )
     except OutOfTimeError as error:
         ended = str(error)
     names = (*observe.names, f"{contact}.rate")
-    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names, case, ended)
-
-
-def _positive(name: str, value: float) -> float:
-    if not (np.isfinite(value) and value > 0.0):
-        raise InputError(Fault(name, value, "must be above 0 s", "Correct it"))
-    return float(value)
+    return Section(np.array(times), np.array(values).reshape(len(times), len(names)), names, base, ended)

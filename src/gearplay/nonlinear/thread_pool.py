@@ -21,7 +21,7 @@ def share_out(
     stop: threading.Event,
     progress: Tick | None = None,
 ) -> None:
-    """Call ``work(job, tick)`` for every job on threads; ``tick()`` reports one of ``total`` parts. Ctrl-C sets ``stop``.
+    """Call ``work(job, tick)`` for every job on threads; ``tick()`` reports one of ``total`` parts as done. Ctrl-C sets ``stop``.
 
     >>> found, stop = [], threading.Event()
     >>> share_out([3, 1], lambda job, tick: (found.append(job), tick())[1], total=2, threads=1, stop=stop)

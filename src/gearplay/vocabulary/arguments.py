@@ -24,6 +24,18 @@ LONGEST: Final = 1e9
 
 
 @dataclass(frozen=True)
+class Rule:
+    """Requirement on an argument: a test of its value, and the requirement as text."""
+
+    fits: Callable[[Any], bool]
+    words: str
+
+    def fault(self, value: object) -> str:
+        """Return the requirement if a value does not meet it, else an empty text."""
+        return "" if self.fits(value) else f"must be {self.words}"
+
+
+@dataclass(frozen=True)
 class Whole:
     """A whole number in a range."""
 
@@ -31,18 +43,19 @@ class Whole:
     high: int = MOST
 
     def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-            return f"must be a whole number from {self.low} to {self.high}"
-        inside = self.low <= int(value) <= self.high
-        return "" if inside else f"must be a whole number from {self.low} to {self.high}"
+        """Return the requirement if a value does not meet it, else an empty text."""
+        whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+        if whole and self.low <= int(value) <= self.high:  # type: ignore[call-overload]
+            return ""
+        limits = f", {self.low} or more" if self.high == MOST else f" from {self.low} to {self.high}"
+        return f"must be a whole number{limits}"
 
 
 @dataclass(frozen=True)
 class Real:
-    """A finite number in a range, its ends included or, ``above``, the lower one not; text where that is read further in.
+    """A finite number in a range, which excludes its lower end if ``above``; or ``text``, read by the function itself.
 
-    A ``time`` may also be text with a unit, which `guarded` converts to seconds.
+    A ``time`` may also be text with a unit, which `checked_function` converts to seconds.
     """
 
     low: float
@@ -52,165 +65,118 @@ class Real:
     time: bool = False
 
     def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        if self.text and isinstance(value, str):
+        """Return the requirement if a value does not meet it, else an empty text."""
+        if (self.text and isinstance(value, str)) or self._fits(value):
             return ""
-        low = f"above {self.low:g}" if self.above else f"of {self.low:g} or more"
-        wanted = (
-            f"must be a number {low}"
-            if self.high == math.inf
-            else f"must be a number {low}, {self.high:g} at most"
-        )
         if math.isinf(self.low):
             wanted = "must be a finite number"
-        if self.text:
-            wanted += ", or text"
+        else:
+            wanted = f"must be a number {'above ' if self.above else 'of '}{self.low:g}"
+            wanted += "" if self.above else " or more"
+            wanted += "" if self.high == math.inf else f", {self.high:g} at most"
+        return wanted + (", or text" if self.text else "")
+
+    def _fits(self, value: object) -> bool:
         if isinstance(value, bool) or not isinstance(value, numbers.Real):
-            return wanted
+            return False
         try:
             number = float(value)
         except OverflowError:
-            return wanted
-        if not math.isfinite(number):
-            return wanted
+            return False
         inside = self.low <= number <= self.high and not (self.above and number == self.low)
-        return "" if inside else wanted
+        return math.isfinite(number) and inside
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A value of one of several types, with a text for messages."""
-
-    types: tuple[type, ...]
-    words: str
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        return "" if isinstance(value, self.types) else f"must be {self.words}"
+FINITE: Final = Real(-math.inf)
 
 
-@dataclass(frozen=True)
-class Texts:
-    """A list of texts; one alone is taken where ``single``."""
-
-    single: bool = False
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        if isinstance(value, str):
-            return "" if self.single else "must be a list of texts, also of one"
-        fits = isinstance(value, Sequence) and all(isinstance(each, str) for each in value)
-        return "" if fits else "must be a list of texts" + (", or one" if self.single else "")
+def one_of(types: type | tuple[type, ...], words: str) -> Rule:
+    """Return the rule of values of some types."""
+    return Rule(lambda value: isinstance(value, types), words)
 
 
-@dataclass(frozen=True)
-class Calls:
-    """A function."""
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        return "" if callable(value) else "must be a function"
-
-
-@dataclass(frozen=True)
-class Has:
-    """An object of gearplay, recognised by its attributes, or one of the other accepted types."""
-
-    name: str
-    words: str
-    types: tuple[type, ...] = ()
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        ours = hasattr(value, self.name) and not isinstance(value, type)
-        return "" if ours or isinstance(value, self.types) else f"must be {self.words}"
+def having(name: str, words: str, types: tuple[type, ...] = ()) -> Rule:
+    """Return the rule of objects that have an attribute, or are of one of some types."""
+    return Rule(
+        lambda value: (hasattr(value, name) and not isinstance(value, type)) or isinstance(value, types),
+        words,
+    )
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """A list or an array of finite numbers, of texts too where they are read further in, one alone where ``single``."""
+def listed(kind: type, words: str, *, single: bool = False) -> Rule:
+    """Return the rule of lists of one type, or of one value of it where ``single``."""
 
-    text: bool = False
-    single: bool = False
+    def fits(value: Any) -> bool:
+        if isinstance(value, kind):
+            return single
+        return _is_list(value) and all(isinstance(each, kind) for each in value)
 
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        wanted = "must be a list of finite numbers" + (" or of texts" if self.text else "")
-        one = Real(-math.inf, text=self.text)
-        if self.single and not one.fault(value):
-            return ""
-        listed = isinstance(value, Sequence) or hasattr(value, "__array__")
-        if not listed or isinstance(value, (str, bytes)):
-            return wanted
+    return Rule(fits, f"a list of {words}s" + (", or one" if single else ", also of one"))
+
+
+def numbers_listed(*, text: bool = False, single: bool = False) -> Rule:
+    """Return the rule of lists or arrays of finite numbers, with ``text`` also of texts; one alone where ``single``."""
+    one = Real(-math.inf, text=text)
+
+    def fits(value: Any) -> bool:
+        if single and not one.fault(value):
+            return True
+        if not _is_list(value) and not hasattr(value, "__array__"):
+            return False
         try:
-            if len(value) > LOOKED_AT:  # type: ignore[arg-type]
-                value = [*value[:LOOKED_AT], *value[-LOOKED_AT:]]  # type: ignore[index]
-            each = [*value]  # type: ignore[misc]
+            if len(value) > LOOKED_AT:
+                value = [*value[:LOOKED_AT], *value[-LOOKED_AT:]]
+            each = [*value]
         except TypeError:  # an array without dimensions
-            return wanted
-        return wanted if not each or any(one.fault(number) for number in each) else ""
+            return False
+        return bool(each) and not any(one.fault(number) for number in each)
+
+    return Rule(fits, "a list of finite numbers" + (" or of texts" if text else ""))
 
 
-@dataclass(frozen=True)
-class Tables:
-    """A list of tables; one table alone where ``single``."""
-
-    single: bool = False
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        if self.single and isinstance(value, Mapping):
-            return ""
-        fits = isinstance(value, Sequence) and not isinstance(value, (str, bytes))
-        fits = fits and all(isinstance(each, Mapping) for each in value)  # type: ignore[attr-defined]
-        return "" if fits else "must be a list of tables" + (", or one table" if self.single else "")
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, (str, bytes))
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A signal with two ends and a count: ``("wheel.theta", -1e-3, 1e-3, 60)``."""
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        wanted = "must be a signal, its lowest and highest value and how many, as (signal, low, high, count)"
-        if not isinstance(value, Sequence) or isinstance(value, (str, bytes)) or len(value) != 4:
-            return wanted
-        rules: tuple[Any, ...] = (TEXT, Real(-math.inf), Real(-math.inf), Whole(2))
-        return wanted if any(rule.fault(each) for rule, each in zip(rules, value, strict=True)) else ""
+def _is_axis(value: Any) -> bool:
+    rules: tuple[Any, ...] = (TEXT, FINITE, FINITE, Whole(2))
+    return (
+        _is_list(value)
+        and len(value) == len(rules)
+        and not any(rule.fault(each) for rule, each in zip(rules, value, strict=True))
+    )
 
 
-@dataclass(frozen=True)
-class Window:
-    """Two times [s], None for an open end: ``(0.5, None)``."""
-
-    def fault(self, value: object) -> str:
-        """Return what is required where a value is something else, else nothing."""
-        wanted = "must be two times [s], None for an open end, as (0.5, None)"
-        if not isinstance(value, Sequence) or isinstance(value, (str, bytes)) or len(value) != 2:
-            return wanted
-        rule = Real(-math.inf)
-        return wanted if any(each is not None and rule.fault(each) for each in value) else ""
+def _is_window(value: Any) -> bool:
+    return (
+        _is_list(value)
+        and len(value) == 2
+        and not any(each is not None and FINITE.fault(each) for each in value)
+    )
 
 
-class Anything:
-    """What is read and checked further in, with its own sentence."""
-
-    def fault(self, value: object) -> str:
-        """Return nothing."""
-        return ""
-
-
-PATH: Final = Kind((str, os.PathLike), "a path")
-TEXT: Final = Kind((str,), "text")
-FLAG: Final = Kind((bool,), "True or False")
-TABLE: Final = Kind((Mapping,), "a table")
-FREE: Final = Anything()
-PLAN: Final = Has("model_dump", "a plan, its name, a path or a table", (str, os.PathLike, Mapping))
+PATH: Final = one_of((str, os.PathLike), "a path")
+TEXT: Final = one_of(str, "text")
+FLAG: Final = one_of(bool, "True or False")
+TABLE: Final = one_of(Mapping, "a table")
+TEXTS: Final = listed(str, "text")
+AXIS: Final = Rule(
+    _is_axis, "a signal, its lowest and highest value and how many, as (signal, low, high, count)"
+)
+WINDOW: Final = Rule(_is_window, "two times [s], None for an open end, as (0.5, None)")
+FREE: Final = one_of(object, "")
+"""What the function itself reads and checks."""
+PLAN: Final = having("model_dump", "a plan, its name, a path or a table", (str, os.PathLike, Mapping))
 
 RULES: Final[Mapping[str, Any]] = MappingProxyType(
     {
-        **dict.fromkeys(("settle", "doublings", "seed", "member"), Whole(0)),
-        **dict.fromkeys(("keep", "show", "periods", "count", "ensemble", "orbits", "order"), Whole(1)),
+        **dict.fromkeys(("settle", "seed", "member"), Whole(0)),
+        **dict.fromkeys(("keep", "show", "count", "ensemble"), Whole(1)),
+        "periods": Whole(100),
+        "order": Whole(1, 1000),
+        "doublings": Whole(0, 8),
+        "orbits": Whole(2, 100_000),
+        "frames": Whole(2),
         "threads": Whole(1, 4096),
         "duration": Real(0.0, LONGEST, above=True, time=True),
         "transient": Real(0.0, LONGEST, time=True),
@@ -221,32 +187,32 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "speed": Real(-math.inf, text=True),
         "frequency": Real(0.0, above=True),
         **dict.fromkeys(("damping_ratio", "force"), Real(0.0)),
-        **dict.fromkeys(("mean_force", "force_phase", "stiffness_amplitude"), Real(-math.inf)),
+        **dict.fromkeys(("mean_force", "force_phase", "stiffness_amplitude"), FINITE),
         "duty": Real(0.0, 1.0),
         "magnify": Real(1e-3, 1e3),
-        "window": Window(),
+        "window": WINDOW,
         **dict.fromkeys(
             ("carry", "keep_load", "compare", "upwards", "overwrite", "square", "backlash"), FLAG
         ),
         **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
-        **dict.fromkeys(("signals", "directions"), Texts()),
-        **dict.fromkeys(("channels", "at"), Texts(single=True)),
+        **dict.fromkeys(("signals", "directions"), TEXTS),
+        **dict.fromkeys(("channels", "at"), listed(str, "text", single=True)),
         **dict.fromkeys(("folder", "records"), PATH),
         **dict.fromkeys(("changes", "run", "calibration", "units"), TABLE),
-        "overrides": Texts(),
-        "progress": Calls(),
-        "stop": Has("is_set", "a threading.Event"),
-        "record": Has("channels", "a Record, as read_measurement or measure returns it"),
+        "overrides": TEXTS,
+        "progress": Rule(callable, "a function"),
+        "stop": having("is_set", "a threading.Event"),
+        "record": having("channels", "a Record, as read_measurement or measure returns it"),
         "plan": PLAN,
-        **dict.fromkeys(("first", "second"), Axis()),
-        "speeds": Numbers(text=True, single=True),
-        "members": Numbers(),
-        "frequencies": Numbers(single=True),
-        "axes": Tables(single=True),
-        "reduce": Tables(),
-        "values": Numbers(text=True),
-        "policy": Has("changes", "a Policy"),
-        "engine": Has("outcomes", "an Engine"),
+        **dict.fromkeys(("first", "second"), AXIS),
+        "speeds": numbers_listed(text=True, single=True),
+        "members": numbers_listed(),
+        "frequencies": numbers_listed(single=True),
+        "axes": listed(Mapping, "table", single=True),
+        "reduce": listed(Mapping, "table"),
+        "values": numbers_listed(text=True),
+        "policy": having("changes", "a Policy"),
+        "engine": having("outcomes", "an Engine"),
         **dict.fromkeys(
             (
                 *("case", "rig", "source"),  # checked by their own functions
@@ -259,13 +225,22 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
 """The rule of each parameter's name."""
 OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
     {
+        ("basins", "settle"): Whole(1),
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
+        ("motion", "ensemble"): Whole(4),
         ("planetary", "case"): TABLE,
         ("view", "at"): TEXT,
         ("read_measurement", "sampling"): Real(0.0, above=True),
-        **{(door, "path"): TEXT for door in ("bifurcation", "branch", "branches", "frequency_response")},
-        **{(door, "path"): PATH for door in ("read_measurement", "read_result", "write_record")},
+        **{
+            (function, "path"): TEXT
+            for function in ("bifurcation", "branch", "branches", "frequency_response")
+        },
+        **{
+            (function, "settle"): Whole(0, 10_000_000)
+            for function in ("branch", "branches", "periodic_orbit")
+        },
+        **{(function, "path"): PATH for function in ("read_measurement", "read_result", "write_record")},
     }
 )
 """Parameters that mean something else in one function: ``(function, parameter)``."""
@@ -276,8 +251,10 @@ def rule_of(function: str, parameter: str) -> Any:
     return OWN.get((function, parameter)) or RULES[parameter]
 
 
-def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) -> Callable[..., Any]:
-    """Return a public function that checks its arguments first; ``seconds`` reads a time, by its parameter's name, from text.
+def checked_function(
+    function: Callable[..., Any], seconds: Callable[[str, str], float]
+) -> Callable[..., Any]:
+    """Return a function that checks its arguments before each call; ``seconds(name, text)`` converts a time given as text.
 
     It raises `InputError` for arguments that are missing, unknown (with the nearest name) or invalid. Ctrl-C interrupts it where
     an exception does no harm.
@@ -287,29 +264,29 @@ def guarded(function: Callable[..., Any], seconds: Callable[[str, str], float]) 
     open_ended = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
 
     @wraps(function)
-    def door(*args: Any, **named: Any) -> Any:
+    def call(*args: Any, **named: Any) -> Any:
         try:
             bound = signature.bind(*args, **named)
         except TypeError as error:
             raise InputError(_misfit(function.__name__, list(parameters), open_ended, named, error)) from None
         faults = []
-        for name, value in list(bound.arguments.items()):
+        for name, value in bound.arguments.items():
             if value is None and parameters[name].default is None:
                 continue
             rule = rule_of(function.__name__, name)
             if isinstance(value, str) and getattr(rule, "time", False):
-                value = bound.arguments[name] = seconds(name, value)
+                value = seconds(name, value)
             wanted = rule.fault(value)
-            if not wanted and isinstance(rule, (Whole, Real)) and not isinstance(value, str):
-                bound.arguments[name] = int(value) if isinstance(rule, Whole) else float(value)
             if wanted:
                 faults.append(Fault(name, value, wanted, "See help(gearplay." + function.__name__ + ")"))
+            elif isinstance(rule, (Whole, Real)) and not isinstance(value, str):
+                bound.arguments[name] = int(value) if isinstance(rule, Whole) else float(value)
         if faults:
             raise InputError(faults)
         with raised_without_harm(), enough_memory():
             return function(*bound.args, **bound.kwargs)
 
-    return door
+    return call
 
 
 def _misfit(

@@ -8,12 +8,12 @@ from typing import TypeVar
 Made = TypeVar("Made")
 
 
-def beside(work: Callable[[], Made]) -> Made:
+def on_daemon_thread(work: Callable[[], Made]) -> Made:
     """Return the result of ``work()``, called on a daemon thread, so that Ctrl-C is not delayed by a library.
 
     `KeyboardInterrupt` is raised in the caller at once; the thread continues and ends with the process at the latest.
 
-    >>> beside(lambda: 2 + 2)
+    >>> on_daemon_thread(lambda: 2 + 2)
     4
     """
     made: Future[Made] = Future()

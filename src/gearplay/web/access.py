@@ -71,7 +71,7 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
-        with contextlib.suppress(ClientDisconnect):  # disconnected while sending: there is no one to answer
+        with contextlib.suppress(ClientDisconnect):  # the client has disconnected
             await self._pass_on(scope, receive, send)
 
     async def _pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:

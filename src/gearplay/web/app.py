@@ -26,9 +26,9 @@ from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
 from gearplay.web.downloads import file_of
-from gearplay.web.measures import measures
+from gearplay.web.maps import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
-from gearplay.web.session import LARGEST_BODY, Wire
+from gearplay.web.session import FULL, LARGEST_BODY, Wire
 from gearplay.web.store import Store
 
 STATIC = Path(__file__).parent / "static"
@@ -36,6 +36,7 @@ MOST_DISCARDED = 64 * LARGEST_BODY
 LARGEST_MEASUREMENT = 64 * 1024**2
 PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
 LONGEST_TRANSIENT = 1.0  # s
+NO_CASE = "case: must be JSON with toml or case."
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
 
 
@@ -67,85 +68,60 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
     async def bundled(request: Request) -> Response:
         name = request.path_params["name"]
         if name not in bundled_names():
-            return JSONResponse({"error": "case: there is no bundled case of this name."}, status_code=404)
+            raise RefusedError("case: there is no bundled case of this name.", 404)
         text = bundled_text("gearplay.model", "cases", name)
         return _described(load_case(name), source=text)
 
     async def given(request: Request) -> Response:
-        body = await _body(request)
-        if body is None:
-            words = f"case: a file may have at most {LARGEST_FILE} bytes. Shorten it."
-            return JSONResponse({"error": words}, status_code=413)
-        try:
-            asked = json.loads(body)
-            if isinstance(asked, dict) and isinstance(asked.get("toml"), str):
-                return _described(load_case(parse_toml(asked["toml"], "upload")), source=asked["toml"])
-            if isinstance(asked, dict) and isinstance(asked.get("case"), dict):
-                return _described(load_case(asked["case"]))
-        except (ValueError, RecursionError):
-            return JSONResponse({"error": "case: must be JSON with toml or case."}, status_code=400)
-        except GearplayError as error:
-            return JSONResponse({"error": str(error)}, status_code=400)
-        return JSONResponse({"error": "case: must be JSON with toml or case."}, status_code=400)
+        body = await _body(request, LARGEST_BODY, f"case: a file may have at most {LARGEST_FILE} bytes.")
+        sent = _parsed(body, NO_CASE)
+        if isinstance(sent.get("toml"), str):
+            return _described(load_case(parse_toml(sent["toml"], "upload")), source=sent["toml"])
+        if isinstance(sent.get("case"), dict):
+            return _described(load_case(sent["case"]))
+        raise RefusedError(NO_CASE)
 
     async def results(_: Request) -> Response:
         return JSONResponse(await asyncio.to_thread(store.listed))
 
-    async def result(request: Request) -> Response:
+    async def stored(request: Request) -> bytes:
         frame = await asyncio.to_thread(store.load, request.path_params["key"])
         if frame is None:
-            return JSONResponse({"error": "result: it is no longer kept. Run it again."}, status_code=404)
-        return Response(frame, media_type="application/octet-stream")
+            raise RefusedError("result: it is no longer kept. Run it again.", 404)
+        return frame
+
+    async def result(request: Request) -> Response:
+        return Response(await stored(request), media_type="application/octet-stream")
 
     async def result_file(request: Request) -> Response:
-        form = request.path_params["form"]
-        frame = await asyncio.to_thread(store.load, request.path_params["key"])
-        if frame is None:
-            return JSONResponse({"error": "result: it is no longer kept. Run it again."}, status_code=404)
+        form, frame = request.path_params["form"], await stored(request)
         try:
             return _file(await asyncio.to_thread(file_of, frame, form), form)
         except (GearplayError, KeyError, ValueError) as error:
-            return JSONResponse({"error": f"result: it cannot be saved. {error}"}, status_code=400)
+            raise RefusedError(f"result: it cannot be saved. {error}") from None
 
     async def export(request: Request) -> Response:
         form = request.path_params["form"]
-        body = await _body(request)
-        if body is None:
-            words = f"export: a case may have at most {LARGEST_BODY} bytes. Shorten it."
-            return JSONResponse({"error": words}, status_code=413)
+        body = await _body(request, LARGEST_BODY, f"export: a case may have at most {LARGEST_BODY} bytes.")
         if form not in FORMS:
-            return JSONResponse({"error": "export: must be nc, csv or toml of a case."}, status_code=400)
-        try:
-            asked = json.loads(body)
-            wanted = {name: asked.get(name) for name in ("case", "source", "changes")}
-            job = pool.submit({"kind": "export", "form": form, **wanted}, _nothing)
-            data = await _unless_gone(request, pool, job)
-        except (ValueError, AttributeError, RecursionError):
-            return JSONResponse({"error": "export: must be JSON with a case."}, status_code=400)
-        except QueueFullError:
-            return JSONResponse({"error": "The queue is full. Try again in a moment."}, status_code=503)
-        except JobError as error:
-            return JSONResponse({"error": str(error)}, status_code=400)
-        return _file(data, form)
+            raise RefusedError("export: must be nc, csv or toml of a case.")
+        sent = _parsed(body, "export: must be JSON with a case.")
+        job = {"kind": "export", "form": form} | {
+            name: sent.get(name) for name in ("case", "source", "changes")
+        }
+        return _file(await _unless_gone(request, pool, pool.submit(job, _ignore)), form)
 
     async def measurement(request: Request) -> Response:
-        body = await _body(request, LARGEST_MEASUREMENT)
-        if body is None:
-            words = f"measurement: a file may have at most {LARGEST_MEASUREMENT // 1024**2} MB. Shorten it."
-            return JSONResponse({"error": words}, status_code=413)
+        limit = f"measurement: a file may have at most {LARGEST_MEASUREMENT // 1024**2} MB."
+        body = await _body(request, LARGEST_MEASUREMENT, limit)
         given = request.query_params.get("name", "")
         name = "".join(c if c.isalnum() or c in " ._-+()" else "_" for c in given)[-100:].strip(" .")
         unit = request.query_params.get("unit", "")
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder) / (name or "measurement")
             await asyncio.to_thread(place.write_bytes, body)
-            try:
-                job = {"kind": "measured", "path": str(place), "name": given[-100:], "unit": unit[:20]}
-                frame = await _unless_gone(request, pool, pool.submit(job, _nothing))
-            except QueueFullError:
-                return JSONResponse({"error": "The queue is full. Try again in a moment."}, status_code=503)
-            except JobError as error:
-                return JSONResponse({"error": str(error)}, status_code=400)
+            job = {"kind": "measured", "path": str(place), "name": given[-100:], "unit": unit[:20]}
+            frame = await _unless_gone(request, pool, pool.submit(job, _ignore))
         return Response(frame, media_type="application/octet-stream")
 
     async def wire(socket: WebSocket) -> None:
@@ -168,7 +144,23 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
             Mount("/static", StaticFiles(directory=STATIC)),
         ],
         lifespan=lifespan,
+        exception_handlers=dict.fromkeys((RefusedError, QueueFullError, JobError, GearplayError), _refusal),
     )
+
+
+class RefusedError(Exception):
+    """A request that is refused with a message and an HTTP status."""
+
+    def __init__(self, words: str, status: int = 400) -> None:
+        super().__init__(words)
+        self.status = status
+
+
+async def _refusal(_: Request, error: Exception) -> Response:
+    """Return the response to an error of the user, of a job or of the queue."""
+    if isinstance(error, QueueFullError):
+        return JSONResponse({"error": FULL}, status_code=503)
+    return JSONResponse({"error": str(error)}, status_code=getattr(error, "status", 400))
 
 
 def _file(data: bytes, form: str) -> Response:
@@ -190,15 +182,14 @@ async def _unless_gone(request: Request, pool: Pool, job: Job) -> bytes:
         raise JobError("Cancelled.", cancelled=True) from None
 
 
-def _nothing(_: dict[str, Any]) -> None:
-    """Hear of no progress."""
+def _ignore(_: dict[str, Any]) -> None:
+    """Ignore the progress of a job."""
 
 
-async def _body(request: Request, most: int = LARGEST_BODY) -> bytes | None:
-    """Return the body, None where it is too long.
+async def _body(request: Request, most: int, limit: str) -> bytes:
+    """Return the body of a request; `RefusedError` with the text of the ``limit`` if it is longer than ``most`` [bytes].
 
-    Of one too long the rest is read and dropped: closing while bytes are still coming resets the connection, and the
-    sender would never see why.
+    The rest of a long body is read and dropped, as closing the connection before its end would hide the message.
     """
     parts, size = [], 0
     async for part in request.stream():
@@ -206,8 +197,21 @@ async def _body(request: Request, most: int = LARGEST_BODY) -> bytes | None:
         if size <= most:
             parts.append(part)
         elif size > max(MOST_DISCARDED, 2 * most):
-            return None
-    return b"".join(parts) if size <= most else None
+            break
+    if size > most:
+        raise RefusedError(f"{limit} Shorten it.", 413)
+    return b"".join(parts)
+
+
+def _parsed(body: bytes, rule: str) -> dict[str, Any]:
+    """Return the JSON object in a body; `RefusedError` with the ``rule`` for anything else."""
+    try:
+        sent = json.loads(body)
+    except (ValueError, RecursionError):
+        sent = None
+    if not isinstance(sent, dict):
+        raise RefusedError(rule)
+    return sent
 
 
 def _described(case: Case, *, source: str | None = None) -> Response:

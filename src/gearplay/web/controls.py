@@ -16,20 +16,21 @@ from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.schema.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
 
-GROUPS = (
-    "Planetary sets",
-    "Torsional pair",
-    "Sleeves",
-    "Supports",
-    "Mesh",
-    "Couplings",
-    "Drive and load",
-    "Gears",
-    "Housing",
-    "Temperature",
-    "Model",
-    "Run",
-)
+GROUPS: Mapping[str, str] = {
+    "planetary": "Planetary sets",
+    "torsional_pair": "Torsional pair",
+    "sleeves": "Sleeves",
+    "supports": "Supports",
+    "meshes": "Mesh",
+    "couplings": "Couplings",
+    "rotors.drive": "Drive and load",
+    "rotors": "Gears",
+    "base": "Housing",
+    "environment": "Temperature",
+    "": "Model",
+    "run": "Run",
+}
+"""Groups of controls, in order, by the first part of a field's path."""
 SKIPPED = frozenset(
     [
         "title",
@@ -122,7 +123,8 @@ def controls(case: Case) -> list[dict[str, Any]]:
     >>> each["group"], each["owner"], each["unit"], round(each["value"], 6), each["least"]
     ('Mesh', 'pinion-ring', 'um', 100.0, 0.0)
     """
-    found = sorted(_walk(case, "", ""), key=lambda control: GROUPS.index(control.group))
+    order = list(GROUPS.values())
+    found = sorted(_walk(case, "", ""), key=lambda control: order.index(control.group))
     return [asdict(replace(each, basic=each.path.rpartition(".")[2] in BASIC)) for each in found]
 
 
@@ -278,26 +280,13 @@ def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
     return least, most  # type: ignore[return-value]
 
 
-_HEADS: Mapping[str, str] = {
-    "planetary": "Planetary sets",
-    "torsional_pair": "Torsional pair",
-    "sleeves": "Sleeves",
-    "supports": "Supports",
-    "meshes": "Mesh",
-    "couplings": "Couplings",
-    "base": "Housing",
-    "environment": "Temperature",
-    "run": "Run",
-}
-
-
 def _group(path: str) -> str:
-    head, parts = path.split(".")[0], path.split(".")
-    if head == "rotors":
-        if len(parts) > 2 and parts[2] in ("material", "temperature"):
-            return "Temperature"
-        return "Drive and load" if len(parts) > 3 and parts[2] in ("drive", "load") else "Gears"
-    return _HEADS.get(head, "Model")
+    head, *parts = path.split(".")
+    if head == "rotors" and parts[1:2] in (["material"], ["temperature"]):
+        head = "environment"
+    elif head == "rotors" and len(parts) > 2 and parts[1] in ("drive", "load"):
+        head = "rotors.drive"
+    return GROUPS.get(head, GROUPS[""])
 
 
 def _label(path: str, name: str) -> str:

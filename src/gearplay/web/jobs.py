@@ -1,7 +1,7 @@
-"""Parsing and limits of a job: case, axes, numbers, note."""
+"""Parsing and limits of a job: case, axes, numbers; heading and checks of its result."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,9 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import load_case, replace
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.solver.status import Status
+from gearplay.solver.trajectory import Trajectory
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 
 Job = Mapping[str, Any]
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
@@ -67,15 +69,32 @@ def averaged_case(job: Job) -> tuple[Case, int]:
 
 def models_of(job: Job, case: Case) -> list[Case]:
     """Return a case with each of the models requested by a job; the unchanged case where it requests none."""
-    asked = job.get("models")
-    models = [model for model in MODELS if isinstance(asked, list) and model in asked]
+    given = job.get("models")
+    models = [model for model in MODELS if isinstance(given, list) and model in given]
     return [replace(case, {"backlash_model": model}) for model in models] or [case]
 
 
-def note_of(job: Job) -> str:
-    """Return the user's changes in the page's wording, as the label of a stored result."""
+def heading(kind: str, job: Job, case: Case) -> dict[str, Any]:
+    """Return the first entries of a result: its kind, the case, and the user's note, the changes in the page's wording."""
     note = job.get("note")
-    return note[:LONGEST_NOTE] if isinstance(note, str) else ""
+    return {
+        "kind": kind,
+        "title": case.title,
+        "note": note[:LONGEST_NOTE] if isinstance(note, str) else "",
+        "sha256": case.sha256,
+        "case": case.resolved(),
+    }
+
+
+def check_runs(runs: Iterable[Trajectory], *, complete: bool = True) -> None:
+    """Raise `KeyboardInterrupt` for an interrupted run, `SimulationError` for one without samples, or not ``complete``."""
+    for run in runs:
+        if run.status == Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if not len(run.values) or (complete and not run.success):
+            raise SimulationError(
+                f"member {run.member}: {run.message}" if complete else f"run: {run.message}"
+            )
 
 
 def failures_of(reasons: Any) -> list[list[Any]]:

@@ -1,14 +1,22 @@
-"""An uploaded measurement, as spectra of its accelerations for comparison with a run."""
+"""Measurements shown with a run: spectra of an uploaded file, and measured lines of the bundled calibration plans."""
 
+import math
 import threading
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.calibration.plan import Condition, Plan
+from gearplay.calibration.reading import PACKAGE, load_plan
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel, Record
+from gearplay.model.bundled import bundled
+from gearplay.model.case import Case
+from gearplay.model.plan_values import number_in_si, value_at
+from gearplay.model.reading import load_case
 from gearplay.results.spectra import amplitude_spectrum
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError
@@ -23,6 +31,8 @@ LEAST = 64
 """Samples of a spectrum, at least."""
 MOST = 24
 """Channels."""
+CLOSE = 1e-6
+"""Relative difference up to which a field of the case has the value of a condition."""
 
 
 def measured(job: Job, report: Tick, stop: threading.Event) -> bytes:
@@ -91,3 +101,43 @@ def _nothing(channels: list[Channel], name: str) -> Fault:
     return Fault(
         "measurement", name, f"must hold an acceleration; found {units}", "Choose a channel in m/s^2 or g"
     )
+
+
+@cache
+def _plans() -> tuple[tuple[Plan, dict[str, int | None]], ...]:
+    """Return the bundled plans with measured values, each with the teeth of its case's rotors."""
+    plans = [load_plan(name) for name in bundled(PACKAGE, "plans")]
+    return tuple(
+        (plan, _teeth(load_case(plan.case))) for plan in plans if any(c.measured for c in plan.conditions)
+    )
+
+
+def _teeth(case: Case) -> dict[str, int | None]:
+    return {name: rotor.teeth for name, rotor in case.rotors.items()}
+
+
+def _is_at(case: Case, condition: Condition) -> bool:
+    """Return whether a case has the values that a condition sets."""
+    try:
+        return all(
+            math.isclose(value_at(case, path), number_in_si(case, (path,), raw, path), rel_tol=CLOSE)
+            for path, raw in condition.set.items()
+        )
+    except (InputError, TypeError):  # a field that the case lacks or that is no number
+        return False
+
+
+def measured_lines(case: Case) -> list[dict[str, Any]]:
+    """Return the lines that a bundled plan has as measured for the condition of a case: name and frequency [Hz].
+
+    Empty for a case of other rotors, or at no condition of a plan.
+    """
+    for plan, teeth in _plans():
+        for condition in plan.conditions if teeth == _teeth(case) else ():
+            if condition.measured and _is_at(case, condition):
+                return [
+                    {"line": name, "frequency": measured.frequency}
+                    for name, measured in condition.measured.items()
+                    if measured.frequency is not None
+                ]
+    return []

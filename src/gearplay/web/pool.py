@@ -10,7 +10,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 from typing import Any
 
-Tell = Callable[[dict[str, Any]], None]
+Report = Callable[[dict[str, Any]], None]
 """Callback for a job's progress; it must not block, as other jobs wait for the caller."""
 LONGEST_FRAME = 512 * 1024**2  # bytes
 GRACE = 10.0  # s that a worker has to stop a job that is cancelled
@@ -28,7 +28,7 @@ class Job:
 
     words: dict[str, Any]
     limit: float  # s
-    tell: Tell
+    report: Report
     done: "asyncio.Future[bytes]"
     worker: "Worker | None" = None
     cancelled: bool = False
@@ -108,14 +108,14 @@ class Pool:
             _fail(job, "The server is closing.")
         self.waiting.clear()
 
-    def submit(self, words: dict[str, Any], tell: Tell, *, limit: float = 150.0) -> Job:
+    def submit(self, words: dict[str, Any], report: Report, *, limit: float = 150.0) -> Job:
         """Put a job into the queue.
 
         Raises `QueueFullError` where as many wait as may.
         """
         if len(self.waiting) >= self.bound:
             raise QueueFullError
-        job = Job(words, limit, tell, asyncio.get_running_loop().create_future())
+        job = Job(words, limit, report, asyncio.get_running_loop().create_future())
         self.waiting.append(job)
         self._wake.set()
         return job
@@ -171,16 +171,12 @@ class Pool:
             raise ConnectionError
 
     def _rescue(self, job: Job | None) -> None:
-        """Put the job of a worker that has ended back in front, once; a job that was under way fails."""
+        """Put the job of an ended worker back in front, once; a job that had begun fails."""
         if job is None or job.done.done():
             return
         if job.tried or job.cancelled or self.closing:
-            words = (
-                "Cancelled."
-                if job.cancelled
-                else "The worker ended, perhaps for want of memory. Shorten the run."
-            )
-            _fail(job, words, cancelled=job.cancelled)
+            ended = "The worker ended, perhaps for want of memory. Shorten the run."
+            _fail(job, "Cancelled." if job.cancelled else ended, cancelled=job.cancelled)
             return
         job.tried = True
         self.waiting.appendleft(job)
@@ -195,25 +191,21 @@ class Pool:
                 while True:
                     frame = await worker.read()
                     if frame[:1] == RESULT:
-                        _finish(job, frame[1:])
+                        if not job.done.done():
+                            job.done.set_result(frame[1:])
                         break
                     words = json.loads(frame[1:])
                     if "error" in words:
                         _fail(job, words["error"], cancelled=bool(words.get("cancelled")))
                         break
                     job.tried = True
-                    job.tell(words)
+                    job.report(words)
         except TimeoutError:
             _fail(job, f"The limit of {job.limit:g} s was reached. Shorten the run.")
             raise ConnectionError from None  # ends the worker
         finally:
             if job.done.done():
                 worker.job = None
-
-
-def _finish(job: Job, frame: bytes) -> None:
-    if not job.done.done():
-        job.done.set_result(frame)
 
 
 def _fail(job: Job, words: str, *, cancelled: bool = False) -> None:
@@ -223,7 +215,7 @@ def _fail(job: Job, words: str, *, cancelled: bool = False) -> None:
 
 
 def _report(fault: Exception) -> None:
-    """Make a fault in tending a worker heard."""
+    """Log a fault in keeping a worker."""
     asyncio.get_running_loop().call_exception_handler(
         {"message": "gearplay: a worker had to be replaced", "exception": fault}
     )

@@ -16,10 +16,11 @@ from gearplay.web.store import Store
 LARGEST_BODY = 2 * LARGEST_FILE  # of a request, or a message
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 MOST_UNSENT = 16  # results that one page has not read yet
-MOST_UNKEPT = 8  # results of one page on their way to the disk; the next answer waits for it
+MOST_UNKEPT = 8  # results of one page on their way to the disk; the next result waits for it
 KEPT = ("run", "bifurcation", "map")
 DONE = (*KEPT, "average")
 """Jobs that a page may request; the results of `KEPT` are stored."""
+FULL = "The queue is full. Try again in a moment."
 LIMITS = {"run": 150.0, "average": 60.0}  # s; of the others:
 LIMIT = 600.0
 
@@ -52,42 +53,34 @@ class Wire:
 
     async def _take(self, text: str) -> None:
         try:
-            asked = json.loads(text) if len(text) <= LARGEST_BODY else None
+            sent = json.loads(text) if len(text) <= LARGEST_BODY else None
         except (ValueError, RecursionError):
-            asked = None
-        if not isinstance(asked, dict) or not isinstance(asked.get("id"), int):
-            await self._say({"type": "error", "id": None, "error": "message: must be JSON with an id."})
+            sent = None
+        if not isinstance(sent, dict) or not isinstance(sent.get("id"), int):
+            await self._refuse("error", None, "message: must be JSON with an id.")
             return
-        number, kind = asked["id"], asked.get("kind")
+        number, kind = sent["id"], sent.get("kind")
         if kind == "cancel":
             if number in self.jobs:
                 await self.pool.cancel(self.jobs[number])
             return
         if kind not in DONE:
-            words = f"kind: must be one of {', '.join(DONE)} or cancel."
-            await self._say({"type": "error", "id": number, "error": words})
+            await self._refuse("error", number, f"kind: must be one of {', '.join(DONE)} or cancel.")
             return
         if number in self.jobs or len(self.jobs) >= MOST_OWN or self.unsent >= MOST_UNSENT:
-            await self._say(
-                {
-                    "type": "full",
-                    "id": number,
-                    "error": f"A page may have {MOST_OWN} jobs, each with its own id.",
-                }
-            )
+            await self._refuse("full", number, f"A page may have {MOST_OWN} jobs, each with its own id.")
             return
-        wanted = {key: value for key, value in asked.items() if key != "id"}
+        wanted = {key: value for key, value in sent.items() if key != "id"}
 
-        def tell(news: dict[str, Any]) -> None:
-            if not self.sending.locked():  # a page that reads slowly hears less often
-                self._keep(self._say({"type": "progress", "id": number, "done": news.get("progress", 0.0)}))
+        def report(message: dict[str, Any]) -> None:
+            if not self.sending.locked():  # a page that reads slowly gets fewer messages
+                done = message.get("progress", 0.0)
+                self._keep(self._say({"type": "progress", "id": number, "done": done}))
 
         try:
-            job = self.pool.submit(wanted, tell, limit=LIMITS.get(kind, LIMIT))
+            job = self.pool.submit(wanted, report, limit=LIMITS.get(kind, LIMIT))
         except QueueFullError:
-            await self._say(
-                {"type": "full", "id": number, "error": "The queue is full. Try again in a moment."}
-            )
+            await self._refuse("full", number, FULL)
             return
         self.jobs[number] = job
         self._keep(self._await(number, job, wanted))
@@ -113,7 +106,7 @@ class Wire:
         except JobError as error:
             kind = "cancelled" if error.cancelled else "error"
             self.jobs.pop(number, None)
-            await self._say({"type": kind, "id": number, "error": str(error)})
+            await self._refuse(kind, number, str(error))
             return
         finally:
             self.jobs.pop(number, None)
@@ -140,13 +133,16 @@ class Wire:
         except (InputError, OSError) as error:  # with a message that names no path of the server
             why = error.faults[0].rule if isinstance(error, InputError) else "must be writable"
             words = f"This is shown, but not kept among the results: the server's folder {why}."
-            await self._say({"type": "unkept", "id": number, "error": words})
+            await self._refuse("unkept", number, words)
 
     async def _send(self, number: int, key: str, frame: bytes) -> None:
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             async with self.sending:
                 await self.socket.send_text(json.dumps({"type": "result", "id": number, "key": key}))
                 await self.socket.send_bytes(frame)
+
+    async def _refuse(self, kind: str, number: int | None, words: str) -> None:
+        await self._say({"type": kind, "id": number, "error": words})
 
     async def _say(self, words: dict[str, Any]) -> None:
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):

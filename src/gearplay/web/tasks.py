@@ -1,4 +1,4 @@
-"""Tasks of a worker: runs of both models, bifurcation diagrams, maps, downloads."""
+"""Tasks of a worker: runs of both models, bifurcation diagrams, maps, ensemble averages, downloads."""
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -12,29 +12,32 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.lines import spectrum_lines
 from gearplay.results.mechanism import mechanism_of
 from gearplay.solver.simulate import run_batch
-from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Tick
-from gearplay.web.averages import average
 from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import (
     LONGEST_DIAGRAM,
+    MOST_SAMPLES,
     Job,
+    averaged_case,
     axis_of,
+    check_runs,
     failures_of,
+    heading,
     limited_case,
     models_of,
-    note_of,
     whole,
 )
 from gearplay.web.maps import make_map
-from gearplay.web.measured import measured
-from gearplay.web.measured_lines import measured_lines
+from gearplay.web.measured import measured, measured_lines
 from gearplay.web.toml_edits import edited
-from gearplay.web.views import views_of
+from gearplay.web.views import spectra_of, statistics_of, views_of
 
 MOST_POINTS = 100_000  # of a diagram
+FEWEST_SAMPLES = 20.0
+"""Number of samples of a run of which only the contacts are evaluated."""
+SPECTRAL = ["ax", "ay"]
 
 
 def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
@@ -43,18 +46,10 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
     cases = models_of(job, case)
     members = list(range(case.run.ensemble))
     done = run_batch([(each, members) for each in cases], progress=report, stop=stop, threads=1)
-    for each in (run for runs in done for run in runs):
-        if each.status == Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        if not len(each.values):
-            raise SimulationError(f"run: {each.message}")
+    check_runs((run for runs in done for run in runs), complete=False)
     document = {
-        "kind": "run",
-        "title": case.title,
-        "note": note_of(job),
+        **heading("run", job, case),
         "members": len(members),
-        "sha256": case.sha256,
-        "case": case.resolved(),
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
         "test": measured_lines(case),
@@ -68,7 +63,7 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
 
 def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Draw a bifurcation diagram; return its sections."""
-    from gearplay.nonlinear.analyses import bifurcation as diagram_of
+    from gearplay.nonlinear.bifurcation import bifurcation as diagram_of
 
     case = replace(limited_case(job, longest=LONGEST_DIAGRAM), {"run.ensemble": 1})
     count, keep, settle = (whole(job, name, least, most) for name, least, most in
@@ -94,11 +89,7 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     axis = found.ds[words.dims[1]]
     return pack_frame(
         {
-            "kind": "bifurcation",
-            "title": case.title,
-            "note": note_of(job),
-            "sha256": case.sha256,
-            "case": case.resolved(),
+            **heading("bifurcation", job, case),
             "signal": found.names[0],
             "path": path,
             "unit": words.attrs["units"],
@@ -110,6 +101,50 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
             "starts": failures_of(np.array(found.starts, dtype=object)),
             "not_carried": list(found.interruptions[:5]),
             **found.account.as_document(),
+        }
+    )
+
+
+def average(job: Job, report: Tick, stop: threading.Event) -> bytes:
+    """Return contacts and spectra of a case over ``members``, for each requested model.
+
+    Contacts are of members of ``duration`` after ``transient``, drawn as those of a map's cell. Spectra are of members as long as
+    the case's own run, so that their lines lie where those of the run do.
+    """
+    case, count = averaged_case(job)
+    own = limited_case(job).run
+    fit = max(2, min(count, int(MOST_SAMPLES // (own.duration * own.sampling))))
+    members, few = list(range(count)), list(range(fit))
+    models = models_of(job, case)
+    share = case.run.duration / (case.run.duration + own.duration)
+    contacts = run_batch(
+        [(each, members) for each in models],
+        sampling=FEWEST_SAMPLES / case.run.duration,
+        progress=lambda done, total: report(share * done, total),
+        stop=stop,
+        threads=1,
+    )
+    records = run_batch(
+        [(replace(each, {"run.duration": own.duration}), few) for each in models],
+        signals=SPECTRAL,
+        sampling=own.sampling,
+        progress=lambda done, total: report(share * total + (1.0 - share) * done, total),
+        stop=stop,
+        threads=1,
+    )
+    check_runs(run for runs in (*contacts, *records) for run in runs)
+    found = {
+        each.backlash_model: {"statistics": statistics_of(long), "spectra": spectra_of(each, brief)}
+        for each, long, brief in zip(models, contacts, records, strict=True)
+    }
+    return pack_frame(
+        {
+            "kind": "average",
+            "members": count,
+            "duration": case.run.duration,
+            "transient": case.run.transient,
+            "records": fit,
+            "models": found,
         }
     )
 

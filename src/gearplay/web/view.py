@@ -1,41 +1,104 @@
-"""`view`: the mechanism of a case or a result in motion, in a notebook or as a page."""
+"""`view`: the mechanism of a case or a result in motion, in a notebook, as a page, or as a film."""
 
 from __future__ import annotations
 
 import html
+import json
 import os
-from dataclasses import dataclass, field
+import re
+import threading
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import resources
 from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
 
 from gearplay.files.atomic import check_new, write_bytes
 from gearplay.model.reading import Source
+from gearplay.pictures.pages import render_page
 from gearplay.results.choice import stretch
 from gearplay.results.result import Result
 from gearplay.results.simulate import simulate
-from gearplay.results.staging import Motion, motion_in
+from gearplay.results.staging import Motion, motion_in, stage_of
 from gearplay.results.titles import window_words
-from gearplay.web.player import player_page
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.progress import Progress
 
-FRAMES = 900
+FORMS: Final = (".html", ".gif", ".mp4")
+MODULES: Final = ("colors", "gears", "strokes", "labels", "painting", "mechanism", "player")
+"""Modules of the page's script, in the order in which they need each other."""
+DIGITS: Final = 6
+"""Significant digits of numbers in a page."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class View:
-    """A page that plays a motion; a notebook shows it in place.
+    """The mechanism of a result in motion; a notebook shows its page in place."""
 
-    Attributes
-    ----------
-    html : str
-        The page, which needs no other file.
+    result: Result
+    motion: Motion
+    magnify: float = 1.0
 
-    """
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.motion.frames["t"])
 
-    html: str = field(repr=False)
+    @cached_property
+    def html(self) -> str:
+        """The page, HTML that needs no other file."""
+        motion, model = self.motion, self.result.case.backlash_model
+        frames = {name: _numbers(values) for name, values in motion.frames.items()}
+        shown = {
+            "mechanism": motion.mechanism,
+            "models": {model: {"frames": frames}},
+            "start": motion.start,
+            "magnify": self.magnify,
+            "look": motion.look,
+        }
+        text = json.dumps(shown, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+        span = window_words((motion.start, motion.start + float(motion.frames["t"][-1])))
+        words = f"{span}; clearances and small motions are drawn larger than they are"
+        return render_page(
+            "gearplay.web", "player.html", title=motion.title, words=words, result=text, script=_script()
+        )
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the page; `InputError` where the file exists and ``overwrite`` is false, or it cannot be written."""
-        check_new(Path(path), overwrite=overwrite)
-        write_bytes(Path(path), self.html.encode("utf-8"), overwrite=overwrite)
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        overwrite: bool = False,
+        progress: Progress | None = None,
+        stop: threading.Event | None = None,
+    ) -> None:
+        """Write the page, ``.html``, or a film, ``.gif`` or ``.mp4`` (by ffmpeg).
+
+        ``progress`` and ``stop`` are those of `gearplay.simulate`, for films. Raises `InputError` for another extension, where
+        ffmpeg is missing, the file exists and ``overwrite`` is false, or it cannot be written.
+        """
+        place = Path(path)
+        form = check_form(place)
+        check_new(place, overwrite=overwrite)
+        content = self.html.encode("utf-8") if form == ".html" else self._film(form, progress, stop)
+        write_bytes(place, content, overwrite=overwrite)
+
+    def _film(self, form: str, progress: Progress | None, stop: threading.Event | None) -> bytes:
+        from gearplay.pictures.moving import gif_bytes, mp4_bytes
+
+        stage = stage_of(self.motion, self.magnify)
+
+        def show(i: int) -> None:
+            if stop is not None and stop.is_set():
+                raise KeyboardInterrupt
+            stage.show(i)
+            if progress is not None:
+                progress("drawing", i + 1.0, float(self.frames))
+
+        if form == ".mp4":
+            return mp4_bytes(stage.figure, self.frames, show)
+        return gif_bytes(stage.figure, self.frames, show, typical=stage.loudest())
 
     def _repr_html_(self) -> str:
         style = "width: 100%; height: 36em; border: 0"
@@ -50,6 +113,7 @@ def view(
     window: tuple[float | None, float | None] | None = None,
     at: str | None = None,
     magnify: float = 1.0,
+    frames: int = 900,
 ) -> View:
     """Return the mechanism in motion, with play, slow motion and close-ups of sleeve and mesh.
 
@@ -62,12 +126,14 @@ def view(
     at
         The rotor or mesh of the close-up.
     magnify
-        Small motions are drawn so many times larger than usual, 0.001 to 1000.
+        Factor on the usual magnification of small motions, 0.001 to 1000.
+    frames
+        Largest number of frames.
 
     Returns
     -------
     View
-        Shows itself in a notebook; ``.save(path)`` writes the page.
+        Shows itself in a notebook; ``.html`` is the page, ``.save(path)`` writes it, or a film.
 
     Raises
     ------
@@ -83,20 +149,32 @@ def view(
 
     """
     result = source if isinstance(source, Result) else simulate(source)
-    motion = motion_in(result, stretch(result, window), at=at, frames=FRAMES)
-    return View(result_page(result, motion, magnify))
+    return View(result, motion_in(result, stretch(result, window), at=at, frames=frames), magnify)
 
 
-def result_page(result: Result, motion: Motion, magnify: float) -> str:
-    """Return the page of a motion of a result, HTML that needs no other file."""
-    span = (motion.start, motion.start + float(motion.frames["t"][-1]))
-    return player_page(
-        motion.mechanism,
-        motion.frames,
-        model=result.case.backlash_model,
-        title=motion.title,
-        words=f"{window_words(span)}; clearances and small motions are drawn larger than they are",
-        start=motion.start,
-        magnify=magnify,
-        look=motion.look,
-    )
+def check_form(path: Path) -> str:
+    """Return the extension of a page or film; `InputError` for another one, or for a film where ffmpeg is missing."""
+    form = path.suffix.lower()
+    if form not in FORMS:
+        rule = f"must end in {', '.join(FORMS)}"
+        raise InputError(Fault("out", path.name, rule, "Choose another extension"))
+    if form == ".mp4":
+        from gearplay.pictures.moving import has_mp4
+
+        if not has_mp4():
+            rule = "needs ffmpeg, which is not installed"
+            raise InputError(Fault("out", path.name, rule, "Install ffmpeg, or write a .gif or a .html"))
+    return form
+
+
+def _numbers(values: Any) -> list[float]:
+    """Return an array flat, rounded to the digits of a drawing; NaN and infinities as 0."""
+    flat = np.nan_to_num(np.asarray(values, dtype=float).ravel(), posinf=0.0, neginf=0.0)
+    return [float(f"{value:.{DIGITS}g}") for value in flat]
+
+
+def _script() -> str:
+    """Return the modules of the drawing concatenated, without their imports from each other."""
+    place = resources.files("gearplay.web") / "static"
+    text = "\n".join((place / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
+    return re.sub(r"^import .*;\n|^export ", "", text, flags=re.MULTILINE)

@@ -20,7 +20,7 @@ from gearplay.results.spectra import ensemble_spectrum, student_widening
 from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
-STRETCHES = 700  # of a curve, each with its lowest and highest value
+INTERVALS = 700  # of a curve, each with its lowest and highest value
 ORBIT_POINTS, LINES = 2000, 1200
 MOST_CONTACTS = 1500  # intervals of one contact's strip
 MEANS = ("share_of_time", "impacts_per_second", "rms_impact_speed")
@@ -73,11 +73,11 @@ def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
     found = []
     for mesh in dict.fromkeys(c.label for c in run.columns if c.dimension == "mesh"):
         for signal in HISTORIES["mesh"]:
-            t, v = extremes(time, run.signal(signal, mesh), STRETCHES)
+            t, v = extremes(time, run.signal(signal, mesh), INTERVALS)
             found.append({"signal": signal, "label": mesh, "t": t, "v": v})
     for sleeve in dict.fromkeys(c.label for c in run.columns if c.dimension == "sleeve"):
         force = np.hypot(run.signal("sleeve_force_x", sleeve), run.signal("sleeve_force_y", sleeve))
-        t, v = extremes(time, force, STRETCHES)
+        t, v = extremes(time, force, INTERVALS)
         found.append({"signal": "sleeve_force", "label": sleeve, "t": t, "v": v})
     return found
 
@@ -138,17 +138,17 @@ def spectra_of(case: Case, runs: Sequence[Trajectory]) -> list[dict[str, Any]]:
 
 
 def shown_lines(
-    amplitude: Floats, whole: int = 400, stretches: int = (LINES - 400) // 2
+    amplitude: Floats, whole: int = 400, intervals: int = (LINES - 400) // 2
 ) -> NDArray[np.int64]:
-    """Return which lines of a spectrum are shown: the first ``whole`` ones, then the lowest and the highest of each stretch.
+    """Return which lines of a spectrum are shown: the first ``whole`` ones, then the lowest and the highest of each interval.
 
     >>> shown_lines(np.array([1.0, 2.0, 5.0, 4.0, 3.0, 0.0, 9.0, 8.0]), 2, 2).tolist()
     [0, 1, 2, 4, 5, 6]
     """
     rest = amplitude.size - whole
-    if rest <= 2 * stretches:
+    if rest <= 2 * intervals:
         return np.arange(amplitude.size, dtype=np.int64)
-    size = -(-rest // stretches)
+    size = -(-rest // intervals)
     count = rest // size
     table = amplitude[whole : whole + count * size].reshape(count, size)
     ends = np.sort([table.argmin(axis=1), table.argmax(axis=1)], axis=0) + size * np.arange(count)

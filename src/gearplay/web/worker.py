@@ -1,8 +1,8 @@
 """Worker process: runs jobs one at a time and reports progress.
 
-Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON, ``{"job": ...}``; answers
-are JSON, or a result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps and time
-by the case.
+Frames go over standard input and output, each after its length (4 bytes, little-endian). A job is JSON, ``{"job": ...}``;
+responses are JSON, or a result frame (`frames`). ``{"stop": true}`` stops the job in hand. Memory is bounded by the system, steps
+and time by the case.
 """
 
 import contextlib
@@ -12,6 +12,7 @@ import struct
 import sys
 import threading
 import time
+from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from gearplay.vocabulary.errors import GearplayError
@@ -23,7 +24,7 @@ PAUSE = 0.1  # s between two progress messages
 
 
 class Line:
-    """The way back to the server."""
+    """Connection back to the server."""
 
     def __init__(self, out: BinaryIO) -> None:
         self.out, self.lock = out, threading.Lock()
@@ -37,7 +38,7 @@ class Line:
             except BrokenPipeError:
                 os._exit(0)  # the server is gone
 
-    def tell(self, **words: Any) -> None:
+    def send_words(self, **words: Any) -> None:
         """Write one JSON frame."""
         self.send(WORDS + json.dumps(words).encode("utf-8"))
 
@@ -47,19 +48,19 @@ def main() -> None:
     _bound_memory()
     line = Line(os.fdopen(os.dup(1), "wb"))
     os.dup2(2, 1)  # whatever prints must not come between the frames
-    stop, jobs = threading.Event(), _Jobs()
+    stop, jobs = threading.Event(), SimpleQueue[dict[str, Any] | None]()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, jobs, stop), daemon=True).start()
     _warm(stop)
-    line.tell(ready=True)
+    line.send_words(ready=True)
     while True:
-        job = jobs.next()
+        job = jobs.get()
         if job is None:
             os._exit(0)  # the server is gone: nothing is left to tidy up
         _do(job, line, stop)
 
 
 def _warm(stop: threading.Event) -> None:
-    """Load all that a run needs, so that the first one is as quick as the next."""
+    """Load everything that a run needs, so that the first run is as fast as the next."""
     from gearplay.model.reading import load_case
     from gearplay.web.tasks import run
 
@@ -67,24 +68,7 @@ def _warm(stop: threading.Event) -> None:
     run({"case": load_case("han2021", brief).resolved()}, lambda done, total: None, stop)
 
 
-class _Jobs:
-    def __init__(self) -> None:
-        self.waiting: list[dict[str, Any] | None] = []
-        self.changed = threading.Condition()
-
-    def put(self, job: dict[str, Any] | None) -> None:
-        with self.changed:
-            self.waiting.append(job)
-            self.changed.notify()
-
-    def next(self) -> dict[str, Any] | None:
-        with self.changed:
-            while not self.waiting:
-                self.changed.wait()
-            return self.waiting.pop(0)
-
-
-def _listen(source: BinaryIO, jobs: _Jobs, stop: threading.Event) -> None:
+def _listen(source: BinaryIO, jobs: "SimpleQueue[dict[str, Any] | None]", stop: threading.Event) -> None:
     while True:
         head = source.read(4)
         if len(head) < 4:
@@ -107,25 +91,27 @@ def _bound_memory() -> None:
 
 
 def _do(job: dict[str, Any], line: Line, stop: threading.Event) -> None:
-    """Do one job and answer, whatever happens."""
+    """Do one job; send its result or its error."""
     from gearplay.web.tasks import TASKS
 
     try:
         document = TASKS[job["kind"]](job, _reporter(line), stop)
         if len(document) >= LONGEST_FRAME:
-            line.tell(
+            line.send_words(
                 error=f"run: its result would have more than {LONGEST_FRAME // 1024**2} MB. Shorten it."
             )
             return
         line.send(RESULT + document)
     except KeyboardInterrupt:
-        line.tell(error="Cancelled.", cancelled=True)
+        line.send_words(error="Cancelled.", cancelled=True)
     except GearplayError as error:
-        line.tell(error=str(error))
+        line.send_words(error=str(error))
     except MemoryError:
-        line.tell(error="run: it needs more memory than the server allows. Shorten it or lower run.sampling.")
+        line.send_words(
+            error="run: it needs more memory than the server allows. Shorten it or lower run.sampling."
+        )
     except Exception as error:
-        line.tell(
+        line.send_words(
             error=f"gearplay failed: {type(error).__name__}. This is a fault of the program, not of your input."
         )
 
@@ -138,7 +124,7 @@ def _reporter(line: Line) -> Tick:
         now = time.monotonic()
         if now - last >= PAUSE and total > 0.0:
             last = now
-            line.tell(progress=min(1.0, done / total))
+            line.send_words(progress=min(1.0, done / total))
 
     return report
 

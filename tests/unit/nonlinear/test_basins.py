@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins, Grid, basins_of_attraction
+from gearplay.nonlinear.basins import FAILED, IRREGULAR, Basins
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.vocabulary.errors import InputError
 
 BISTABLE = gp.torsional_pair(0.6, mean_force=0.1, force=0.05)
-ANGLE, SPEED = Grid("wheel.theta", -6e-4, 4e-4, 6), Grid("wheel.omega", -4.0, 4.0, 5)
+ANGLE, SPEED = ("wheel.theta", -6e-4, 4e-4, 6), ("wheel.omega", -4.0, 4.0, 5)
 
 
 @pytest.fixture(scope="module")
 def found() -> Basins:
-    return basins_of_attraction(BISTABLE, ANGLE, SPEED, settle=150)
+    return gp.basins(BISTABLE, ANGLE, SPEED, settle=150)
 
 
 def test_two_motions_share_the_plane(found: Basins) -> None:
@@ -41,10 +41,10 @@ def test_each_start_goes_where_its_label_says(found: Basins) -> None:
 def test_attractors_attract_themselves(found: Basins) -> None:
     for label, attractor in enumerate(found.attractors):
         theta, omega = attractor[0]
-        near = basins_of_attraction(
+        near = gp.basins(
             BISTABLE,
-            Grid("wheel.theta", theta - 1e-6, theta + 1e-6, 2),
-            Grid("wheel.omega", omega - 1e-3, omega + 1e-3, 2),
+            ("wheel.theta", theta - 1e-6, theta + 1e-6, 2),
+            ("wheel.omega", omega - 1e-3, omega + 1e-3, 2),
             settle=100,
         )
         assert len(near.attractors) == 1
@@ -53,21 +53,21 @@ def test_attractors_attract_themselves(found: Basins) -> None:
 
 @pytest.mark.slow
 def test_the_number_of_threads_does_not_matter(found: Basins) -> None:
-    again = basins_of_attraction(BISTABLE, ANGLE, SPEED, settle=150, threads=1)
+    again = gp.basins(BISTABLE, ANGLE, SPEED, settle=150, threads=1)
     assert np.array_equal(again.labels, found.labels)
 
 
 def test_chaos_is_irregular_and_what_fails_says_so() -> None:
     chaotic = gp.torsional_pair(0.6, mean_force=0.1, force=0.2, damping_ratio=0.1)
-    few = [Grid(grid.name, grid.low, grid.high, 2) for grid in (ANGLE, SPEED)]
-    assert np.all(basins_of_attraction(chaotic, few[0], few[1], settle=50).labels == IRREGULAR)
+    few = [(*grid[:3], 2) for grid in (ANGLE, SPEED)]
+    assert np.all(gp.basins(chaotic, few[0], few[1], settle=50).labels == IRREGULAR)
     stopped = gp.replace(BISTABLE, {"run.max_steps": 10})
-    assert np.all(basins_of_attraction(stopped, few[0], few[1], settle=50).labels == FAILED)
+    assert np.all(gp.basins(stopped, few[0], few[1], settle=50).labels == FAILED)
 
 
 def test_a_wish_to_stop_is_heard() -> None:
     stop = threading.Event()
-    found = basins_of_attraction(BISTABLE, ANGLE, SPEED, settle=50, stop=stop, progress=lambda *_: stop.set())
+    found = gp.basins(BISTABLE, ANGLE, SPEED, settle=50, stop=stop, progress=lambda *_: stop.set())
     assert np.mean(found.labels == FAILED) > 0.5
 
 
@@ -75,20 +75,20 @@ def test_a_wish_to_stop_is_heard() -> None:
     ("change", "words"),
     [
         (
-            {"first": Grid("wheel.x", 0.0, 1.0, 2)},
+            {"first": ("wheel.x", 0.0, 1.0, 2)},
             r'name = "wheel\.x": must be an entry .* Choose from: x, x\', wheel\.theta, wheel\.omega',
         ),
         (
-            {"first": Grid("pinion.theta", 0.0, 1.0, 2)},
+            {"first": ("pinion.theta", 0.0, 1.0, 2)},
             "must be an entry of the state that is not prescribed",
         ),
         ({"second": ANGLE}, "must be another entry than the first"),
-        ({"first": Grid("wheel.theta", 1.0, 0.0, 2)}, "must have low below high"),
-        ({"first": Grid("wheel.theta", 0.0, 1.0, 1)}, "a count of 2 or more"),
+        ({"first": ("wheel.theta", 1.0, 0.0, 2)}, "must have low below high"),
+        ({"first": ("wheel.theta", 0.0, 1.0, 1)}, "its lowest and highest value and how many"),
         ({"settle": 0}, "settle = 0"),
     ],
 )
 def test_what_cannot_be_is_told(change: dict[str, Any], words: str) -> None:
     given = {"first": ANGLE, "second": SPEED, "settle": 10} | change
     with pytest.raises(InputError, match=words):
-        basins_of_attraction(BISTABLE, given.pop("first"), given.pop("second"), **given)
+        gp.basins(BISTABLE, given.pop("first"), given.pop("second"), **given)

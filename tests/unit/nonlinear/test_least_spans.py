@@ -5,7 +5,7 @@ import pytest
 
 import gearplay as gp
 from depth import some
-from gearplay.nonlinear.slow_oscillation import slow_oscillation
+from gearplay.nonlinear.record_length import slow_oscillation
 
 
 def test_exponents_of_an_instant_are_refused() -> None:
@@ -20,7 +20,7 @@ def test_exponents_of_an_instant_are_refused() -> None:
 
 def test_a_record_of_few_slow_swings_is_refused() -> None:
     """The article's ring crosses its backlash and bounces back in about half a second, and rattles more or less for seconds."""
-    words = r"duration = 2.0: must hold 25 slow swings of the motion; half the power of ring\.\S+.*Give \d+ s or more"
+    words = r"duration = 2.0: must hold 25 slow oscillations of the motion; half the power of ring\.\S+.*Give \d+ s or more"
     with pytest.raises(gp.InputError, match=words):
         gp.lyapunov("han2021", count=1, duration=2.0)
 

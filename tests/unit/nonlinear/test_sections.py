@@ -10,11 +10,9 @@ import pytest
 from tests.cross.random_systems import random_case
 
 import gearplay as gp
-from gearplay.model.families import along
-from gearplay.nonlinear.diagrams import _carried, _Last, bifurcation_diagram
+from gearplay.nonlinear.bifurcation import _carried, _Last
 from gearplay.nonlinear.orbits.period_map import StrobeMap, common_period, section_period
 from gearplay.nonlinear.orbits.shooting import find_orbit
-from gearplay.nonlinear.sections import contact_section, stroboscopic_section
 from gearplay.nonlinear.torsional import torsional_pair
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_one
@@ -42,7 +40,7 @@ def test_a_section_is_the_run_sampled_once_per_period() -> None:
         "pinion-ring.center_distance",
         "ring.sleeve_penetration",
     ]
-    found = stroboscopic_section(case, names, keep=2, period=0.025)
+    found = gp.section(case, names, keep=2, period=0.025)
     assert found.names == tuple(names)
     run = run_one(case)
     for at, name in enumerate(names):
@@ -56,12 +54,12 @@ def test_a_contact_section_stops_at_the_located_events() -> None:
     run = run_one(case, signals=["x"])
     onsets = run.log[(run.log[:, 1] == 0.0) & (run.log[:, 2] == 1.0)]
     assert len(onsets) > 3
-    found = contact_section(case, ["ring.sleeve_penetration", "ring.vx"], "ring", duration=0.4)
+    found = gp.impacts(case, ["ring.sleeve_penetration", "ring.vx"], "ring", member=0)
     assert np.array_equal(found.times, onsets[:, 0])
     assert np.array_equal(found.values[:, -1], onsets[:, 3])
     assert np.max(np.abs(found.values[:, 0])) < 1e-12
     assert found.names == ("ring.sleeve_penetration", "ring.vx", "ring.rate")
-    releases = contact_section(case, ["ring.sleeve_penetration"], "ring", change="release", duration=0.4)
+    releases = gp.impacts(case, ["ring.sleeve_penetration"], "ring", change="release", member=0)
     assert np.all(releases.values[:, -1] < 0.0)
 
 
@@ -73,7 +71,7 @@ def test_all_rotors_are_seen_at_the_instant_of_an_event(seed: int, contact: str)
         "run": {"duration": 0.006, "transient": 0.0, "sampling": 1e4, "tolerance": 1e-12},
     }
     flow = Flow(gp.load_case(document))
-    found = contact_section(gp.load_case(document), ["x", "vy", "theta"], contact, duration=0.006)
+    found = gp.impacts(gp.load_case(document), ["x", "vy", "theta"], contact, member=0)
     assert len(found.times) >= 1
     for t, values in zip(found.times, found.values, strict=True):
         state = flow.go(flow.start(), float(t)).state
@@ -93,8 +91,9 @@ def test_a_carried_motion_goes_on_where_the_excitation_begins_anew() -> None:
     )
     fast = gp.replace(fast, {"run.tolerance": 1e-12})
     backlash = fast.meshes[0].backlash
-    found = bifurcation_diagram(
-        along(fast, "meshes.0.backlash"),
+    found = gp.bifurcation(
+        fast,
+        "meshes.0.backlash",
         [backlash, backlash * (1.0 + 1e-12)],
         ["ring.x"],
         settle=0,
@@ -102,7 +101,7 @@ def test_a_carried_motion_goes_on_where_the_excitation_begins_anew() -> None:
         period="mesh",
         directions=["up"],
     )
-    whole = stroboscopic_section(fast, ["ring.x"], keep=24, period="mesh")
+    whole = gp.section(fast, ["ring.x"], keep=24, period="mesh")
     assert found.values[0, 0, :, 0] == pytest.approx(whole.values[1:4, 0], rel=1e-6)
     assert found.values[0, 1, :, 0] == pytest.approx(whole.values[21:24, 0], rel=1e-3)
 
@@ -125,7 +124,7 @@ def test_periods_of_the_excitation() -> None:
 @pytest.mark.slow
 def test_a_diagram_carried_up_and_down_shows_the_jumps_of_the_resonance() -> None:
     values = np.linspace(0.42, 0.8, 20)
-    found = bifurcation_diagram(pair, values, ["wheel.theta"], settle=200, keep=3)
+    found = gp.bifurcation(pair, "frequency", values, ["wheel.theta"], settle=200, keep=3)
     assert found.values.shape == (2, 20, 3, 1)
     assert np.ptp(found.values, axis=2).max() < 1e-6  # period 1 everywhere
     up, down = found.values[:, :, -1, 0]
@@ -140,14 +139,23 @@ def test_a_diagram_carried_up_and_down_shows_the_jumps_of_the_resonance() -> Non
 
 def test_without_carrying_the_way_does_not_matter() -> None:
     values = np.linspace(0.42, 0.8, 6)
-    found = bifurcation_diagram(pair, values, ["wheel.theta"], settle=50, keep=2, carry=False)
+    found = gp.bifurcation(pair, "frequency", values, ["wheel.theta"], settle=50, keep=2, carry=False)
     assert np.array_equal(found.values[0], found.values[1])
 
 
 def test_a_value_that_fails_leaves_the_others() -> None:
-    family = along(case_of(), "meshes.0.backlash")
-    found = bifurcation_diagram(
-        family, [5e-5, 1e-4, 0.05], ["ring.x"], settle=1, keep=2, period="mesh", directions=["up"]
+    def family(backlash: float) -> gp.Case:
+        return case_of(**{"meshes.0.backlash": backlash})
+
+    found = gp.bifurcation(
+        family,
+        "backlash",
+        [5e-5, 1e-4, 0.05],
+        ["ring.x"],
+        settle=1,
+        keep=2,
+        period="mesh",
+        directions=["up"],
     )
     assert np.isfinite(found.values[0, :2]).all()
     assert np.isnan(found.values[0, 2]).all()
@@ -156,8 +164,9 @@ def test_a_value_that_fails_leaves_the_others() -> None:
 
 def test_a_wish_to_stop_is_heard() -> None:
     stop = threading.Event()
-    found = bifurcation_diagram(
+    found = gp.bifurcation(
         pair,
+        "frequency",
         np.linspace(0.5, 0.9, 50),
         ["wheel.theta"],
         settle=20,
@@ -172,25 +181,31 @@ def test_a_wish_to_stop_is_heard() -> None:
     ("call", "words"),
     [
         (
-            lambda: stroboscopic_section(case_of(), ["ring.ax"], keep=1),
+            lambda: gp.section(case_of(), ["ring.ax"], keep=1),
             'signals = "ax": must follow from the state alone',
         ),
-        (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period="tooth"), 'period = "tooth"'),
-        (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period=-1.0), "period = -1"),
-        (lambda: contact_section(case_of(), ["ring.x"], "rng", duration=1.0), 'contact = "rng"'),
+        (lambda: gp.section(case_of(), ["ring.x"], keep=1, period="tooth"), 'period = "tooth"'),
+        (lambda: gp.section(case_of(), ["ring.x"], keep=1, period=-1.0), "period = -1"),
+        (lambda: gp.impacts(case_of(), ["ring.x"], "rng", duration=1.0), 'contact = "rng"'),
         (
-            lambda: contact_section(case_of(), ["ring.x"], "ring", change="hit", duration=1.0),
+            lambda: gp.impacts(case_of(), ["ring.x"], "ring", change="hit", duration=1.0),
             'change = "hit"',
         ),
-        (lambda: contact_section(case_of(), ["ring.x"], "ring", duration=0.0), "duration = 0"),
-        (lambda: bifurcation_diagram(pair, [0.5, 0.4], ["wheel.theta"]), "must have values that rise"),
+        (lambda: gp.impacts(case_of(), ["ring.x"], "ring", duration=0.0), "duration = 0"),
         (
-            lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], directions=["left"]),
+            lambda: gp.bifurcation(pair, "frequency", [0.5, 0.4], ["wheel.theta"]),
+            "must have values that rise",
+        ),
+        (
+            lambda: gp.bifurcation(pair, "frequency", [0.5], ["wheel.theta"], directions=["left"]),
             "must be up, down or both",
         ),
-        (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], keep=0), "keep = 0: must be 1 or more"),
         (
-            lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], keep=1),
+            lambda: gp.bifurcation(pair, "frequency", [0.5], ["wheel.theta"], keep=0),
+            "keep = 0: must be a whole number, 1 or more",
+        ),
+        (
+            lambda: gp.section(gp.load_case("external-pair"), ["output.x"], keep=1),
             "must be a prescribed speed without a ramp",
         ),
         (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),
@@ -203,12 +218,12 @@ def test_what_cannot_be_is_told(call: Any, words: str) -> None:
 
 def test_a_state_from_which_nothing_can_be_followed_is_not_carried() -> None:
     """From 2.9 mm of clearance down to 10 um: the ring is shot out of its sleeve; it starts as its case says, and says so."""
-    family = along(case_of(), "sleeves.ring.radial_clearance")
-    found = bifurcation_diagram(
-        family, [1e-5, 2.9e-3], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
+    case, path = case_of(), "sleeves.ring.radial_clearance"
+    found = gp.bifurcation(
+        case, path, [1e-5, 2.9e-3], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
     )
-    alone = bifurcation_diagram(
-        family, [1e-5], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
+    alone = gp.bifurcation(
+        case, path, [1e-5], ["ring.x"], settle=1, keep=2, period="mesh", directions=["down"]
     )
     assert np.array_equal(found.values[0, 0], alone.values[0, 0])
     assert found.starts[0][1] == ""
@@ -217,9 +232,16 @@ def test_a_state_from_which_nothing_can_be_followed_is_not_carried() -> None:
 
 def test_a_step_that_presses_a_contact_is_reported() -> None:
     """From 200 um of clearance to 100 um the state is carried; the ring then begins up to 100 um within its sleeve."""
-    family = along(case_of(**{"gravity.1": -9.81}), "sleeves.ring.radial_clearance")
-    found = bifurcation_diagram(
-        family, [1e-4, 2e-4], ["ring.y"], settle=200, keep=1, period="mesh", directions=["down"]
+    case = case_of(**{"gravity.1": -9.81})
+    found = gp.bifurcation(
+        case,
+        "sleeves.ring.radial_clearance",
+        [1e-4, 2e-4],
+        ["ring.y"],
+        settle=200,
+        keep=1,
+        period="mesh",
+        directions=["down"],
     )
     assert "the step itself raised ring.sleeve_penetration from" in found.starts[0][0]
     assert found.starts[0][1] == ""
@@ -237,8 +259,15 @@ def test_another_mechanism_and_gears_that_cannot_mesh_begin_anew() -> None:
             raise InputError(Fault("value", value, "must not be 3", "Take another"))
         return base if value in (0.0, 1.0) else other
 
-    found = bifurcation_diagram(
-        family, [0.0, 1.0, 2.0, 3.0, 4.0], ["ring.x"], settle=1, keep=1, period="mesh", directions=["up"]
+    found = gp.bifurcation(
+        family,
+        "value",
+        [0.0, 1.0, 2.0, 3.0, 4.0],
+        ["ring.x"],
+        settle=1,
+        keep=1,
+        period="mesh",
+        directions=["up"],
     )
     assert found.starts[0][:2] == ("", "")
     assert "as it is another mechanism" in found.starts[0][2]

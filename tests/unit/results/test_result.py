@@ -1,4 +1,4 @@
-"""The Python door: dataset, attributes, saving and reading back, spectra, refusals."""
+"""Results in Python: dataset, attributes, saving and reading back, spectra, refusals."""
 
 import dataclasses
 import json

@@ -2,7 +2,7 @@
 
 from gearplay.calibration.reading import load_plan
 from gearplay.model.reading import load_case, replace
-from gearplay.web.measured_lines import measured_lines
+from gearplay.web.measured import measured_lines
 
 
 def test_measured_lines__those_of_the_condition() -> None:

@@ -27,7 +27,7 @@ from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
 from gearplay.web.jobs import limited_case
-from gearplay.web.measures import measures
+from gearplay.web.maps import measures
 from gearplay.web.pool import Pool
 from gearplay.web.serve import address_of
 from gearplay.web.store import Store

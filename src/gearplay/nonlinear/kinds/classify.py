@@ -217,7 +217,7 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
     loss, k, error = closeness_loss(states, noise, bands), zero_one(within), forecast_error(states, bands)
     votes = {"recurrence": _vote(loss), "0-1 test": _vote(k)} | votes
     evidence |= {"bands": float(bands), "loss": loss, "k": k, "forecast error": error}
-    told = f"loss of closeness {loss:.2f}, K {k:.2f}{_exponent_words(evidence)}"
+    summary = f"loss of closeness {loss:.2f}, K {k:.2f}{_exponent_words(evidence)}"
     if not loss >= CHAOTIC:
         lines = line_change(states)
         part = float(np.mean(np.sum(within**2, axis=1))) / states.shape[1]  # of the variance, within bands
@@ -236,23 +236,21 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
         and evidence["line ratio"] >= 0.5 * LINE_RATIO
         and evidence["line share"] >= 0.5 * LINE_SHARE
     ):
-        reason = f"{changed}: a drift, or a combination of frequencies slower than the record ({told})."
+        reason = f"{changed}: a drift, or a combination of frequencies slower than the record ({summary})."
         return Response("undecided", reason, evidence=evidence)
     if error > CHAOTIC and votes["0-1 test"] == "chaotic" and "exponent" not in votes:
-        reason = f"Neighbours forecast no better than a linear law ({error:.2f} of its error): chaos or noise ({told})."
+        reason = f"Neighbours forecast no better than a linear law ({error:.2f} of its error): chaos or noise ({summary})."
         return Response("undecided", reason, evidence=evidence)
     for kind in ("quasi-periodic", "chaotic"):
         cast = [vote for vote in votes.values() if vote != "undecided"]
         if len(cast) < 2 or set(cast) != {kind}:
             continue
         if kind == "quasi-periodic" and evidence["slow"] > SLOW:
-            reason = (
-                f"The motion varies with less than two turns in the record: a slow beat or a drift ({told})."
-            )
+            reason = f"The motion varies with less than two turns in the record: a slow beat or a drift ({summary})."
             return Response("undecided", reason, evidence=evidence)
-        return Response(kind, f"{len(cast)} of {len(votes)} tests: {told}.", evidence=evidence)
+        return Response(kind, f"{len(cast)} of {len(votes)} tests: {summary}.", evidence=evidence)
     words = ", ".join(f"{name} {vote}" for name, vote in votes.items())
-    return Response("undecided", f"The tests do not agree ({words}): {told}.", evidence=evidence)
+    return Response("undecided", f"The tests do not agree ({words}): {summary}.", evidence=evidence)
 
 
 def _exponent_words(evidence: Evidence) -> str:

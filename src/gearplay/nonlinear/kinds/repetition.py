@@ -4,13 +4,13 @@ Folded by an order k, samples n, n + k, n + 2 k ... stand together; of a cycle o
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.nonlinear.kinds.thresholds import REPEATS, SPREAD
-from gearplay.nonlinear.orders import repeating_orders
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +30,22 @@ class Misfit:
     def repeats(self) -> bool:
         """Whether the deviation is within the resolution."""
         return self.spread <= SPREAD and self.peak <= PEAK
+
+
+def repeating_orders(samples: Floats, most: int, apart: float, *, first: int | None = None) -> Iterator[int]:
+    """Yield the orders, up to ``most``, with which samples repeat to within ``apart``, the smallest first.
+
+    ``samples`` has shape [period, signal]; with order k no sample differs from that k periods later by more than ``apart`` in
+    any signal. Of long records only the ``first`` samples are compared.
+
+    >>> list(repeating_orders(np.tile([[0.0], [5.0], [0.0], [8.0]], (4, 1)), 8, 0.1))
+    [4, 8]
+    """
+    for order in range(1, most + 1):
+        count = len(samples) - order
+        some = count if first is None else min(first, count)
+        if float(np.max(np.abs(samples[order : order + some] - samples[:some]))) <= apart:
+            yield order
 
 
 def unfolded(samples: Floats, order: int) -> Floats:

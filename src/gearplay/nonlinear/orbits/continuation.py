@@ -1,25 +1,27 @@
 """Periodic orbits of a case and their branches over one of its fields."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied, along
 from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
-from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
 from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.shooting import find_orbit
-from gearplay.nonlinear.resonance import resonant_value
-from gearplay.nonlinear.tolerances import sharp
 from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
+
+if TYPE_CHECKING:
+    from gearplay.linear.response import FrequencyResponse
 
 
 def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> PeriodicOrbit:
@@ -55,8 +57,6 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     True
 
     """
-    _check_whole("order", order, 1, 1000)
-    _check_whole("settle", settle, 0, 10_000_000)
     base = sharp(case_of(case))
     prepare(base, derivative=True)
     family = StrobeMap(lambda _: base, 0.0)
@@ -133,8 +133,6 @@ def branch(
     (3, 1)
 
     """
-    _check_whole("order", order, 1, 1000)
-    _check_whole("settle", settle, 0, 10_000_000)
     varied = Varied(case, path)
     settings = _settings(varied, low, high, size, orbits)
     base = sharp(varied.case(settings.low))
@@ -197,8 +195,6 @@ def branches(
     (1, 'meshes.0.transmission_error.0.amplitude')
 
     """
-    _check_whole("order", order, 1, 1000)
-    _check_whole("doublings", doublings, 0, 8)
     varied = Varied(case, path)
     settings = _settings(varied, low, high, size, orbits)
     base = sharp(varied.case(settings.low))
@@ -214,10 +210,8 @@ def branches(
     return Branches(found, base, path, missed=(*missed, *late), family=family.family)
 
 
-def check_branches(case: Source, path: str, *, order: int, doublings: int) -> None:
+def check_branches(case: Source, path: str) -> None:
     """Raise `InputError` where branches of a case cannot be followed: before long work begins."""
-    _check_whole("order", order, 1, 1000)
-    _check_whole("doublings", doublings, 0, 8)
     base = sharp(case_of(case))
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
@@ -241,6 +235,30 @@ def _first_value(varied: Varied, base: Case, start: Any) -> float:
     return varied.number(start, "start")
 
 
+def resonant_value(case: Case, path: str, response: "FrequencyResponse") -> float:
+    """Return the speed [rad/s] that a field prescribes where a mesh meets the largest resonance of a response to its error.
+
+    Raises `InputError` for a field that is no speed of a drive, or a response to something else than a mesh's error.
+    """
+    from gearplay.linear.inputs import ERROR
+
+    label, _, kind = str(response.ds.attrs["force"]).rpartition(".")
+    labels = [mesh.label for mesh in case.meshes]
+    if kind != ERROR or label not in labels:
+        rule = "must be a response to the error of a mesh of the case"
+        raise InputError(Fault("start", str(response.ds.attrs["force"]), rule, "Give the value itself"))
+    if not path.endswith(".drive.speed"):
+        rule = "must be the speed of a drive for a start on a resonance"
+        raise InputError(Fault("path", path, rule, "Give the value itself as start"))
+    now = _value_now(case, path)
+    frequency = rolling.mesh_frequency(case, labels.index(label))
+    if frequency == 0.0 or now == 0.0:
+        raise InputError(Fault(path, now, "must not be 0 for a start on a resonance", "Choose a speed"))
+    amplitude = response.ds["amplitude"].values
+    at = float(response.ds["frequency"].values[int(np.argmax(amplitude.max(axis=0)))])
+    return now * at / frequency
+
+
 def _value_now(base: Case, path: str) -> float:
     """Return the case's own value of a field [SI]."""
     return number_in_si(base, (path,), value_at(base, path), path)
@@ -250,14 +268,6 @@ def _settings(varied: Varied, low: Any, high: Any, size: float | None, orbits: i
     ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
-    if size is not None and not (np.isfinite(size) and size > 0.0):
-        raise InputError(Fault("size", size, "must be above 0", "Leave it out for a tenth of the range"))
-    _check_whole("orbits", orbits, 2, 100_000)
     return Settings(
         low=ends[0], high=ends[1], size=0.1 * (ends[1] - ends[0]) if size is None else size, orbits=orbits
     )
-
-
-def _check_whole(name: str, value: int, least: int, most: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(Fault(name, value, f"must be a whole number from {least} to {most}", "Choose one"))

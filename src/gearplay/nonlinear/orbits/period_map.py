@@ -1,7 +1,6 @@
 """Period map: the state over one period of the excitation, with its exact derivative."""
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -9,8 +8,10 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion
 from gearplay.kernels.layout import DRIVE_SPEED
+from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
+from gearplay.model.reading import replace
 from gearplay.parts.registry import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
@@ -19,11 +20,13 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 Floats = NDArray[np.float64]
 MOST_PERIODS = 2000
 """Most mesh periods that a common period of all excitations may have."""
+LOOSEST = 1e-9
+"""Error tolerance [1] of orbits, exponents and kinds of motion, unless that of the case is less: orbits are closed to 1e-9."""
 
 
 class Image(NamedTuple):
-    """Where a map leads: the state, shape [state]; its derivative, shape [image, state]; the contact changes on the way as
-    (contact, 1 onset / 0 release), shape [change, 2].
+    """Image of a state under a map: the state, shape [state]; the derivative, shape [image, state]; the contact changes over
+    the period as (contact, 1 onset / 0 release), shape [change, 2].
     """
 
     state: Floats
@@ -32,34 +35,40 @@ class Image(NamedTuple):
 
 
 class PeriodMap(Protocol):
-    """A map x -> P(x; parameter) over one period, whatever system it is of.
+    """A map x -> P(x; parameter) over one period, of any system.
 
     ``scale`` are the natural sizes of the state's entries, shape [state].
     """
 
-    @property
-    def scale(self) -> Floats:
-        """Natural sizes, shape [state]."""
-        ...
+    scale: Floats
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state."""
         ...
 
 
-@dataclass(frozen=True)
-class _Member:
+class _Member(NamedTuple):
     flow: Flow
     period: float
+
+
+def sharp(case: Case) -> Case:
+    """Return a case whose tolerance is no looser than `LOOSEST`.
+
+    >>> from gearplay.model.reading import load_case
+    >>> sharp(load_case("han2021")).run.tolerance
+    1e-09
+    """
+    return case if case.run.tolerance <= LOOSEST else replace(case, {"run.tolerance": LOOSEST})
 
 
 class StrobeMap:
     """The map of a case over a period of its excitation, in the states that are not prescribed.
 
-    A planetary set is seen from its turning carrier (`solver.frames`).
+    A planetary set is described in the frame of its carrier (`solver.frames`).
 
     ``family`` returns the case at a parameter. Impact speeds stored for sleeves in contact at the section follow the free
-    states: of a closed sleeve they are part of the state, of an open one they mean nothing and stay 0.
+    states: those of closed sleeves are part of the state, those of open ones are 0.
 
     Raises `InputError` for a case whose excitation has no period: a speed must be prescribed, without a ramp.
     """
@@ -69,12 +78,8 @@ class StrobeMap:
         self._kept: dict[float, _Member] = {}
         first = self.member(parameter).flow
         self.free, self.impact_contacts = first.free, first.impact_contacts
-        self._scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
-
-    @property
-    def scale(self) -> Floats:
+        self.scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
         """Natural sizes of the free states, then of stored impact speeds, shape [state]."""
-        return self._scale
 
     def member(self, parameter: float) -> _Member:
         """Return the flow and the period [s] at a parameter."""
@@ -97,7 +102,7 @@ class StrobeMap:
         return state
 
     def passage(self, state: Floats, parameter: float, changes: Floats | None = None) -> Passage:
-        """Follow the motion over one period."""
+        """Return the integration over one period."""
         flow, period = self.member(parameter).flow, self.member(parameter).period
         free = len(self.free)
         full = np.zeros(flow.size)
@@ -173,7 +178,7 @@ def _check_prescribed(packed: Packed) -> None:
 
 
 def common_period(packed: Packed) -> float:
-    """Return the shortest time [s] after which everything that excites a system begins anew.
+    """Return the common period [s] of all excitation.
 
     That is a number of periods of the first mesh: stiffness and errors repeat with their mesh, runouts and unbalances with their
     rotor, ripples and terms of torques with their order or frequency, the housing with its own. A coaxial planetary set is seen
@@ -197,22 +202,24 @@ def common_period(packed: Packed) -> float:
 
 
 def _rates(packed: Packed) -> list[float]:
-    """Return the angular frequencies [rad/s] with which all that excites a system begins anew, the first mesh's first."""
+    """Return the angular frequencies [rad/s] of all excitation, the first mesh's first."""
     rotors: Any = packed.system.rotors
     meshes: Any = packed.system.records[MESH]
     sleeves: Any = packed.system.records[SLEEVE]
     supports: Any = packed.system.records[SUPPORT]
     frames = CarrierFrames(packed.system)
-    speeds, beside = rotors.nominal_speed, np.abs(rotors.nominal_speed - frames.speeds)
+    speeds, relative = rotors.nominal_speed, np.abs(rotors.nominal_speed - frames.speeds)
     rates = []
     for mesh in meshes:
         frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
         rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
         rates += [
-            beside[i] for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
+            relative[i] for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
         ]
     rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
-    rates += [beside[i] for i in range(rotors.size) if rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0]
+    rates += [
+        relative[i] for i in range(rotors.size) if rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0
+    ]
     rates += np.abs(frames.speeds[frames.breaks]).tolist()
     for each in packed.system.records[EXCITATION]:
         if each["pieces"] > 0 or each["load_pieces"] > 0:

@@ -83,9 +83,7 @@ def defect_slopes(found: Return, scale: Floats) -> Floats:
     return np.asarray(slopes)
 
 
-def find_orbit(
-    period_map: PeriodMap, guess: Floats, parameter: float, *, order: int = 1, close: float = CLOSE
-) -> Orbit:
+def find_orbit(period_map: PeriodMap, guess: Floats, parameter: float, *, order: int = 1) -> Orbit:
     """Return the periodic orbit of an order near a guess of its state at the section, shape [state].
 
     Newton's method, each step halved until the residual falls; stable and unstable orbits alike.
@@ -97,7 +95,7 @@ def find_orbit(
     found = after(period_map, state, parameter, order)
     residual = _size(found.image - state, scale)
     for _ in range(MOST_STEPS):
-        if residual <= close:
+        if residual <= CLOSE:
             if (lower := order_of(found.states, scale)) < order:
                 raise SimulationError(
                     f"orbit: what is near the guess repeats after {lower} of {order} periods already. "

@@ -1,4 +1,4 @@
-"""The door: what is asked is checked, kinds are told by content, packages may be missing, files may be too large."""
+"""Reading a measurement: checked arguments, kinds by content, missing packages, size limits."""
 
 import builtins
 import importlib

@@ -1,0 +1,89 @@
+"""Options of several commands, and the translation of argument names in errors to options."""
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+
+if TYPE_CHECKING:
+    from gearplay.vocabulary.quantities import Quantity
+
+_PLAIN: Final = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
+
+CaseName = Annotated[
+    str, typer.Argument(help="A case file, or a bundled case: gearplay copy lists them.", show_default=False)
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Change the case: --set meshes.0.backlash=200um. May be repeated."
+    ),
+]
+Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
+
+OPTIONS: Final = {
+    **{name: f"--{name}" for name in ("at", "doublings", "keep", "member", "orbits", "order", "period")},
+    **{name: f"--{name}" for name in ("periods", "settle", "show", "signal", "window")},
+    "change": "--set",
+    "ensemble": "--members",
+}
+"""Options by the names of the arguments that they set."""
+PHRASES: Final = {
+    "or overwrite it": "or say --overwrite",
+    "Write it piece by piece (zarr)": "Say --zarr, which writes it piece by piece",
+    "Draw a history": "Draw a history: --kind history",
+}
+"""Cures in terms of Python, and of the command line."""
+
+
+def si_number(option: str, text: str, quantity: "Quantity") -> float:
+    """Return a quantity of the command line in SI: a plain number is SI already, text has a unit; `InputError` else.
+
+    >>> from gearplay.vocabulary.quantities import FREQUENCY, TIME
+    >>> si_number("--sampling", "12.8kHz", FREQUENCY), si_number("--duration", "0.5", TIME)
+    (12800.0, 0.5)
+    """
+    from gearplay.schema.units import UnitError, parse_quantity
+
+    try:
+        return float(text) if _PLAIN.fullmatch(text.strip()) else parse_quantity(text, quantity)
+    except UnitError as error:
+        raise InputError(Fault(option, text, error.rule, error.cure)) from None
+
+
+def period_of(text: str) -> str | float:
+    """Return a period as it is given on the command line: a name, or a time [s].
+
+    >>> period_of("mesh"), period_of("0.5"), period_of("25 ms")
+    ('mesh', 0.5, 0.025)
+    """
+    if not any(letter.isdigit() for letter in text):
+        return text
+    from gearplay.vocabulary.quantities import TIME
+
+    return si_number("--period", text, TIME)
+
+
+def with_options(error: GearplayError) -> GearplayError:
+    """Return an error with the option names of the command line; the same object where nothing changes.
+
+    >>> print(with_options(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))
+    --at = "rim": must be a rotor. Choose another, or say --overwrite.
+    """
+    if isinstance(error, InputError):
+        faults = [
+            replace(each, path=OPTIONS.get(each.path, each.path), cure=_translated(each.cure))
+            for each in error.faults
+        ]
+        return error if faults == error.faults else type(error)(faults)
+    text = str(error)
+    return error if _translated(text) == text else type(error)(_translated(text))
+
+
+def _translated(text: str) -> str:
+    for there, here in PHRASES.items():
+        text = text.replace(there, here)
+    return re.sub(r"See help\(gearplay\.(\w+)\)", r"See gearplay \1 --help", text)
