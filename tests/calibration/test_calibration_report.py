@@ -398,15 +398,11 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_fit_that_rests_on_its_start_is_told_of_in_the_answer(tmp_path: Path) -> None:
-    plan = small_plan()
-    fits = fits_of(plan)
+def test_a_fit_that_rests_on_its_start_is_told_of_in_the_answer(written: Any, tmp_path: Path) -> None:
+    plan, fits, _, document = written
     dying = Drift("slow", "radial", "amplitude", 20.0, -2.0, 0.01)
     changing = [dataclasses.replace(fits[0], drift=(dying,)), *fits[1:]]
-    quiet, told = (
-        write_calibration(plan, each, tmp_path / name)["answer"]
-        for name, each in (("quiet", fits), ("dying", changing))
-    )
+    quiet, told = document["answer"], write_calibration(plan, changing, tmp_path / "dying")["answer"]
     assert len(quiet) == 3
     assert told[:3] == quiet
     assert "the amplitude of radial, slow, is 0.01 times as large after 20 s" in told[3]

@@ -134,20 +134,3 @@ def test_sections_and_exponents_of_a_bundled_case() -> None:
     assert found.values.shape == (2,)
     assert found.blocks.shape == (20, 2)
     assert found.largest[0] >= found.values[1]
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: gp.periodic_orbit("han2021", order=0), "order = 0"),
-        (lambda: gp.branch("han2021", "meshes.0.backlash", "2 mm", "1 mm"), "high"),
-        (lambda: gp.branch("han2021", "title", 0.0, 1.0), "title"),
-        (
-            lambda: gp.bifurcation("han2021", "meshes.0.backlash", ["100 um", "90 um"], ["ring.x"]),
-            "must have values that rise",
-        ),
-    ],
-)
-def test_functions_refuse_in_one_sentence(call: object, words: str) -> None:
-    with pytest.raises(gp.InputError, match=words):
-        call()  # type: ignore[operator]

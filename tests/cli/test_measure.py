@@ -92,20 +92,3 @@ def test_the_file_holds_the_record(tmp_path: Path, capsys: pytest.CaptureFixture
         assert np.array_equal(read.channel(channel.name).values, channel.values)
     assert read.attributes["case_sha256"] == same.attributes["case_sha256"]
     assert "Saved to" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (["no-such-case"], "no-such-case"),
-        (["han2021", "--rig", "missing.toml"], 'rig = "missing.toml": no such file'),
-        (["han2021", "--duration", "-1"], "duration = -1.0: must be a finite time"),
-        (["han2021", "--seed", "-1"], "seed = -1: must be a whole number, 0 or more"),
-    ],
-)
-def test_refusals_say_what_is_wrong(
-    tmp_path: Path, written: list[tuple[Record, Path]], words: list[str], says: str
-) -> None:
-    with pytest.raises(InputError, match=says):
-        run(*words, "--out", str(tmp_path / "a.csv"))
-    assert not written

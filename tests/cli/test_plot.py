@@ -20,13 +20,20 @@ from pictures import faults_of
 PLACES = {"han2021": ("ring", "pinion-ring"), "two-stage-reducer": ("layshaft", "layshaft.pinion-output")}
 
 
+class Results(dict[str, Path]):
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __missing__(self, name: str) -> Path:
+        self[name] = self.folder / f"{name}.nc"
+        gp.simulate(name, duration=0.7, sampling=2e4).save(self[name])
+        return self[name]
+
+
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return a short result of each bundled case."""
-    folder = tmp_path_factory.mktemp("results")
-    for name in bundled_names():
-        gp.simulate(name, duration=0.7, sampling=2e4).save(folder / f"{name}.nc")
-    return {name: folder / f"{name}.nc" for name in bundled_names()}
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """Return short results of the bundled cases, simulated when first used."""
+    return Results(tmp_path_factory.mktemp("results"))
 
 
 def drawn(path: Path) -> np.ndarray:
@@ -38,7 +45,7 @@ def drawn(path: Path) -> np.ndarray:
 @pytest.mark.parametrize("kind", list(KINDS))
 @pytest.mark.parametrize("name", bundled_names())
 def test_every_kind_of_picture_of_every_bundled_case(
-    name: str, kind: str, results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, kind: str, results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code = run(["plot", str(results[name]), "--kind", kind, "--out", str(tmp_path / "picture.png")])
     said = capsys.readouterr()
@@ -53,7 +60,7 @@ def test_every_kind_of_picture_of_every_bundled_case(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLACES)
-def test_what_is_asked_for_is_drawn(name: str, results: dict[str, Path], tmp_path: Path) -> None:
+def test_what_is_asked_for_is_drawn(name: str, results: Results, tmp_path: Path) -> None:
     case = str(results[name])
     rotor, mesh = PLACES[name]
     orders = [
@@ -105,9 +112,7 @@ def test_titles_say_case_change_and_window(tmp_path: Path, monkeypatch: pytest.M
         (["--out", "a.jpg"], "must end in .png, .svg, .pdf"),
     ],
 )
-def test_faults(
-    words: list[str], rule: str, results: dict[str, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_faults(words: list[str], rule: str, results: Results, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["plot", str(results["han2021"]), *words]) == 2
     said = capsys.readouterr().err
     assert rule in said
@@ -116,7 +121,7 @@ def test_faults(
 
 @pytest.mark.slow
 def test_what_is_no_result_is_told_what_to_do(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], results: dict[str, Path]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], results: Results
 ) -> None:
     assert run(["plot", "han2021"]) == 2
     assert "gearplay run han2021 --out run.nc" in capsys.readouterr().err
@@ -132,9 +137,7 @@ def test_what_is_no_result_is_told_what_to_do(
 
 
 @pytest.mark.slow
-def test_json_says_where_it_is(
-    results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_says_where_it_is(results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "a.svg"
     assert run(["plot", str(results["han2021"]), "--out", str(out), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
@@ -145,7 +148,7 @@ def test_json_says_where_it_is(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["planetary-reducer", "two-stage-reducer"])
-def test_a_gif_moves(name: str, results: dict[str, Path], tmp_path: Path) -> None:
+def test_a_gif_moves(name: str, results: Results, tmp_path: Path) -> None:
     out, frames = tmp_path / "motion.gif", sized(24, 6)
     assert run(["animate", str(results[name]), "--out", str(out), "--frames", str(frames)]) == 0
     film = Image.open(io.BytesIO(out.read_bytes()))
@@ -160,7 +163,7 @@ def test_a_gif_moves(name: str, results: dict[str, Path], tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_a_page_holds_the_motion_and_needs_nothing_else(
-    results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "motion.html"
     words = ["animate", str(results["planetary-reducer"]), "--out", str(out), "--magnify", "2", "--json"]
@@ -184,15 +187,13 @@ def test_a_page_holds_the_motion_and_needs_nothing_else(
     ],
 )
 def test_faults_of_animations(
-    words: list[str], rule: str, results: dict[str, Path], capsys: pytest.CaptureFixture[str]
+    words: list[str], rule: str, results: Results, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["animate", str(results["han2021"]), *words]) == 2
     assert rule in capsys.readouterr().err
 
 
-def test_a_film_needs_ffmpeg(
-    results: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_film_needs_ffmpeg(results: Results, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "motion.mp4"
     code = run(["animate", str(results["han2021"]), "--out", str(out), "--frames", "5"])
     if has_mp4():

@@ -6,7 +6,6 @@ Run as a script, this file is the process that starts a sweep again and again an
 import json
 import os
 import random
-import resource
 import signal
 import sqlite3
 import subprocess
@@ -15,8 +14,6 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +37,6 @@ from gearplay.sweeps.running import folder as in_folder
 from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
 from gearplay.sweeps.running.store import RowStore
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import InputError
 
 CASES, KILLS = 300, sized(40, 10, torture=100)
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
@@ -427,29 +423,6 @@ def test_a_killed_worker_process_changes_nothing(
     assert content(tmp_path) == content(whole)
 
 
-def test_work_that_a_dying_pool_did_not_take_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-
-    class Pool:
-        def __init__(self, *_: object, **__: object) -> None: ...
-
-        def submit(self, work: Callable[..., Any], *words: Any) -> Future[Any]:
-            asked.append(words)
-            if len(asked) == 2:
-                raise BrokenProcessPool
-            future: Future[Any] = Future()
-            future.set_result(work(*words))
-            return future
-
-        def shutdown(self, **_: object) -> None: ...
-
-    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
-    made = Sweep(load_sweep(FEW))
-    with engines.Engine("processes").lasting() as engine:
-        found = [o for outcomes in engine.outcomes(made, range(3)) for o in outcomes]
-    assert {outcome.number for outcome in found} == {0, 1, 2}
-
-
 @pytest.mark.slow
 def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """They start with the first, and end with the block; short cases come in batches, each once."""
@@ -468,20 +441,6 @@ def test_worker_processes_serve_one_sweep_after_the_other(monkeypatch: pytest.Mo
     assert len(kept[0]) == 1
     assert kept[0] == kept[1]
     wait_for(lambda: not any(each.is_running() and each.status() != psutil.STATUS_ZOMBIE for each in kept[0]))
-
-
-@pytest.mark.slow
-def test_a_batch_whose_cases_turn_out_long_is_handed_over_as_far_as_it_is(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Else a kill would lose what is done of it."""
-    monkeypatch.setattr(processes, "LASTING", 100.0)
-    monkeypatch.setattr(processes, "LONGEST", 0.0)
-    made = Sweep(load_sweep(FEW))
-    with engines.Engine("processes", workers=1).lasting() as engine:
-        batches = [[each.number for each in batch] for batch in engine.outcomes(made, [0, 1, 2] * 5)]
-    assert [len(batch) for batch in batches] == [1] * 15
-    assert sorted(number for batch in batches for number in batch) == sorted([0, 1, 2] * 5)
 
 
 @pytest.mark.slow
@@ -628,52 +587,6 @@ def test_a_shard_does_not_forget_for_others(
 # A disk that is full, a folder that cannot be written, files that are damaged
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("limit", [500, 3_000, 60_000])
-@pytest.mark.hostile
-def test_a_full_disk_is_one_sentence(
-    begin: Begin, limit: int, plan: Path, whole: Path, tmp_path: Path
-) -> None:
-    """At the limit of a file's size writes fail as on a full disk: that of the plan, of the table, of a row among many."""
-    process = begin(
-        *("sweep", plan, "--out", tmp_path),
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )
-    _, words = process.communicate(timeout=120)
-    assert process.returncode == (2 if limit < 1_000 else 5), words
-    assert words.startswith("out = ")
-    assert words.count("\n") == 1
-    assert "ree some space" in words
-    kept = rows(tmp_path)
-    assert bool(kept) == (limit > 10_000)
-    assert not (tmp_path / "sweep.nc").exists()
-    finish(plan, tmp_path)
-    assert content(tmp_path) == content(whole)
-    assert rows(tmp_path) == rows(whole)
-    assert leftovers(tmp_path) == []
-
-
-@pytest.mark.slow
-@pytest.mark.hostile
-def test_a_disk_that_is_full_for_the_product_only(begin: Begin, tmp_path: Path) -> None:
-    """80 kB of samples in the product, 40 kB for each file: the store is read, which takes 32 kB, and nothing written."""
-    history = {"kind": "history", "name": "path", "signal": "x", "at": "ring"}
-    many = {**FEW, "set": {**RUN, "run.duration": "0.1 s"}, "axes": [{**SPEED, "count": 100}]}
-    finish(write_plan({**many, "reduce": [history]}, tmp_path / "plan.toml"), tmp_path / "out")
-    product, kept = content(tmp_path / "out"), rows(tmp_path / "out")
-    assert len(product) > 40_000
-    process = begin(
-        *("resume", tmp_path / "out"),
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)),
-    )
-    _, words = process.communicate(timeout=120)
-    assert process.returncode == 2
-    assert words.startswith("out = ")
-    assert words.count("\n") == 1
-    assert (content(tmp_path / "out"), rows(tmp_path / "out")) == (product, kept)
-    assert leftovers(tmp_path / "out") == []
-
-
 def test_a_folder_that_cannot_be_written(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -763,26 +676,6 @@ def test_an_interrupted_overwrite_leaves_the_old_result_and_goes_on(
     assert json.loads(capsys.readouterr().out)["ran"] == 0  # all of it was kept
     assert content(tmp_path) == product
     assert not (tmp_path / ".new").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.hostile
-def test_an_interrupted_overwrite_where_nothing_was_whole_goes_on(
-    few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupted(*words: Any) -> Any:
-        raise KeyboardInterrupt
-
-    words = ["sweep", few, "--out", tmp_path, "--overwrite", "--json"]
-    with monkeypatch.context() as patched:
-        patched.setattr(in_folder, "gather", interrupted)
-        assert do(*words) == 130
-    capsys.readouterr()
-    assert do(*words) == 0
-    assert json.loads(capsys.readouterr().out)["ran"] == 0
-    assert do(*words) == 0
-    assert json.loads(capsys.readouterr().out)["ran"] == 3  # that one had ended
-    assert leftovers(tmp_path) == []
 
 
 @pytest.mark.slow
@@ -1070,27 +963,6 @@ def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFi
     assert "must be a case, but this is a plan" in capsys.readouterr().err
     assert do("sweep", case) == 2
     assert "must be a sweep plan, but this is a case" in capsys.readouterr().err
-
-
-def test_a_dry_run_tells_of_cases_that_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = write_plan({**FEW, "set": {**RUN, "run.max_steps": 5}}, tmp_path / "plan.toml")
-    assert do("sweep", plan, "--dry-run") == 0
-    assert "3 of these 3 failed: " in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        (
-            {"axes": {"meshes.0.backlash": "50 um"}, "reduce": [RMS]},
-            r"axes\.meshes\.0\.backlash = .*must be a list of values",
-        ),
-        ({"axes": {"meshes.0.backlash": ["50 um"]}, "reduce": RMS}, "reduce = .*must be a list of tables"),
-    ],
-)
-def test_single_values_where_lists_belong(given: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        sweep.sweep("han2021", **given)
 
 
 @pytest.mark.parametrize(

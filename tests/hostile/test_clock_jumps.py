@@ -1,6 +1,5 @@
 """The wall clock is set while gearplay works: durations, limits and progress count on a clock that nobody can set."""
 
-import ast
 import itertools
 import time
 from pathlib import Path
@@ -42,26 +41,3 @@ def test_a_sweep_and_its_estimate_count_on_no_wall_clock(tmp_path: Path) -> None
     )
     assert told[-1][0] == told[-1][1] == 3
     assert found.account.finished == 3
-
-
-@pytest.mark.slow
-def test_no_line_asks_for_the_time_of_day() -> None:
-    """Durations are differences of `time.monotonic` or `time.perf_counter`; results say nothing of the day."""
-    asked = [
-        f"{file.relative_to(SOURCE)}:{node.lineno}"
-        for file in sorted(SOURCE.rglob("*.py"))
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Attribute)
-        and node.attr in WALL
-        and isinstance(node.value, ast.Name)
-        and node.value.id in ("time", "datetime", "date")
-    ]
-    asked += [
-        f"{file.relative_to(SOURCE)}:{node.lineno}"
-        for file in sorted(SOURCE.rglob("*.py"))
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ImportFrom)
-        and node.module == "time"
-        and WALL & {each.name for each in node.names}
-    ]
-    assert asked == []

@@ -231,7 +231,9 @@ def trials_of(name: str) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", WORK)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.deep] if name == "calibrate" else []) for name in WORK]
+)
 def test_a_failing_disk_loses_nothing(
     name: str, shim: Path, tmp_path: Path, tried: Callable[[int], None]
 ) -> None:

@@ -10,27 +10,6 @@ import pytest
 import gearplay.kernels
 from programs import run_program
 
-PROGRAM = """
-import json, sys
-from numba.core.types import unliteral
-from gearplay.kernels import compiler
-from gearplay.kernels.compiled import CONTAINED
-from gearplay.kernels.compiled_once import KERNELS
-from gearplay.solver.compiling import _know_types, _wanted
-_know_types()
-for name in _wanted(frozenset(["sleeve", "mesh"]), fixed=False, derivative=False):
-    compiler.compile_kernel(KERNELS[name])
-counts = {}
-for function in CONTAINED:
-    # a constant that is handed down makes a version of its own, which is inlined: that is no other signature
-    distinct = {tuple(map(unliteral, each)) for each in compiler.contained(function).signatures}
-    counts[function.__module__ + "." + function.__name__] = len(distinct)
-json.dump(counts, sys.stdout)
-"""
-
-REAL_AND_COMPLEX = [f"gearplay.kernels.elimination.{name}" for name in ("size_of", "eliminate", "substitute")]
-"""Kernels that serve both kinds of numbers, and are compiled for each."""
-
 SHORT = """
 import json, sys
 import gearplay as gp
@@ -43,13 +22,6 @@ json.dump({"values": run.values.tolist(), "events": run.counters.events, "steps"
 
 def output_of(program: str, **environment: str) -> Any:
     return json.loads(run_program(program, **environment).stdout)
-
-
-@pytest.mark.deep
-def test_one_signature_each_within_all_that_contain_it() -> None:
-    counts = output_of(PROGRAM)
-    assert sum(n == 1 for n in counts.values()) > 100, "the kernels are found"
-    assert {name: n for name, n in counts.items() if n > 1} == dict.fromkeys(REAL_AND_COMPLEX, 2)
 
 
 @pytest.mark.slow

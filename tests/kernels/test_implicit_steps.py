@@ -5,7 +5,7 @@ import pytest
 
 import gearplay as gp
 from gearplay.kernels import implicit
-from gearplay.kernels.implicit_stages import predict, trace
+from gearplay.kernels.implicit_stages import predict
 from gearplay.kernels.jacobian import differentiate
 from gearplay.kernels.run import Run, T
 from gearplay.kernels.slopes import linearise, make_slopes, rate_of_change
@@ -29,37 +29,6 @@ def pressed(case: gp.Case) -> Course:
 @pytest.fixture(scope="module")
 def pair() -> Course:
     return pressed(gp.load_case("external-pair"))
-
-
-@pytest.mark.parametrize("known", [1, 2])
-def test_the_guess_carries_on_a_polynomial(pair: Course, known: int) -> None:
-    """Through three stages of one step it is exact of degree 2, with two more of the step before of degree 4."""
-    run: Run = pair.run
-    kept, system = run.implicit, pair.packed.system
-    speeds = np.arange(run.y.size // 2, run.y.size)
-    curve = np.polynomial.Polynomial([3.0, -2.0, 5.0, 7.0, -11.0][: 3 if known == 1 else 5])
-    before, last, h = 0.3, 0.5, 0.8  # lengths of the steps, the present one from 0 on
-    kept.numbers[implicit.TRACED] = 0
-    for start, length in ((-last - before, before), (-last, last))[2 - known :]:
-        kept.k[:, speeds] = curve(start + implicit.C * length)[:, None]
-        trace(system, run, length)
-    assert kept.numbers[implicit.TRACED] == known
-    predict(system, run, h)
-    assert kept.k[:, speeds] == pytest.approx(np.tile(curve(implicit.C * h)[:, None], speeds.size), rel=1e-12)
-    predict(system, run, 0.5 * h)  # other weights
-    assert kept.k[:, speeds] == pytest.approx(
-        np.tile(curve(0.5 * implicit.C * h)[:, None], speeds.size), rel=1e-12
-    )
-    trace(system, run, 0.5 * h)
-    assert kept.k[:, speeds] == pytest.approx(kept.last[:, speeds])
-
-
-def test_nothing_before_means_that_accelerations_stay(pair: Course) -> None:
-    run: Run = pair.run
-    run.implicit.numbers[implicit.TRACED] = 0
-    predict(pair.packed.system, run, 1e-5)
-    speeds = np.arange(run.y.size // 2, run.y.size)
-    assert np.array_equal(run.implicit.k[:, speeds], np.tile(run.stages[0, speeds], (3, 1)))
 
 
 @pytest.mark.parametrize("name", ["external-pair", "two-stage-reducer", "planets"])

@@ -140,45 +140,6 @@ def test_a_table_of_one_gear_is_the_short_form() -> None:
     assert case.meshes[0].label == "input-output.only"
 
 
-def test_a_train_turned_as_a_whole_moves_alike() -> None:
-    """All angles, gravity and phases of runouts turned by phi: every centre's motion is turned by phi."""
-    phi = 0.9
-    runouts = ["rotors.input", "rotors.layshaft.gears.wheel", "rotors.layshaft.gears.pinion", "rotors.output"]
-    gravity = np.array([3.0, -9.0])
-    turn = np.array([[math.cos(phi), -math.sin(phi)], [math.sin(phi), math.cos(phi)]])
-    case = reducer(
-        {
-            "meshes.0.angle": 0.3,
-            "meshes.1.angle": 2.0,
-            "gravity": gravity.tolist(),
-            "run.tolerance": 1e-11,
-            "mesh_phases": "from_zero",  # teeth turn with the places
-        }
-    )
-    phases = {f"{path}.runout.phase": _phase(case, path) + phi for path in runouts}
-    other = gp.replace(
-        case,
-        {
-            "meshes.0.angle": 0.3 + phi,
-            "meshes.1.angle": 2.0 + phi,
-            "gravity": (turn @ gravity).tolist(),
-            **phases,
-        },
-    )
-    one, two = (run_members(c, [0], duration=4e-3, transient=0.0, sampling=1e4)[0] for c in (case, other))
-    for name in case.rotors:
-        moved = np.array([one.signal("x", name), one.signal("y", name)])
-        turned = np.array([two.signal("x", name), two.signal("y", name)])
-        assert np.max(np.abs(turn @ moved - turned)) < 1e-11
-        assert np.max(np.abs(moved)) > 1e-7
-
-
-def _phase(case: gp.Case, path: str) -> float:
-    from gearplay.model.plan_values import value_at
-
-    return float(value_at(case.resolved(), f"{path}.runout.phase"))
-
-
 def test_loops_must_let_the_train_turn() -> None:
     """A second way from input to output: with its own teeth it turns, with others it is held fast, which is said."""
     document = gp.load_case(REDUCER).resolved()

@@ -1,4 +1,3 @@
-import math
 from typing import Any
 
 import pytest
@@ -9,48 +8,6 @@ from gearplay.model.schema import json_schema
 from gearplay.vocabulary.errors import InputError
 
 SMALL: dict[str, Any] = {"rotors": {"disc": {"mass": 1, "inertia": 1}}, "run": {"duration": 1}}
-
-
-def test_defaults_are_those_of_the_contract() -> None:
-    case = load_case(SMALL)
-    assert (case.title, case.formulation, case.backlash_model, case.gravity) == (
-        "",
-        "geometric",
-        "coupled",
-        (0, 0),
-    )
-    assert (case.sleeves, case.meshes) == ({}, ())
-    disc, run = case.rotors["disc"], case.run
-    assert (disc.teeth, disc.internal, disc.drive, disc.position, disc.floating) == (
-        None,
-        False,
-        None,
-        None,
-        False,
-    )
-    assert disc.load.model_dump() == {"torque": 0, "drag": 0, "friction": 0, "friction_speed": 0.01}
-    assert disc.initial.model_dump() == {"x": 0, "y": 0, "vx": 0, "vy": 0, "theta": None, "omega": None}
-    assert disc.runout.model_dump() == {"amplitude": 0, "phase": 0}
-    assert (run.transient, run.sampling, run.ensemble, run.seed, run.tolerance) == (0, 1e5, 1, 0, 1e-6)
-    assert (run.max_steps, run.max_wall_time) == (None, None)
-
-
-def test_defaults_of_sleeve_and_mesh() -> None:
-    pair = load_case("han2021").resolved()
-    pair["sleeves"]["ring"] = {"radial_clearance": 1e-4, "stiffness": 1e11}
-    pair["meshes"][0] = {
-        "driver": "pinion", "driven": "ring", "module": 0.004, "backlash": 0, "stiffness": {"kind": "harmonic", "mean": 1e8},
-    }  # fmt: skip
-    case = load_case(pair)
-    sleeve, mesh = case.sleeves["ring"], case.meshes[0]
-    assert (sleeve.law, sleeve.exponent, sleeve.restitution) == ("lankarani-nikravesh", 1.5, 0.9)
-    assert (sleeve.restitution_reading, sleeve.minimum_impact_speed) == ("literal", 1e-4)
-    assert (sleeve.friction_coefficient, sleeve.friction_speed) == (0.0, 1e-3)
-    assert (sleeve.bed_exponent, sleeve.bed_reference_penetration, sleeve.on) == (1.0, 1e-6, None)
-    assert mesh.pressure_angle == math.radians(20.0)
-    assert mesh.damping.model_dump() == {"maximum": 0, "ratio": None, "ramp": "smooth"}
-    assert mesh.stiffness.model_dump() == {"kind": "harmonic", "mean": 1e8, "amplitude": 0, "phase": 0}
-    assert (mesh.transmission_error, mesh.label) == ((), "pinion-ring")
 
 
 @pytest.mark.parametrize(

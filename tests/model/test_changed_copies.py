@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import gearplay as gp
+from depth import some
 from gearplay.model.plan_values import value_at
 from gearplay.model.reading import bundled_names
 from gearplay.vocabulary.errors import InputError
@@ -49,7 +50,7 @@ def outcome(make: Any) -> Any:
 def test_every_value_of_every_bundled_case(name: str) -> None:
     case = gp.load_case(name)
     document = case.resolved()
-    for path, value in leaves(document):
+    for path, value in some([*leaves(document)], 12):
         for new in (value, 1.25 * value if isinstance(value, float) else None, -1.0, "7 um", "nonsense"):
             assert outcome(lambda: gp.replace(case, {path: new})) == outcome(  # noqa: B023  (called at once)
                 lambda: whole(document, path, new)  # noqa: B023

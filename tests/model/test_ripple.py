@@ -10,8 +10,7 @@ import pytest
 from gearplay.kernels.ripple import ripple
 from gearplay.model.check import check_case
 from gearplay.model.pack import pack
-from gearplay.model.reading import load_case, replace, to_toml
-from gearplay.model.schema import json_schema
+from gearplay.model.reading import load_case, replace
 from gearplay.vocabulary.errors import InputError
 
 TERM = {"order": 1, "amplitude": 0.01, "phase": "0 deg"}
@@ -26,32 +25,6 @@ def refusal(**drive: Any) -> str:
     with pytest.raises(InputError) as caught:
         with_drive(**drive)
     return str(caught.value)
-
-
-def test_there_is_none_by_default() -> None:
-    case = load_case("han2021")
-    assert case.rotors["pinion"].drive.ripple == ()  # type: ignore[union-attr]
-    rotors = pack(case).system.rotors
-    for field in ("ripple_count", "ripple_curvature", "ripple_rate"):
-        assert np.all(rotors[field] == 0)
-
-
-def test_units_are_read_and_survive_writing() -> None:
-    terms = [{"order": 3, "amplitude": "1 %", "phase": "90 deg"}, {"order": 64, "amplitude": 0.5}]
-    case = with_drive(ripple=terms)
-    first, second = case.rotors["pinion"].drive.ripple
-    assert (first.order, first.amplitude, first.phase) == (3, 0.01, pytest.approx(math.pi / 2.0))
-    assert (second.order, second.amplitude, second.phase) == (64, 0.5, 0.0)
-    assert load_case(case.resolved()) == case
-    changed = replace(case, {"rotors.pinion.drive.ripple.0.amplitude": 0.02})
-    assert changed.rotors["pinion"].drive.ripple[0].amplitude == 0.02
-
-
-def test_it_survives_a_case_file(tmp_path: Any) -> None:
-    case = with_drive(ripple=[TERM, {**TERM, "order": 2}])
-    path = tmp_path / "rippling.toml"
-    path.write_text(to_toml(case), encoding="utf-8")
-    assert load_case(path) == case
 
 
 @pytest.mark.parametrize(
@@ -89,25 +62,6 @@ def test_only_a_prescribed_speed_ripples() -> None:
     assert "rotors.pinion.drive.ripple: unknown field" in words
 
 
-def test_what_the_kernels_get() -> None:
-    speed = -4.0 * math.pi
-    terms = [{"order": 5, "amplitude": 0.1, "phase": 0.7}, {"order": 2, "amplitude": 0.2, "phase": -1.0}]
-    system = pack(with_drive(speed=speed, ripple=terms)).system
-    r = system.rotors[0]
-    assert r.ripple_count == 2
-    assert r.ripple_curvature == pytest.approx((5 * 0.1 + 2 * 0.2) * speed**2)
-    assert r.ripple_rate == pytest.approx(5 * abs(speed))
-    rows = system.terms[r.ripple_start : r.ripple_start + 2]
-    np.testing.assert_allclose(rows[:, 0], [2.0, 5.0])
-    np.testing.assert_allclose(
-        rows[:, 1:], [[0.2 * math.cos(1.0), -0.2 * math.sin(1.0)], [0.1 * math.cos(0.7), 0.1 * math.sin(0.7)]]
-    )
-    before = pack(load_case("han2021")).system
-    np.testing.assert_array_equal(system.terms[: len(before.terms)], before.terms)
-    assert r.ripple_start == len(before.terms)
-    assert list(system.rotors.ripple_count) == [2, 0]
-
-
 def test_angle_speed_and_acceleration_are_each_others_slopes() -> None:
     """By differences of fourth order, and a hand's case: order 1, phase 0, a quarter turn: a, omega (1 + a), 0."""
     system = pack(with_drive(speed=2.0 * math.pi, ripple=[{"order": 1, "amplitude": 0.1}])).system
@@ -137,10 +91,3 @@ def test_a_ripple_excites_a_case() -> None:
     quiet["rotors.pinion.drive.ripple"] = [TERM]
     found = [finding.message for finding in check_case(replace(load_case("han2021"), quiet))]
     assert not any("nothing excites" in message for message in found)
-
-
-def test_the_schema_describes_it() -> None:
-    parts = json_schema()["$defs"]
-    assert parts["SpeedDrive"]["properties"]["ripple"]["maxItems"] == 8
-    assert parts["RippleTerm"]["properties"]["order"]["maximum"] == 64
-    assert parts["RippleTerm"]["properties"]["phase"]["x-unit"] == "rad"

@@ -13,8 +13,8 @@ from chaotic_orbits import henon, logistic
 from gearplay.nonlinear.kinds import thresholds
 from gearplay.nonlinear.kinds.classify import Response, classify
 from gearplay.nonlinear.kinds.recurrence import closeness_loss, forecast_error
-from gearplay.nonlinear.kinds.repetition import count_bands, find_order, misfit
-from gearplay.nonlinear.kinds.stationarity import block_change, line_change
+from gearplay.nonlinear.kinds.repetition import find_order, misfit
+from gearplay.nonlinear.kinds.stationarity import block_change
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -217,35 +217,6 @@ def test_the_exponent_has_a_voice() -> None:
     found = verdict(MOTIONS["periodic"], 0.1)
     assert found.kind == "undecided"
     assert "exponent 0.1 +- 0.001" in found.reason
-
-
-def test_bands_are_counted() -> None:
-    """Two bands of chaos are two, a torus and full chaos have one."""
-    assert count_bands(logistic(3.65, 0.3, 600)[:, None]) == 2
-    assert count_bands(logistic(4.0 - 1e-12, 0.3, 600)[:, None]) == 1
-    assert count_bands(pair(0.5**0.5)) == 1
-
-
-def test_line_change_is_that_of_the_lines() -> None:
-    """Steady lines, alternation included, change by nothing; a linear change comes out with its size."""
-    n = np.arange(801.0)[:, None]
-    steady = np.cos(0.7 * n + 0.3) * [1.0, 0.5] + 0.1 * np.cos(2.9 * n) * [0.0, 1.0] + 0.4 * np.cos(np.pi * n)
-    found = line_change(steady)
-    assert found.ratio < 0.5
-    assert found.slow < 1e-6
-    changing = line_change(steady + 0.1 * n / 800.0 * np.cos(np.pi * n))
-    assert changing.ratio > 5.0
-    assert changing.share == pytest.approx(0.1 / 12.0**0.5 / np.std(steady, axis=0).mean(), rel=0.3)
-
-
-@pytest.mark.parametrize("turns", [0.3, 0.7, 1.0, 1.3, 1.6])
-def test_slow_share_is_that_of_modulations_slower_than_the_record_shows(turns: float) -> None:
-    """For the mean, for a line and for alternation; the mean of the modulation belongs to the line."""
-    modulation = 0.5 * np.cos(2.0 * np.pi * turns * N / 600.0)
-    for carrier in (1.0 + 0.0 * N, 2.0**0.5 * np.cos(0.7 * N), np.cos(np.pi * N)):
-        motion = carrier * (1.0 + modulation) + np.cos(1.9 * N)
-        share = np.var(carrier * (modulation - modulation.mean())) / np.var(motion)
-        assert line_change(motion[:, None]).slow == pytest.approx(share, rel=0.25, abs=0.06)
 
 
 def test_closeness_is_kept_on_a_torus_and_lost_in_chaos() -> None:

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.kernels.layout import AX, PER_ROTOR
 from gearplay.solver import checkpoints
-from gearplay.solver.checkpoints import KeptMotion, KeptSamples
+from gearplay.solver.checkpoints import KeptSamples
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.vocabulary.errors import InputError, ResourceError
@@ -101,43 +100,6 @@ def test_a_run_that_stopped_early_has_the_samples_that_it_reached() -> None:
     assert 100 < len(first.values) < 5000
     assert np.array_equal(again.values, first.values)
     assert np.array_equal(again.time, first.time)
-
-
-def test_states_kept_grow_like_a_logarithm() -> None:
-    """256 for the first 65 536 steps, then 177 for each time that the steps double."""
-    case = gp.replace(case_of("external-pair"), {"run.duration": 1e-3, "run.transient": 1e-3})
-    kept, steps = kept_of(gp.simulate(case)).motion, 0
-    course = _Counting()
-    motion = KeptMotion(case, kept.packed, kept.ends)
-    motion._arrays = (np.zeros(1),)
-    while steps < 10_000_000:
-        motion.note(course)  # type: ignore[arg-type]
-        assert 0 < course.chunk <= 20_000  # so that Ctrl-C and limits are looked at often
-        course.steps = steps = steps + course.chunk
-    assert len(motion.marks) == pytest.approx(256 + 256 * np.log(10_000_000 / 65_536), rel=0.01)
-    assert kept.marks[0].arrays[0].nbytes < kept.bytes / len(kept.marks) < 10_000
-
-
-class _Counting:
-    time, steps, chunk = 0.0, 0, 0
-
-
-def test_only_what_is_looked_at_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[int] = []
-    sample = KeptMotion.sample
-
-    def counting(self: KeptMotion, places: Any, *more: Any) -> Any:
-        asked.append(len(places))
-        return sample(self, places, *more)
-
-    monkeypatch.setattr(KeptMotion, "sample", counting)
-    result = gp.simulate(case_of("han2021"), ensemble=2)
-    ds = result.ds
-    assert asked == []
-    assert dict(ds.sizes)["time"] == len(ds.time) == 30_000
-    peak = float(abs(ds.ax).max())
-    assert asked == [2, 2]  # both rotors at once, of each member
-    assert peak == max(float(np.abs(run.values[:, [AX, PER_ROTOR + AX]]).max()) for run in result.runs)
 
 
 def test_too_many_samples_are_refused_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,13 +12,10 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.model.pack import pack
 from gearplay.results.simulate import record
 from gearplay.solver import integration as course_module
-from gearplay.solver.integration import Course
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
-from gearplay.vocabulary.background import beside
 from gearplay.vocabulary.errors import ResourceError, SimulationError
 
 PATIENCE = 3.0
@@ -107,32 +104,6 @@ def test_a_chunk_is_bounded_by_time_and_leaves_no_trace(
     assert np.array_equal(parts.values, whole.values)
     assert np.array_equal(parts.log, whole.log)
     assert parts.counters == whole.counters
-
-
-def test_chunks_shorten_where_steps_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps of 1 us, then of 1 ms: chunks grow to thousands, and then end after some 50 of them."""
-    case = gp.load_case("han2021")
-    packed = pack(case)
-    course, asked = Course(case, packed, np.zeros(packed.state_size)), []
-
-    def slow(t_end: float, steps: int, *, keep_log: bool = True) -> Status:
-        asked.append(steps)
-        now[0] += (1e-6 if len(asked) <= 20 else 1e-3) * steps
-        return Status.PAUSED if len(asked) < 60 else Status.DONE
-
-    now = [0.0]
-    monkeypatch.setattr(course, "take_chunk", slow)
-    monkeypatch.setattr(course_module.time, "perf_counter", lambda: now[0])
-    assert course.follow(1.0) == Status.DONE
-    assert 2000 < asked[19] <= 20_000
-    assert min(asked[-20:]) > 20
-    assert max(asked[-20:]) <= 100
-
-
-def test_work_beside_hands_on_what_it_gives_and_raises() -> None:
-    assert beside(lambda: 3) == 3
-    with pytest.raises(ZeroDivisionError):
-        beside(lambda: 1 // 0)
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import os
-import re
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from gearplay.signals.lines import find_line
 from gearplay.solver.simulate import run_batch
 from gearplay.vocabulary.errors import InputError
 from gearplay.web.access import Guard
-from gearplay.web.app import STATIC, make_app
+from gearplay.web.app import make_app
 from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
 from gearplay.web.frames import pack_frame, unpack_frame
@@ -261,11 +260,6 @@ def test_limits_are_the_server_s() -> None:
         limited_case(words)
 
 
-def test_models_that_are_no_list_mean_the_case_s_own() -> None:
-    found = unpack_frame(TASKS["run"](job(models=5), quiet, STOP))
-    assert list(found["models"]) == ["coupled"]
-
-
 def test_a_train_that_a_torque_turns_backwards() -> None:
     """Its senses are those of the torque, nothing has a nominal mesh frequency, and teeth roll on teeth in the drawing."""
     drive = {"kind": "torque", "torque": -0.5}
@@ -483,14 +477,6 @@ def test_a_case_file_keeps_all_that_is_not_changed() -> None:
     assert found.meshes == wanted.meshes
     assert found.rotors["output"].load == wanted.rotors["output"].load
     assert len(new) == 3
-
-
-def test_the_page_fetches_all_its_modules_at_once() -> None:
-    """One that is only found when another has come costs a cold browser a turn each."""
-    text = (STATIC / "index.html").read_text(encoding="utf-8")
-    apart = {"main.js", "player.js"}  # the page's own script, and that of saved animations
-    expected = {each.name for each in STATIC.glob("*.js")} - apart
-    assert set(re.findall(r'modulepreload" href="/static/([a-z]+\.js)"', text)) == expected
 
 
 @pytest.mark.deep

@@ -1,7 +1,6 @@
 """Each sentence about a binary file, from a damage made on purpose."""
 
 import struct
-import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from hostile.test_damaged_measurements import (
     write_integer_wav,
     write_mdf4,
     write_plain_hdf5,
-    write_plain_mat,
     write_tdms,
 )
 
@@ -86,13 +84,8 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
         (swap(b"RIFF", b"RF64"), "must start as RIFF/WAVE"),
         (after(b"data", 4, "<I", 2**32 - 1), r"chunk 'data' declares 4294967295 bytes"),
         (after(b"data", 4, "<I", 0), r"chunk .* declares \d+ bytes"),
-        (after(b"data", 4, "<I", 1198), LIBRARY),
-        (swap(b"data", b"atad"), LIBRARY),
-        (swap(b"fmt ", b"fnt "), LIBRARY),
-        (lambda c: put(4, "<I", 1234)(c[:16] + b"\x0e\0\0\0" + c[20:34] + c[36:]), LIBRARY),
         (put(20, "<H", 2), "ADPCM"),
         (put(22, "<H", 3), "contradicts itself: 3 channels|readable WAV"),
-        (put(24, "<I", 0), LIBRARY),
     ],
 )
 def test_wav(change: Change, words: str, tmp_path: Path) -> None:
@@ -141,19 +134,11 @@ def test_wav_of_other_widths(bits: int, tmp_path: Path) -> None:
         (put(12, "<Q", 2**64 - 1), "segment 1 was never finished"),
         (put(4, "<I", 0xFFFF), "segment 1 declares to end"),
         (put(8, "<I", 1), "Unrecognised version"),
-        (put(20, "<Q", 2**40), LIBRARY),
-        (put(28, "<I", 2**31), LIBRARY),
-        (put(28, "<I", 5000), LIBRARY),
-        (after(b"/'rig'/'acc'", 12, "<I", 0), LIBRARY),
-        (after(b"/'rig'/'acc'", 16, "<I", 0x77), LIBRARY),
-        (after(b"/'rig'/'acc'", 20, "<I", 2), LIBRARY),
         (after(b"/'rig'/'acc'", 24, "<Q", 2**40), "not a multiple of the chunk size"),
-        (after(b"unit_string", 11, "<I", 0x77), LIBRARY),
         (
             swap(struct.pack("<d", 1 / 12800.0), struct.pack("<d", -1.0), -1),
             "positive sampling rate, wf_increment",
         ),
-        (swap(b"/'rig'/'acc'", b"!'rig'/'acc'", 2), LIBRARY),
     ],
 )
 def test_tdms(change: Change, words: str, tmp_path: Path) -> None:
@@ -164,48 +149,19 @@ def test_tdms(change: Change, words: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (cut(-2000), LIBRARY),
         (cut(40), "identification of 64 bytes, 40 found"),
         (swap(b"MDF     ", b"UnFinMF "), "never finalised"),
         (put(60, "<H", 1), "never finalised"),
         (swap(b"4.10", b"3.30"), "must be MDF 4, version '3.30'"),
-        (after(b"##CG", 8, "<Q", 2**40), LIBRARY),
         (after(b"##CG", 80, "<Q", 2**40), "declares 26388279066624 bytes of records"),
         (after(b"##CG", 80, "<Q", 299), "declares 7176 bytes of records and holds 7200"),
         (after(b"##CG", 80, "<Q", 301), "declares 7224 bytes of records and holds 7200"),
-        (after(b"##DG", 24, "<Q", 2**40), LIBRARY),
         (swap(b"##DT", b"##XX"), "declares 300 samples and holds 0"),
-        (swap(b"##CN", b"##XX"), LIBRARY),
-        (after(b"##CG", 8, "<Q", 80), LIBRARY),
-        (after(b"##CN", 92, "<I", 1000), LIBRARY),
     ],
 )
 def test_mdf4(change: Change, words: str, tmp_path: Path) -> None:
     write_mdf4(tmp_path / "run.mf4", RECORD)
     refused(tmp_path / "run.mf4", change, words)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mark", [b"##DG", b"##CG", b"##CN", b"##FH"])
-def test_mdf4_rings_of_links(mark: bytes, tmp_path: Path) -> None:
-    write_mdf4(tmp_path / "run.mf4", RECORD)
-    path = tmp_path / "run.mf4"
-    place = path.read_bytes().index(mark)
-    refused(path, put(place + 24, "<Q", place))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "change",
-    [
-        after(b"##DZ", 32, "<Q", 2**40),
-        after(b"##DZ", 40, "<Q", 2**40),
-        lambda c: after(b"##DZ", 26, "<B", 7)(after(b"##DZ", 32, "<Q", 2**40)(c)),
-    ],
-)
-def test_mdf4_packed_blocks_are_bounded(change: Change, tmp_path: Path) -> None:
-    write_mdf4(tmp_path / "run.mf4", RECORD, compression=1)
-    refused(tmp_path / "run.mf4", change)
 
 
 def test_segments_of_tdms_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -244,53 +200,6 @@ def test_mdf4_formulas_are_left_out(tmp_path: Path) -> None:
     assert (found.names, found.attributes["left out"]) == (("plain",), "formula")
 
 
-def repacked(change: Change) -> Change:
-    """Apply a change inside the one packed element of a MAT file."""
-
-    def whole(content: bytes) -> bytes:
-        inside = zlib.compress(change(zlib.decompress(content[136:])))
-        return content[:128] + struct.pack("<II", 15, len(inside)) + inside
-
-    return whole
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "change",
-    [
-        cut(-50),
-        cut(132),
-        cut(100),
-        put(126, "<2s", b"XX"),
-        put(124, "<H", 0x0500),
-        put(128, "<I", 9),
-        put(144, "<I", 0x63),
-        put(144, "<I", 0x0806),
-        put(164, "<i", 2**30),
-        put(168, "<I", 0x00090001),
-        put(176, "<I", 99),
-    ],
-)
-def test_mat(change: Change, tmp_path: Path) -> None:
-    write_plain_mat(tmp_path / "run.mat", RECORD)
-    refused(tmp_path / "run.mat", change)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (after(b"MATLAB", 400, "<Q", 0), "incorrect data check|readable MAT"),
-        (lambda content: content[:132] + struct.pack("<I", len(content) - 146) + content[136:-10], LIBRARY),
-        (repacked(swap(b"\5\0\4\0", b"\5\0\2\0")), LIBRARY),
-        (repacked(after(b"\5\0\0\0\x08\0\0\0", 12, "<i", 9)), LIBRARY),
-    ],
-)
-def test_our_mat(change: Change, words: str, tmp_path: Path) -> None:
-    write_record(RECORD, tmp_path / "run.mat")
-    refused(tmp_path / "run.mat", change, words)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -298,8 +207,6 @@ def test_our_mat(change: Change, words: str, tmp_path: Path) -> None:
         (cut(-6), "must enclose each data set in marks -1"),
         (lambda c: c[: c.index(b"\n    -1") + 8], "declares 2 channels and holds 1"),
         (lambda c: c + b"rubbish\n", "must enclose each data set in marks -1"),
-        (swap(b"       300", b"99999999999"[:10]), LIBRARY),
-        (swap(b"       300", b"       x00"), LIBRARY),
         (swap(b"         4       300", b"         9       300"), "declares 2 channels and holds 1"),
         (swap(b"  7.81250e-05", b"  0.00000e+00"), "positive time increment"),
         (after(b"0.00000e+00\n", 400, "<14s", b"    -1\n    -1\n"), "5 marks of 3 data sets"),
@@ -326,12 +233,7 @@ def test_text_uff(change: Change, words: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (cut(-1), LIBRARY),
-        (cut(20), LIBRARY),
-        (put(0, "<3s", b"xyz"), LIBRARY),
         (put(0, "<4s", b"CDF\1"), "classic netCDF found"),
-        (put(8, "<B", 9), LIBRARY),
-        (put(13, "<B", 4), LIBRARY),
         (put(96, "<Q", 2**40), "readable HDF5 file"),
     ],
 )
@@ -360,14 +262,6 @@ def test_hdf5_that_declares_more_than_it_holds(tmp_path: Path) -> None:
             file.create_dataset("acc", **({"dtype": "f8"} | options))
         with pytest.raises(MeasurementError, match=words):
             read_measurement(path, sampling=1.0)
-
-
-def test_hdf5_that_its_writer_did_not_close(tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    with h5py.File(path, "w", libver="latest") as file:
-        file["acc"] = np.arange(4.0)
-        file["acc"].attrs["fs"] = 2.0
-    refused(path, put(11, "<B", 1), LIBRARY)
 
 
 def test_hdf5_groups_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
