@@ -11,11 +11,7 @@ import typer
 
 from gearplay.cli import main as cli
 from gearplay.vocabulary import errors
-
-
-def command(*words: str) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "gearplay.cli.main", *words]
-    return subprocess.run(line, capture_output=True, encoding="utf-8", timeout=120)
+from programs import run_command
 
 
 def test_version_is_one_line_and_loads_nothing_heavy() -> None:
@@ -30,7 +26,7 @@ def test_version_is_one_line_and_loads_nothing_heavy() -> None:
 
 @pytest.mark.slow
 def test_check_prints_findings() -> None:
-    done = command("check", "han2021", "--set", "rotors.pinion.inertia=2kg m^2", "--set", "accepted=[]")
+    done = run_command("check", "han2021", "--set", "rotors.pinion.inertia=2kg m^2", "--set", "accepted=[]")
     assert (done.returncode, done.stderr) == (0, "")
     assert "warning: rotors.pinion.inertia" in done.stdout
     assert done.stdout.rstrip().endswith("2 warnings.")
@@ -38,7 +34,7 @@ def test_check_prints_findings() -> None:
 
 @pytest.mark.slow
 def test_check_prints_one_json_document() -> None:
-    done = command("check", "han2021", "--json", "--set", "meshes.0.backlash=50 um")
+    done = run_command("check", "han2021", "--json", "--set", "meshes.0.backlash=50 um")
     assert (done.returncode, done.stderr) == (0, "")
     document = json.loads(done.stdout)
     assert document["case"]["meshes"][0]["backlash"] == 5e-5
@@ -48,7 +44,7 @@ def test_check_prints_one_json_document() -> None:
 
 @pytest.mark.slow
 def test_schema_is_json_with_and_without_json() -> None:
-    plain, asked = command("schema"), command("schema", "--json")
+    plain, asked = run_command("schema"), run_command("schema", "--json")
     assert plain.stdout == asked.stdout
     assert json.loads(plain.stdout)["title"] == "gearplay case"
 
@@ -65,7 +61,7 @@ def test_schema_is_json_with_and_without_json() -> None:
     ],
 )
 def test_bad_input_ends_with_2_and_one_sentence(words: tuple[str, ...], named: str) -> None:
-    done = command(*words)
+    done = run_command(*words)
     assert (done.returncode, done.stdout) == (2, "")
     assert named in done.stderr
     assert len(done.stderr.splitlines()) == 1
@@ -75,7 +71,8 @@ def test_bad_input_ends_with_2_and_one_sentence(words: tuple[str, ...], named: s
 @pytest.mark.slow
 def test_debug_shows_the_traceback_wherever_it_stands() -> None:
     for words in (("--debug", "check", "han2012"), ("check", "han2012", "--debug")):
-        done = command(*words)
+        line = [sys.executable, "-m", "gearplay.cli.main", *words]
+        done = subprocess.run(line, capture_output=True, text=True)
         assert done.returncode != 0
         assert "Traceback" in done.stderr
         assert "InputError" in done.stderr

@@ -20,27 +20,20 @@ from gearplay.files import netcdf
 from gearplay.model.reading import bundled_names
 from gearplay.results import simulate
 from gearplay.solver.status import Status
+from programs import run_command
 
 GEARPLAY = [sys.executable, "-m", "gearplay.cli.main"]
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*GEARPLAY, "run", *words], capture_output=True, text=True, timeout=120)
+    return run_command("run", *words)
 
 
 @pytest.mark.slow
 def test_run_saves_what_it_says(tmp_path: Path) -> None:
     out = tmp_path / "run.nc"
-    done = run(
-        "han2021",
-        "--set",
-        "run.duration=0.05",
-        "--set",
-        "meshes.0.backlash=200um",
-        "--out",
-        str(out),
-        "--json",
-    )
+    changes = ["--set", "run.duration=0.05", "--set", "meshes.0.backlash=200um"]
+    done = run("han2021", *changes, "--out", str(out), "--json")
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     saved = gp.read_result(out).ds
@@ -105,6 +98,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     assert 0 < saved.sizes["time"] < 400_000
 
 
+THREE = ["run", "han2021", "--set", "run.ensemble=3", "--transient", "0s"]
 QUICK = ["run", "han2021", "--duration", "0.01s", "--transient", "0s", "--json", "--out"]
 Said = pytest.CaptureFixture[str]
 
@@ -234,54 +228,27 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
 
 
 def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    import dataclasses
+    run_all = simulate.simulate
 
-    import gearplay.results.simulate
-    from gearplay.cli.main import run as run_words
-    from gearplay.solver.status import Status
-
-    simulate = gearplay.results.simulate.simulate
-
-    def one_fails(*words: object, **options: object) -> gp.Result:
-        result = simulate(*words, **options)  # type: ignore[arg-type]
+    def one_fails(*words: Any, **options: Any) -> gp.Result:
+        result = run_all(*words, **options)
         result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
         return result
 
-    monkeypatch.setattr(gearplay.results.simulate, "simulate", one_fails)
-    words = [
-        "run",
-        "han2021",
-        "--set",
-        "run.ensemble=3",
-        "--set",
-        "run.duration=0.01",
-        "--set",
-        "run.transient=0",
-    ]
-    assert run_words(words) == 4
+    monkeypatch.setattr(simulate, "simulate", one_fails)
+    assert command([*THREE, "--duration", "0.01s"]) == 4
 
 
 def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[str]) -> None:
-    from gearplay.cli.main import run as run_words
-
-    words = [
-        "run",
-        "han2021",
-        "--set",
-        "run.ensemble=3",
-        "--set",
-        "run.duration=0.3",
-        "--set",
-        "run.transient=0",
-    ]
-    assert run_words([*words, "--json"]) == 0
+    words = [*THREE, "--duration", "0.3s"]
+    assert command([*words, "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     each = [r.statistics for r in gp.simulate("han2021", duration=0.3, transient=0.0, ensemble=3).runs]
     hits = sum(s.impacts_per_second[0] for s in each) / 3.0
     assert said["contacts"]["ring"]["impacts_per_second"] == pytest.approx(hits)
     assert said["contacts"]["ring"]["peak_force"] == pytest.approx(max(s.peak_force[0] for s in each))
     assert said["contacts_of"].startswith("3 members together")
-    assert run_words(words) == 0
+    assert command(words) == 0
     assert "Contacts: 3 members together" in capsys.readouterr().out
 
 

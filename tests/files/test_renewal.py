@@ -128,34 +128,6 @@ def kill_at(at: int, patched: pytest.MonkeyPatch) -> None:
     patched.setattr(Path, "unlink", fragile(Path.unlink))
 
 
-@pytest.mark.hostile
-@pytest.mark.parametrize("at", range(13))
-def test_a_kill_while_one_takes_the_place_of_the_other(
-    at: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write(tmp_path, OLD)
-    work = place(tmp_path)
-    write(work, NEW)
-    with monkeypatch.context() as patched:
-        kill_at(at, patched)
-        try:
-            replace_old(tmp_path, work, forget)
-        except Killed:
-            killed = True
-        else:
-            killed = False
-    began = not killed or (work / ".whole").exists() or not work.exists()
-    settle(tmp_path, forget)
-    assert held(tmp_path) == (NEW if began else OLD)
-    again = place(tmp_path)  # what the same command finds
-    assert again == (tmp_path if began and killed else work)
-    assert held(tmp_path) == (NEW if began else OLD)
-    if killed:
-        assert held(again if began else work.rename(tmp_path.with_name("seen"))) == NEW
-        return
-    assert [each.name for each in again.iterdir()] == [".of"]  # it has ended: this is a new one
-
-
 @pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("first", range(14))
@@ -213,29 +185,3 @@ def test_the_same_command_reports_what_a_failed_disk_put_off(
     assert place(tmp_path) == tmp_path
     assert held(tmp_path) == NEW
     assert not work.exists()
-
-
-def test_a_disk_that_fails_while_a_new_result_takes_its_place_only_puts_it_off(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def forget(folder: Path) -> None:
-        for name in ("a.nc", "b.nc"):
-            (folder / name).unlink(missing_ok=True)
-
-    (tmp_path / "a.nc").write_text("old", encoding="utf-8")
-    place = renewal(tmp_path, overwrite=True, of="plan", whole=["a.nc"], forget=forget)
-    for name in ("a.nc", "b.nc"):
-        (place / name).write_text("new", encoding="utf-8")
-    move = os.replace
-
-    def fail(source: Path, target: Path) -> None:
-        if target == tmp_path / "b.nc":
-            raise OSError(5, "Input/output error")
-        move(source, target)
-
-    with monkeypatch.context() as disk:
-        disk.setattr(os, "replace", fail)
-        with pytest.raises(ResourceError, match=r"Input/output error.*the same command goes on"):
-            replace_old(tmp_path, place, forget)
-    assert renewal(tmp_path, overwrite=False, of="plan", whole=["a.nc"], forget=forget) == tmp_path
-    assert held(tmp_path) == {"a.nc": "new", "b.nc": "new"}

@@ -225,6 +225,9 @@ REPLACED = {
         "ratio = 2.0",
         ("couplings.0.lateral_stiffness", "ratio other than 1"),
     ),
+    "a ratio of zero": ("ratio = 1.0", "ratio = 0.0", ("couplings.0.ratio", "must not be 0")),
+    "no torque limit": ('torque_limit = "9 N m"\n', "", ("rotors.motor.drive.torque_limit", "required")),
+    "no gain": ('"8 N m/rad"', "0.0", ("rotors.motor.drive.proportional_gain", "greater than 0")),
     "no expansion of the housing": (
         'expansion = "23.1e-6 1/K"\n',
         "",
