@@ -290,7 +290,7 @@ def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    begin = "import sys; sys.stdout.write('ready\\n'); sys.stdout.flush(); sys.stdin.readline(); "
+    begin = "import sys; ready = lambda: print('ready', flush=True); ready(); sys.stdin.readline(); ready(); "
     for child, patience in (("import time; time.sleep(60)", 0.5), ("import os; os.abort()", 30.0)):
         monkeypatch.setattr(sandbox, "PATIENCE", patience)
         monkeypatch.setattr(netcdf, "READER", Reader(begin + child))
