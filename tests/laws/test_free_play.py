@@ -82,7 +82,7 @@ def test_period_between_two_flanks() -> None:
 
 
 @pytest.mark.parametrize("drag", [0.0, 300.0])
-def test_free_flight_reaches_the_wall_on_time(drag: float) -> None:
+def test_free_motion_reaches_the_wall_on_time(drag: float) -> None:
     """Oblique flight under gravity and linear drag: |r(t)| = c at the logged time to 1e-12 s."""
     start = {"x": 1e-5, "y": -2e-5, "vx": 0.06, "vy": 0.03}
     document = merged(disc(5e-3, gravity=9.81, **start), {"rotors": {"disc": {"radial_damping": drag}}})

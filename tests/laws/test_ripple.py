@@ -19,7 +19,7 @@ from building import (
 from gearplay.kernels.run import ONSETS
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
-from laws.test_free_flight import random_flyer, rippling
+from laws.test_free_motion import random_flyer, rippling
 
 SPEED = 4.0 * math.pi  # rad/s, 120 rpm
 RIPPLE = [

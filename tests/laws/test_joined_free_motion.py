@@ -10,7 +10,7 @@ from scipy.linalg import expm
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of
 from depth import sized
-from flights import LOOKS, oversights
+from free_motion import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.joined import bound_joined, find_rates, joined_accelerations, propagate_joined

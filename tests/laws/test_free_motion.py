@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 
 from building import Document, Floats, Measured, case_of, merged, pair_document, run_of, simulate_one
 from depth import sized
-from flights import LOOKS, oversights
+from free_motion import LOOKS, oversights
 from gearplay.kernels import run as kernel
 from gearplay.kernels import stepper
 from gearplay.kernels.advancement import open_span
