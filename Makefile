@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
-PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/verification/,test_involute_backlash.py test_event_order.py)
+PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/laws/,test_involute_backlash.py test_event_order.py)
 
 .PHONY: help study extras test test-all test-full torture mutation verification lint format bench docs clean
 
@@ -60,8 +60,8 @@ mutation: $(VENV)/mutation.stamp ## break the physics in 150 random places and s
 	$(BIN)/python tests/mutation/run.py
 
 verification: $(VENV)/dev.stamp ## write docs/verification.md from a run of the verification tests
-	GEARPLAY_TESTS=full $(BIN)/python -m pytest -q tests/verification tests/cross --junitxml=$(VENV)/verification.xml
-	$(BIN)/python tests/verification/page.py $(VENV)/verification.xml
+	GEARPLAY_TESTS=full $(BIN)/python -m pytest -q $(addprefix tests/,laws cross nonlinear calibration rig signals sweeps) --junitxml=$(VENV)/verification.xml
+	$(BIN)/python tests/laws/page.py $(VENV)/verification.xml
 
 lint: $(VENV)/dev.stamp ## style, types and floors
 	$(BIN)/ruff check .

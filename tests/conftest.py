@@ -18,32 +18,30 @@ from pictures import faults_of
 
 TESTS = Path(__file__).resolve().parent
 ALONE = (
-    "acceptance/test_analyze",
-    "acceptance/test_damaged",
+    "cli/test_analyze",
+    "hostile/test_damaged",
     "cross/test_posterior",
     "cross/test_reference_self",
-    "unit/calibration",
-    "unit/files",
-    "unit/model",
-    "unit/nonlinear/test_classify",
-    "unit/nonlinear/test_zero_one",
-    "unit/studies/han2021/test_article",
-    "unit/rig/test_chain",
-    "unit/rig/test_modes",
-    "unit/rig/test_plan",
-    "unit/signals",
-    "unit/sweeps/test_points",
-    "unit/sweeps/test_sweep_figures",
-    "unit/sweeps/test_sweep_jam",
-    "unit/sweeps/test_template",
-    "unit/sweeps/test_tolerance",
-    "unit/vocabulary",
-    "verification/test_response_classes",
-    "verification/test_signals",
-    "verification/test_tolerance",
+    "calibration",
+    "files",
+    "model",
+    "nonlinear/test_classify",
+    "nonlinear/test_zero_one",
+    "studies/test_article",
+    "rig/test_chain",
+    "rig/test_modes",
+    "rig/test_plan",
+    "signals",
+    "sweeps/test_points",
+    "sweeps/test_sweep_figures",
+    "sweeps/test_sweep_jam",
+    "sweeps/test_template",
+    "sweeps/test_tolerance",
+    "vocabulary",
+    "nonlinear/test_response_classes",
 )
 """Tests that run no kernel: they come first, while the kernels are compiled."""
-LONG = ("page", "acceptance/test_sweep.py", "acceptance", "verification")
+LONG = ("web", "cli/test_sweep.py", "cli", "hostile", "laws")
 """Files that take long come next, so that workers end together."""
 COMPILE = """
 from gearplay.solver.compiling import prepare_all

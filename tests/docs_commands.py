@@ -42,7 +42,7 @@ SHORTER: dict[str, tuple[str, ...]] = {
     "portrait": ("--settle", "50", "--keep", "100"),
 }
 LEFT_OUT = {"--claims"}
-"""Options that make minutes of work whatever else is said: tests/acceptance/test_study.py runs them."""
+"""Options that make minutes of work whatever else is said: tests/cli/test_study.py runs them."""
 EVALUATIONS = "40"
 RUN: dict[str, Any] = {"run.duration": "0.1 s", "run.transient": "0 s", "run.tolerance": 1e-6}
 

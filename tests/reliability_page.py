@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 HEAD = """# Reliability
 
 What is promised, what was tried, how often, and what failed. The table is written by `make torture` from its
-run, which takes some hours; `make torture OF=tests/page` tries some files only and leaves the other rows as
+run, which takes some hours; `make torture OF=tests/web` tries some files only and leaves the other rows as
 they are. Do not edit.
 
 ## Promises

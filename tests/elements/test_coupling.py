@@ -253,25 +253,6 @@ def test_a_rotor_behind_a_coupling_starts_unstrained() -> None:
     assert Flow(case_of(document)).start()[5] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"between": ["one", "one"]}, "must name two rotors"),
-        ({"between": ["one", "tow"]}, "Did you mean 'two'"),
-        ({"ratio": 0.0}, "must not be 0"),
-        ({"torsional_stiffness": -1.0}, "greater than 0"),
-        ({"lateral": 1.0}, "unknown field"),
-        ({"lateral_stiffness": -1.0}, "0 N/m or more"),
-        ({"lateral_stiffness": 1e6, "ratio": 2.0}, "must be 0 with a ratio other than 1"),
-    ],
-)
-def test_bad_couplings_are_refused_in_words(changes: dict[str, Any], words: str) -> None:
-    document = shafts()
-    document["couplings"][0] |= changes
-    with pytest.raises(InputError, match=words):
-        gp.load_case(document)
-
-
 def test_two_rotors_on_one_axis_share_their_centre() -> None:
     document = shafts()
     document["rotors"]["one"]["position"], document["rotors"]["two"]["position"] = [0.0, 0.0], [0.01, 0.0]

@@ -87,22 +87,6 @@ def test_a_torque_in_rotation_has_a_potential(measured: Measured) -> None:
     assert np.ptp(omega) > 5.0
 
 
-@pytest.mark.parametrize(
-    ("term", "words"),
-    [
-        ({"amplitude": 1.0}, "either a frequency or an order"),
-        ({"amplitude": 1.0, "order": 1, "frequency": 1.0}, "either a frequency or an order"),
-        ({"amplitude": "1 N", "order": 1}, "N m"),
-        ({"order": 1}, "is required"),
-        ({"amplitude": 1.0, "frequency": -1.0}, "greater than 0"),
-        ({"amplitude": 1.0, "oder": 1}, "Did you mean 'order'"),
-    ],
-)
-def test_bad_terms_are_refused_in_words(term: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        gp.load_case(disc({"terms": [term]}))
-
-
 def test_a_load_that_opposes_nothing_is_refused() -> None:
     with pytest.raises(InputError, match=r"load\.terms.*nothing says which way"):
         gp.simulate(gp.load_case(disc({}, {"terms": [{"frequency": 1.0, "amplitude": 1.0}]}, omega=0.0)))

@@ -136,21 +136,6 @@ def test_a_load_side_sensor_brings_the_output_to_its_angle(sample_time: float) -
     assert run.signal("theta", "motor")[-1] == pytest.approx(-2.0 * math.radians(5.0), abs=4e-3)
 
 
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        ({"sensor": "dsic"}, "Did you mean 'disc'"),
-        ({"proportional_gain": 0.0}, "greater than 0"),
-        ({"sample_time": -1.0}, "0 s or more"),
-        ({"angel": 1.0}, "Did you mean 'angle'"),
-        ({"torque_limit": None}, "torque_limit"),
-    ],
-)
-def test_bad_position_drives_are_refused_in_words(drive: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        gp.load_case(disc(**drive))
-
-
 def test_a_sensor_that_does_not_turn_with_the_drive_is_refused() -> None:
     document = disc(sensor="other")
     document["rotors"]["other"] = {"mass": 1.0, "inertia": 1e-3}

@@ -17,21 +17,20 @@ from pathlib import Path
 from typing import Any
 
 from mutants import Mutant, draw
-
 from page import write_page
 
 ROOT = Path(__file__).resolve().parents[2]
 FAST = {
-    "kernels": ("src/gearplay/kernels", "tests/verification/test_answers.py", "tests/elements"),
+    "kernels": ("src/gearplay/kernels", "tests/laws/test_answers.py", "tests/elements"),
     "model": (
         "src/gearplay/model",
-        "tests/unit/model",
-        "tests/verification/test_answers.py",
+        "tests/model",
+        "tests/laws/test_answers.py",
         "tests/elements",
     ),
 }
 """Examples, unit tests, laws of elements, short motions of every bundled case."""
-LAWS = ("verification", "cross", "literature", "unit/linear", "unit/planets", "unit/solver")
+LAWS = ("laws", "cross", "literature", "linear", "nonlinear", "rig", "planets", "solver")
 """Laws of whole mechanisms, and foreign solvers."""
 
 

@@ -98,7 +98,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
             found = load_whole(path, size)
         else:
             try:
-                content = READER.read(__name__, Request(path.absolute(), size))
+                _, (content,) = READER.read(__name__, Request(path.absolute(), size))
             except SandboxError as reason:
                 raise _refusal(path, f"the HDF5 library {reason}") from None
             found = load_whole(BytesIO(content), len(content))
@@ -107,11 +107,11 @@ def read_dataset(path: Path) -> "xr.Dataset":
 
 
 def load(_: Request) -> None:
-    """Import the libraries that `read` needs; in the child process."""
+    """Import the libraries that `send` needs; in the child process."""
     load_writers()
 
 
-def read(request: Request) -> bytes:
+def send(request: Request) -> tuple[None, list[bytes]]:
     """Return a file without a digest as the bytes of a sound one; in the child process.
 
     Raises `InputError` as `read_dataset` does.
@@ -120,7 +120,7 @@ def read(request: Request) -> bytes:
         found = load_whole(request.path, request.size)
         if CHECKSUM in found.attrs:
             raise _refusal(request.path, "it was changed or cut off after it was written")
-        return netcdf_bytes(found.drop_encoding(), packed=False)
+        return None, [netcdf_bytes(found.drop_encoding(), packed=False)]
 
 
 @contextmanager

@@ -7,17 +7,18 @@ exception nor a signal helps.
 
 import atexit
 import contextlib
+import json
 import os
-import pickle
 import subprocess
 import sys
 import threading
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
-from gearplay.vocabulary.errors import InputError, MeasurementError
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, MeasurementError
 
 TIME_LIMIT: Final = 30.0
 """Time a file may take before it counts as damaged [s], in addition to `SLOWEST`."""
@@ -43,7 +44,8 @@ class SandboxError(Exception):
 class Reader:
     """Child process that reads one file after another; it is started anew after it ended.
 
-    Requests and replies are pickled. The program first sends a message when it is ready.
+    A message is a line of JSON with the sizes of the bytes that follow it; nothing in it is executed. The program
+    first sends a message when it is ready.
     """
 
     def __init__(self, program: str = "from gearplay.files.sandbox import serve; serve()") -> None:
@@ -53,8 +55,10 @@ class Reader:
         self.process: subprocess.Popen[bytes] | None = None
         self.owner = 0
 
-    def read(self, module: str, request: Request) -> Any:
-        """Return ``read(request)`` of a module, after its ``load(request)``, which imports libraries, in the child process.
+    def read(self, module: str, request: Request) -> tuple[Any, list[bytearray]]:
+        """Return what ``send(request)`` of a module returns in the child process, a description in JSON and buffers.
+
+        Before it ``load(request)`` of the module imports libraries.
 
         Raises `MeasurementError` and `InputError` as reading does; `SandboxError` where the process crashes, takes longer than
         `TIME_LIMIT` and `SLOWEST` allow, or more memory than `MOST_MEMORY`.
@@ -64,19 +68,20 @@ class Reader:
             process = self._running()
             assert process.stdin is not None
             try:
-                pickle.dump((module, request, seconds), process.stdin)
+                question = {"module": module, "request": asdict(request) | {"path": str(request.path)}}
+                process.stdin.write(json.dumps(question | {"seconds": seconds}).encode() + b"\n")
                 process.stdin.flush()
                 _receive(process, _STARTING)  # the libraries are loaded, which is not the file's fault
-                reply = _receive(process, seconds)
+                reply, buffers = _receive(process, seconds)
             except (MemoryError, KeyboardInterrupt):
                 self._end()  # half a reply is left in the pipe
                 raise
             except Exception:  # the pipe ends, or a damaged process wrote into it
                 self._end()
                 raise SandboxError("crashes on it or does not return") from None
-        if isinstance(reply, Exception):
-            raise reply
-        return reply
+        if "raises" in reply:
+            raise _error_of(reply["raises"])
+        return reply["content"], buffers
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self.process is not None and self.owner == os.getpid() and self.process.poll() is None:
@@ -118,15 +123,35 @@ class Reader:
             self._end()
 
 
-def _receive(process: subprocess.Popen[bytes], seconds: float) -> Any:
+def _receive(process: subprocess.Popen[bytes], seconds: float) -> tuple[dict[str, Any], list[bytearray]]:
     """Return the next message of a process, which is killed where it takes longer; `EOFError` where it ends."""
     assert process.stdout is not None
     watch = threading.Timer(seconds, process.kill)
     try:
         watch.start()
-        return pickle.load(process.stdout)
+        head: dict[str, Any] = json.loads(process.stdout.readline())
+        buffers = [bytearray(size) for size in head["sizes"]]
+        for buffer in buffers:
+            if process.stdout.readinto(buffer) != len(buffer):  # type: ignore[attr-defined] # buffered, thus complete
+                raise EOFError
+        return head, buffers
     finally:
         watch.cancel()
+
+
+def _described(error: MeasurementError | InputError | SandboxError) -> list[Any]:
+    """Return an error as JSON: its kind, and its message or faults."""
+    if not isinstance(error, InputError):
+        return [type(error).__name__, str(error)]
+    values = [None if f.value is NO_VALUE else [f.value] for f in error.faults]
+    return ["InputError", [[f.path, v, f.rule, f.cure] for f, v in zip(error.faults, values, strict=True)]]
+
+
+def _error_of(described: list[Any]) -> Exception:
+    kind, what = described
+    if kind == "InputError":
+        return InputError([Fault(path, NO_VALUE if v is None else v[0], *rest) for path, v, *rest in what])
+    return {"MeasurementError": MeasurementError, "SandboxError": SandboxError}[kind](what)
 
 
 READER: Final = Reader()
@@ -138,30 +163,31 @@ def serve() -> None:
     with os.fdopen(os.dup(1), "wb") as pipe:
         os.dup2(2, 1)  # output of a library must not reach the replies
 
-        def send(message: object) -> None:
-            pickle.dump(message, pipe, protocol=5)
+        def send(head: dict[str, Any], buffers: Sequence[Any] = ()) -> None:
+            views = [memoryview(each).cast("B") for each in buffers]
+            pipe.write(json.dumps(head | {"sizes": [view.nbytes for view in views]}).encode() + b"\n")
+            for view in views:
+                pipe.write(view)
             pipe.flush()
 
-        send("ready")
-        while True:
-            try:
-                name, request, seconds = pickle.load(sys.stdin.buffer)
-            except EOFError:
-                return
-            module = import_module(name)
+        send({"ready": True})
+        for line in sys.stdin.buffer:
+            question = json.loads(line)
+            module, fields = import_module(question["module"]), question["request"]
+            request = module.Request(**fields | {"path": Path(fields["path"])})
             module.load(request)
-            send("loaded")
-            _limit(request.size, seconds)
-            reply: Any
+            send({"loaded": True})
+            _limit(request.size, question["seconds"])
             try:
-                reply = module.read(request)
+                content, buffers = module.send(request)
+                send({"content": content}, buffers)
             except (MeasurementError, InputError) as error:
-                reply = error
+                send({"raises": _described(error)})
             except MemoryError:
                 most = _most_memory(request.size) / 1e9
-                reply = SandboxError(f"needs more than {most:.3g} GB of memory to read it")
-            send(reply)
-            del reply  # frees the memory
+                reason = SandboxError(f"needs more than {most:.3g} GB of memory to read it")
+                send({"raises": _described(reason)})
+            content, buffers = None, ()  # frees the memory
 
 
 def _most_memory(size: int) -> float:

@@ -9,12 +9,16 @@ from importlib import import_module
 from math import isfinite
 from os import PathLike
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gearplay.files.atomic import shown_path
 from gearplay.files.measurements.building import Request
 from gearplay.files.measurements.formats import FORMATS, HEAD, recognise
 from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, check_samples, damaged
-from gearplay.files.record import Record
+from gearplay.files.record import Channel, Record
 from gearplay.files.sandbox import READER, SandboxError
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
 
@@ -84,7 +88,7 @@ def read_measurement(
         raise damaged(place, rule, "Split it, or give it as HDF5")
     request = Request(place.absolute(), size, chosen, sampling, kind)
     try:
-        record = read(request) if kind == "csv" else READER.read(__name__, request)
+        record = read(request) if kind == "csv" else _record_of(*READER.read(__name__, request))
     except SandboxError as reason:
         raise damaged(place, f"{FORMATS[kind].library} {reason}") from None
     except OSError as error:  # the disk, or the file went away
@@ -102,6 +106,27 @@ def load(request: Request) -> None:
     with contextlib.suppress(ImportError), warnings.catch_warnings():  # reading reports which is missing
         warnings.simplefilter("ignore")
         import_module(FORMATS[request.kind].package)
+
+
+def send(request: Request) -> tuple[dict[str, Any], list[NDArray[Any]]]:
+    """Return the record of a file as a description in JSON and the samples of its channels; in the child process."""
+    record = read(request)
+    fields = ("name", "sampling", "unit", "start")
+    channels = [
+        {each: getattr(channel, each) for each in fields} | {"attributes": dict(channel.attributes)}
+        for channel in record.channels
+    ]
+    whole = {"source": record.source, "format": record.format, "attributes": dict(record.attributes)}
+    return whole | {"channels": channels}, [channel.values for channel in record.channels]
+
+
+def _record_of(whole: dict[str, Any], samples: list[bytearray]) -> Record:
+    """Return the record that `send` describes."""
+    channels = [
+        Channel(values=np.frombuffer(values), **fields)
+        for values, fields in zip(samples, whole.pop("channels"), strict=True)
+    ]
+    return Record(tuple(channels), **whole)
 
 
 def read(request: Request) -> Record:

@@ -142,7 +142,7 @@ def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, load
 
 @compiled_once
 def locate_kinks(system: System, n: int, located: bool, branch: Branch, loads: Loads, g: Floats) -> None:
-    """Set the modes of the smooth ramps of mesh n's flanks, and the values of their switches, by the penetrations in ``loads``."""
+    """Set modes and switches of the smooth ramps of mesh n's flanks by the penetrations in ``loads``."""
     mesh, modes = system.records[KIND][n], branch.modes
     if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH:
         return

@@ -1,0 +1,301 @@
+"""Ctrl-C at any time of any verb: exit code 130 within seconds, one sentence, never a traceback, nothing half-written."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import gearplay as gp
+from depth import sized
+from gearplay.cli.main import app
+
+pytestmark = pytest.mark.hostile
+
+TIMES = sized(2, 1, torture=100)
+"""Of each verb, at times uniform over its first seconds."""
+LONGEST = 6.0
+PATIENCE = 6.0
+"""From the signal to the end [s]: 3 on a machine that does nothing else."""
+LONG = ["--set", "run.duration=100000s"]
+VERBS: dict[str, list[str]] = {
+    "run": ["run", "han2021", *LONG, "--set", "run.sampling=10Hz", "--out", "out.nc"],
+    "run, loaded": ["run", "external-pair", *LONG, "--set", "run.sampling=10Hz", "--out", "out.nc"],
+    "run, saved": ["run", "han2021", "--duration", "8s", "--out", "out.nc"],
+    "study": ["study", "han2021", "--members", "64", "--duration", "400", "--out", "out"],
+    "sweep": ["sweep", "han2021-map", "--out", "out"],
+    "sweep, processes": ["sweep", "han2021-map", "--engine", "processes", "--out", "out"],
+    "calibrate": ["calibrate", "tutorial", "--out", "out"],
+    "motion": ["motion", "han2021", "--periods", "30000"],
+    "bifurcation": [
+        *("bifurcation", "han2021", "rotors.pinion.drive.speed", "--low", "60rpm", "--high", "300rpm"),
+        *("--count", "400", "--settle", "5000", "--signal", "ring.x", "--out", "out"),
+    ],
+    "measure": ["measure", "han2021-calibrated", "--set", "run.duration=300s", "--out", "out.h5"],
+    "animate": ["animate", "run.nc", "--frames", "2000", "--out", "out.gif"],
+    "plot": ["plot", "run.nc", "--out", "out.png"],
+    "modes": ["modes", "two-stage-reducer", "--out", "out.nc"],
+    "portrait": ["portrait", "han2021", "--keep", "20000", "--out", "out.png"],
+    "analyze": ["analyze", "run.nc", "--channel", "ring.ax"],
+}
+BEGIN = """
+import sys
+from gearplay.cli.interrupts import leave_at_once
+leave_at_once()
+print("on", file=sys.stderr, flush=True)
+from gearplay.__main__ import main
+main()
+"""
+"""Of Python's own start nothing is asked: the entrance's first line is said, from there on Ctrl-C is heard."""
+QUICK = {"plot", "modes", "portrait", "analyze", "run, saved"}
+"""They may be done before the signal comes."""
+SHORT = {"check", "copy", "schema", "serve"}
+"""Verbs that are done within seconds, or, as `serve`, have an end of their own: tests/web."""
+
+
+def test_every_verb_is_tried_or_short() -> None:
+    names = {command.name or command.callback.__name__ for command in app.registered_commands}
+    assert names - {"resume"} == {name.split(",")[0] for name in VERBS} | SHORT
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("result") / "run.nc"
+    gp.simulate("han2021", duration=0.3).save(path)
+    return path
+
+
+def begun(words: list[str], folder: Path) -> "subprocess.Popen[str]":
+    """Start a command and wait until it is on."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", BEGIN, *words],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stderr is not None
+    assert process.stderr.readline() == "on\n"
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", range(TIMES))
+@pytest.mark.parametrize("verb", VERBS)
+def test_ctrl_c_ends_a_verb_with_one_sentence(verb: str, turn: int, tmp_path: Path, result: Path) -> None:
+    rng = random.Random(f"{verb} {turn}")
+    (tmp_path / "run.nc").symlink_to(result)
+    with begun(VERBS[verb], tmp_path) as process:
+        try:
+            time.sleep(rng.uniform(0.0, LONGEST))
+            if verb in QUICK and process.poll() is not None:
+                return
+            os.killpg(process.pid, signal.SIGINT)
+            process.wait(PATIENCE)
+            said, words = process.communicate(timeout=60.0)  # workers that were about to start hold its ends
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+    if verb in QUICK and process.returncode == 0:  # its answer was out
+        return
+    assert process.returncode == 130, (words, said)
+    for trace in ("Traceback", "Exception ignored", "Error"):
+        assert trace not in words, words
+    assert words.count("nterrupted") == 1 or '"INTERRUPTED"' in said or "nterrupted" in said, (words, said)
+    assert not list(tmp_path.rglob("*.tmp*"))
+
+
+POINTS = """
+import signal
+import time
+import numpy.lib._npyio_impl as reading
+from gearplay.cli.interrupts import interruptible
+from scipy.stats import qmc
+read = reading.NpzFile.__getitem__
+def interrupted(archive, name):
+    signal.raise_signal(signal.SIGINT)
+    time.sleep(0.02)
+    return read(archive, name)
+reading.NpzFile.__getitem__ = interrupted
+end = "finished"
+try:
+    with interruptible():
+        qmc.Sobol(3, scramble=False)
+        signal.sigtimedwait([], 5.0)
+except KeyboardInterrupt:
+    end = "interrupted"
+time.sleep(0.2)
+print(end, qmc.Sobol(3, scramble=False).random(4).tolist())
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_while_sobol_points_begin_spoils_none(tmp_path: Path) -> None:
+    """SciPy reads their table in Cython, where an exception is lost with a traceback and the table stays half empty.
+
+    The two arrays of the table are two files, each interrupted: only one interrupt comes again, at any moment after the
+    table is read, and none after the end.
+    """
+    done = subprocess.run([sys.executable, "-c", POINTS], cwd=tmp_path, capture_output=True, text=True)
+    points = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 0.75]]
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"interrupted {points}\n", "")
+
+
+COMPILED = """
+import signal
+import threading
+import llvmlite.binding.ffi as ffi
+import numba
+from gearplay.cli.interrupts import interruptible
+numba.njit("f8(f8)")(lambda x: x)  # what numba loads and registers once, it has
+call, enter, came = ffi._lib_fn_wrapper.__call__, ffi._LLVMLock.__enter__, []
+def interrupt(name):
+    if name == "{name}" and not came:
+        came.append(True)
+        signal.raise_signal(signal.SIGINT)
+def called(function, *args):
+    result = call(function, *args)
+    interrupt(function._cfn.__name__)
+    return result
+def entered(lock):
+    enter(lock)
+    interrupt("lock")
+ffi._lib_fn_wrapper.__call__, ffi._LLVMLock.__enter__ = called, entered
+try:
+    with interruptible():
+        numba.njit("f8(f8)")(lambda x: x + 1.0)
+        signal.sigtimedwait([], 5.0)
+except KeyboardInterrupt:
+    print("interrupted", len(came))
+other = threading.Thread(target=numba.njit("f8(f8)"), args=(lambda x: x + 2.0,), daemon=True)
+other.start()
+other.join(60.0)
+print("hangs" if other.is_alive() else "goes on")
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["lock", *(f"LLVMPY_{each}" for each in ("DisposeString", "LinkModules", "CreatePassBuilder"))]
+)
+def test_ctrl_c_as_llvm_returns_comes_later(name: str, tmp_path: Path) -> None:
+    """Ctrl-C as a call of LLVM returns: memory would be freed twice, a module used after it was taken in, a lock stay taken."""
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILED.format(name=name)], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted 1\ngoes on\n", "")
+
+
+TYPING = """
+import signal
+import numba
+from numba.extending import overload
+from gearplay.cli.interrupts import interruptible
+went_on = []
+def asked(x):
+    pass
+@overload(asked)
+def typed(x):
+    signal.raise_signal(signal.SIGINT)
+    went_on.append(True)
+    return lambda x: x
+try:
+    with interruptible():
+        numba.njit("f8(f8)")(lambda x: asked(x))
+except KeyboardInterrupt:
+    print("interrupted", went_on)
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_between_two_calls_of_llvm_comes_at_once(tmp_path: Path) -> None:
+    """Ctrl-C while a kernel is compiled, which takes seconds: only the present call of LLVM is waited for."""
+    done = subprocess.run([sys.executable, "-c", TYPING], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted []\n", "")
+
+
+NOTEBOOK = """
+import signal
+import llvmlite.binding.ffi as ffi
+import gearplay as gp
+import gearplay.solver.compiling
+call, came = ffi._lib_fn_wrapper.__call__, []
+def called(function, *args):
+    result = call(function, *args)
+    if function._cfn.__name__ == "LLVMPY_{name}" and not came:
+        came.append(True)
+        signal.raise_signal(signal.SIGINT)
+    return result
+ffi._lib_fn_wrapper.__call__ = called
+try:
+    gp.simulate("han2021", duration=0.01)
+except KeyboardInterrupt:
+    print("interrupted", signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["DisposeString", "LinkModules"])
+def test_python_survives_a_ctrl_c_while_kernels_are_compiled(name: str, tmp_path: Path) -> None:
+    """Ctrl-C in a notebook while kernels are compiled: Python raises it anywhere, and an abort takes the session along."""
+    done = subprocess.run(
+        [sys.executable, "-c", NOTEBOOK.format(name=name)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+    )
+    assert (done.returncode, done.stdout) == (0, "interrupted True\n"), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+TWICE = """
+import signal
+import threading
+from gearplay.cli.interrupts import interruptible
+notify_all, twice = threading.Condition.notify_all, []
+def interrupted(condition):
+    if not twice:
+        twice.append(True)
+        signal.raise_signal(signal.SIGINT)
+    notify_all(condition)
+threading.Condition.notify_all = interrupted
+try:
+    with interruptible():
+        signal.raise_signal(signal.SIGINT)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_a_ctrl_c_while_another_is_being_heard_hangs_nothing() -> None:
+    """Wrappers send one to their group and one to their child, microseconds apart; an event that is being set is locked."""
+    done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\n", "")
+
+
+@pytest.mark.slow
+def test_a_second_ctrl_c_destroys_nothing_and_a_part_replaces_nothing(tmp_path: Path) -> None:
+    """A whole result is there; the run that is to replace it is stopped, twice at once: it stays, the part lies beside it."""
+    gp.simulate("han2021", duration=0.1).save(tmp_path / "out.nc")
+    before = (tmp_path / "out.nc").read_bytes()
+    part = tmp_path / "out.partial.nc"
+    for delay in (4.0, 12.0, 40.0):  # a loaded machine may still be starting when the signal comes
+        with begun([*VERBS["run"], "--overwrite"], tmp_path) as process:
+            time.sleep(delay)
+            for _ in range(2):
+                os.killpg(process.pid, signal.SIGINT)
+                time.sleep(0.2)
+            process.wait(2.0 * PATIENCE)
+            said, words = process.communicate(timeout=60.0)
+        assert process.returncode == 130, (said, words)
+        assert words.count("nterrupted") == 1
+        assert (tmp_path / "out.nc").read_bytes() == before
+        if part.exists():
+            break
+    assert gp.read_result(part).ds.attrs["status"] == "INTERRUPTED"
+    assert str(part.name) in said
