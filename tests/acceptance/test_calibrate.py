@@ -303,7 +303,7 @@ def test_an_interrupted_overwrite_leaves_the_old_result(
         (folder / "trials.sqlite").write_text("new", encoding="utf-8")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(calibrate, "calibrate", interrupted)
+    monkeypatch.setattr(calibrate, "calibrate_in", interrupted)
     assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
     assert str(out / ".new") in capsys.readouterr().err
     assert (out / "trials.sqlite").read_text(encoding="utf-8") == "old"
@@ -326,7 +326,7 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch:
         (folder / "trials.sqlite").write_bytes(b"no database" * 100)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(calibrate, "calibrate", interrupted)
+    monkeypatch.setattr(calibrate, "calibrate_in", interrupted)
     for _ in range(2):
         assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
     assert found == [[], ["trials.sqlite"], []]

@@ -1,11 +1,11 @@
 """`run_calibration`: search, out-of-sample check, posterior and model comparison, for every model and reading."""
 
-import json
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,23 +33,13 @@ from gearplay.calibration.plan import Model, Plan
 from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore, distinct
-from gearplay.files.parts import part_key
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.pieces import PieceStore
 
 Floats = NDArray[np.float64]
 
 PICTURE = 400  # posterior points kept for pictures
-
-
-class PartStore(Protocol):
-    """Store of finished parts, from which a stopped calibration is resumed."""
-
-    def get(self, key: str) -> dict[str, Any] | None:
-        """Return the part stored under a key, or None."""
-
-    def put(self, key: str, part: dict[str, Any]) -> None:
-        """Store a part under a key."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +117,7 @@ def run_calibration(
     measurements: Measurements,
     *,
     trials: Callable[[str], TrialStore],
-    parts: PartStore | None = None,
+    pieces: PieceStore,
     report: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> list[Fit]:
@@ -158,32 +148,23 @@ def run_calibration(
                     (at + 1) * total / len(problems),
                     total,
                 )
-            fits.append(_stored(problem, comparison, found, parts, stop))
+            identity = [
+                plan.model_dump(mode="json"),
+                model.name,
+                comparison.reading,
+                [asdict(d) for d in data],
+                GROUPS,
+                later_than(plan.simulation),
+            ]
+            make = partial(_fit_part, problem, comparison, found, stop=stop)
+            fits.append(fit_from(pieces.keep(identity, make)))
     return fits
 
 
-def _stored(
-    problem: Problem,
-    comparison: Comparison,
-    trials: Sequence[Trial],
-    parts: PartStore | None,
-    stop: threading.Event,
-) -> Fit:
-    identity = [
-        problem.plan.model_dump(mode="json"),
-        problem.model.name,
-        comparison.reading,
-        [asdict(d) for d in comparison.data],
-        GROUPS,
-        later_than(problem.plan.simulation),
-    ]
-    key = part_key(identity)
-    part = parts.get(key) if parts is not None else None
-    if part is None:
-        part = json.loads(json.dumps(asdict(fit_model(problem, comparison, trials, stop=stop))))
-        if parts is not None:
-            parts.put(key, part)
-    return fit_from(part)
+def _fit_part(
+    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event
+) -> dict[str, Any]:
+    return asdict(fit_model(problem, comparison, trials, stop=stop))
 
 
 def fit_model(

@@ -25,9 +25,9 @@ from gearplay.calibration.procedure import Fit
 from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
 from gearplay.files.atomic import write_figures, write_text
 from gearplay.files.json_text import finite
-from gearplay.files.parts import with_digest
 from gearplay.pictures.pages import fixed, render_page
 from gearplay.pictures.words import offset_in, shown_in
+from gearplay.work.pieces import with_digest
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (

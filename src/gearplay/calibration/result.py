@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.parts import DIGEST, without_digest
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.base import Answer, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
+from gearplay.work.pieces import DIGEST, without_digest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,10 +7,10 @@ from typing import Any
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Seen, Trial
-from gearplay.files import parts
 from gearplay.files.databases import told_of
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
+from gearplay.work import pieces
 
 EVEN = ", even"
 """End of the name of a study of evenly spread trials of a model."""
@@ -49,7 +49,7 @@ class StudyStore:
         with _told_of(self.folder / FILE):
             found = self.study.get_trials(deepcopy=False)
         for stored in found:
-            held = parts.without_digest(stored.user_attrs, in_order=False)
+            held = pieces.without_digest(stored.user_attrs, in_order=False)
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
                 raise TakenError(Fault("out", str(self.folder), rule, _CURE))
@@ -76,7 +76,7 @@ class StudyStore:
             value=0.0 if trial.good else None,
             params=dict(zip(self.names, trial.unit, strict=True)),
             distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
-            user_attrs=parts.with_digest(held, in_order=False),
+            user_attrs=pieces.with_digest(held, in_order=False),
         )
         with _told_of(self.folder / FILE):
             self.study.add_trial(finished)
@@ -102,4 +102,4 @@ def digest_of(plan: Plan) -> str:
     Not their number: more of them go on from those that are there.
     """
     document = plan.model_dump(mode="json", exclude={"title": True, "effort": set(AFTER)})
-    return parts.digest_of(document, in_order=False)
+    return pieces.digest_of(document, in_order=False)

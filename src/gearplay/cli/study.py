@@ -1,8 +1,6 @@
 """`gearplay study han2021`: reproduce the published study and write its report."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,10 +10,10 @@ from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.files.atomic import check_new, make_folder, write_bytes, write_figures, write_text
-from gearplay.files.parts import FolderStore, part_key
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 from gearplay.vocabulary.optional import load_optional
+from gearplay.work.pieces import PieceStore
 
 if TYPE_CHECKING:
     from gearplay.studies.han2021.simulation import Settings, Work
@@ -121,7 +119,7 @@ def _one(
     compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
-            work = Work(report or _silent, stop, partial(_kept, FolderStore(folder / "parts")))
+            work = Work(report or _silent, stop, PieceStore(folder / "parts").keep)
             document = _written(settings, folder, points, fit, pdf, work, beside)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
@@ -136,16 +134,6 @@ def _one(
 
 def _silent(label: str, done: float, total: float) -> None:
     """Report no progress."""
-
-
-def _kept(store: FolderStore, identity: Any, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return the part that a store has under its identity, or make and store it."""
-    key = part_key(identity)
-    part = store.get(key)
-    if part is None:
-        part = make()
-        store.put(key, part)
-    return part
 
 
 def _written(

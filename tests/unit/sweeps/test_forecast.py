@@ -9,9 +9,10 @@ import pytest
 
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import forecast as forecasting
-from gearplay.sweeps.running.engines import Engine
-from gearplay.sweeps.running.evaluate import Outcome, Sweep
+from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.folder import jobs_left, run_in
+from gearplay.work.engine import Engine
+from gearplay.work.rows import Outcome
 
 
 @pytest.mark.slow
@@ -44,7 +45,7 @@ def test_bundled_plans_take_what_was_foretold(
     made = Sweep(load_sweep(name))
     foretold = forecasting.forecast(made, patience=3.0)
     chosen = Engine("threads", None, None, None, shard)
-    left = jobs_left(made, tmp_path, shard)
+    left = jobs_left(made, tmp_path, chosen)
     began = time.monotonic()
     count = run_in(made, tmp_path, chosen, left)
     taken = time.monotonic() - began

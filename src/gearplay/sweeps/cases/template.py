@@ -3,7 +3,6 @@
 import hashlib
 from typing import Any
 
-from gearplay.files.parts import digest_of
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, value_at
 from gearplay.model.policy import LIMITS
@@ -13,6 +12,7 @@ from gearplay.sweeps.cases.sequences import Chain
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
+from gearplay.work.pieces import digest_of
 
 
 class Template:

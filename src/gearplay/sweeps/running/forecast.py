@@ -7,10 +7,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from gearplay.sweeps.cases.points import order_of
-from gearplay.sweeps.running.engines import run_threads
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.running.store import RowStore, store_name
 from gearplay.vocabulary.cores import worker_count
+from gearplay.work.engine import run_threads
+from gearplay.work.rows import RowStore, store_name
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gearplay.sweeps.running.engines import Engine
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.sweep import sweep
+from gearplay.sweeps.running.folder import gather, run_in
 from gearplay.sweeps.tolerances.allowable import Floats, largest_scale, search_plan
 from gearplay.sweeps.tolerances.page import values_of, write_tolerance
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.engine import Engine
+from gearplay.work.folder import locked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,42 +27,37 @@ def limit_of(made: Sweep) -> float:
     return tolerance.limit_in(unit)
 
 
-def answer(
+def write_tolerances(
     made: Sweep,
     product: "xr.Dataset",
     folder: Path,
+    engine: Engine,
     *,
-    engine: Engine | None = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> dict[str, Any]:
-    """Write the tolerance page of a finished sweep into its folder and return the document behind it.
+    """Write the tolerance page of a finished sweep into its folder and return its document.
 
-    The search for the largest factor simulates; its sweeps are kept in ``tolerance/`` and go on after an interruption.
+    The search for the largest factor simulates; its sweeps are kept in ``tolerance/`` and resumed after an interruption.
     """
     plan, tolerance, search = made.plan, made.plan.tolerance, None
     assert tolerance is not None
-    limit = limit_of(made)
 
     def at(*, fresh: bool) -> Callable[[float], Floats]:
         def evaluate(factor: float) -> Floats:
-            name = f"{'fresh' if fresh else 'factor'}-{factor!r}"
-            place = folder / FOLDER / name
-            found = sweep(
-                search_plan(plan, tolerance, factor, fresh=fresh),
-                folder=place,
-                engine=engine,
-                progress=progress,
-                stop=stop,
-            )
-            return values_of(found.ds, tolerance.measure)
+            part = Sweep(search_plan(plan, tolerance, factor, fresh=fresh))
+            part.check_size()
+            place = folder / FOLDER / f"{'fresh' if fresh else 'factor'}-{factor!r}"
+            with locked(place):
+                run_in(part, place, engine, progress=progress, stop=stop)
+                return values_of(gather(part, place), tolerance.measure)
 
         return evaluate
 
     if tolerance.scale:
         search = largest_scale(
             at(fresh=False),
-            limit,
+            limit_of(made),
             probability=tolerance.probability,
             confidence=tolerance.confidence,
             factors=tolerance.factors,
