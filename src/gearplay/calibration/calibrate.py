@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gearplay.calibration.conditions import measurements_of
+from gearplay.calibration.objective import measurements_of
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.procedure import run_calibration
 from gearplay.calibration.reading import load_plan, plan_folder
@@ -63,7 +63,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        ``ds`` has a row for each parameter of each fit, ``message`` the intervals and the statement about the models,
+        ``ds`` has a row for each parameter of each fit, ``message`` the intervals and the better model,
         ``document`` the rest.
 
     Raises

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -118,11 +117,6 @@ class HeldOut:
     best: Mapping[str, float]
     residuals: tuple[float, ...]
     labels: tuple[str, ...]
-
-
-def held_out_from(part: Mapping[str, Any]) -> HeldOut:
-    """Return it from its JSON-able form."""
-    return HeldOut(part["condition"], part["best"], tuple(part["residuals"]), tuple(part["labels"]))
 
 
 def hold_out(

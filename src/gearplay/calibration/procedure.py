@@ -3,12 +3,13 @@
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
-from functools import partial
+from dataclasses import asdict, dataclass
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from gearplay.calibration.model_comparison import (
     GROUPS,
@@ -25,7 +26,6 @@ from gearplay.calibration.out_of_sample import (
     best_point,
     check,
     drifts,
-    held_out_from,
     hold_out,
     later_than,
 )
@@ -93,23 +93,14 @@ class Fit:
     drift: tuple[Drift, ...]  # what a longer transient changes at the best point
 
 
+@cache
+def _fits() -> TypeAdapter[Fit]:
+    return TypeAdapter(Fit)
+
+
 def fit_from(part: Mapping[str, Any]) -> Fit:
     """Return a fit from its JSON-able form."""
-    values = {f.name: part[f.name] for f in fields(Fit)}
-    values["rows"] = tuple(Row(**row) for row in part["rows"])
-    values["intervals"] = tuple(Interval(**each) for each in part["intervals"])
-    values["left_out"] = tuple(
-        LeftOut(**{**each, "residuals": tuple(each["residuals"]), "labels": tuple(each["labels"])})
-        for each in part["left_out"]
-    )
-    values["held_out"] = tuple(held_out_from(each) for each in part["held_out"])
-    values["drift"] = tuple(Drift(**each) for each in part["drift"])
-    values["standing"] = Standing(**part["standing"])
-    for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
-        values[name] = tuple(part[name])
-    for name in ("correlation", "sample"):
-        values[name] = tuple(tuple(row) for row in part[name])
-    return Fit(**values)
+    return _fits().validate_python(part)
 
 
 def run_calibration(

@@ -42,27 +42,27 @@ class Search:
             int, tuple[int, tuple[Emulator, Floats]]
         ] = {}  # by turn: after how many trials, and what
         for trial in trials:
-            self.tell(trial)
+            self.add(trial)
 
     def _new_study(self) -> "optuna.Study":
         optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
-    def tell(self, trial: Trial) -> None:
-        """Add a finished trial, at the point where it was simulated: the only data that a resumed search has of it."""
+    def add(self, trial: Trial) -> None:
+        """Add a finished trial at its rounded place, the only one that a resumed search has."""
         import optuna
 
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
             if trial.good:
-                told = optuna.trial.create_trial(
+                known = optuna.trial.create_trial(
                     params=dict(zip(self.names, trial.unit, strict=True)),
                     distributions=self._space(),
                     value=float(comparison.objective(*comparison.logs_of([trial]))[0]),
                 )
             else:
-                told = optuna.trial.create_trial(state=optuna.trial.TrialState.FAIL)
-            study.add_trial(told)
+                known = optuna.trial.create_trial(state=optuna.trial.TrialState.FAIL)
+            study.add_trial(known)
         self.trials.append(trial)
         self._tried.add(trial.same_as)
 
@@ -77,7 +77,7 @@ class Search:
             return STARTUP
         return POLISH if number >= self.effort.evaluations - self.effort.polish else SEARCH
 
-    def ask(self) -> tuple[float, ...]:
+    def propose(self) -> tuple[float, ...]:
         """Return the point of the next trial."""
         number = len(self.trials)
         turn = number // TURN % len(self.comparisons)
@@ -106,7 +106,7 @@ class Search:
         study = self._studies[turn]
         study.sampler = sampler
         asked = study.ask(self._space())
-        # It is added only after it has been simulated, at its rounded place (`tell`).
+        # It is added only after it has been simulated, at its rounded place (`add`).
         study.tell(asked, state=optuna.trial.TrialState.FAIL)
         return tuple(float(asked.params[name]) for name in self.names)
 
@@ -194,9 +194,9 @@ def run_search(
             raise KeyboardInterrupt
         phase, effort = search.phase(number), problem.plan.effort
         members = effort.polish_members if phase == POLISH else None
-        trial = problem.run(number, search.ask(), phase=phase, members=members, stop=stop)
+        trial = problem.run(number, search.propose(), phase=phase, members=members, stop=stop)
         store.add(trial)
-        search.tell(trial)
+        search.add(trial)
         if report is not None:
             report(number + 1.0, float(total))
     return search.trials

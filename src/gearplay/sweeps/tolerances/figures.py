@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
+from gearplay.pictures.canvas import SMALL, TEXT, make_figure
+from gearplay.pictures.panels import finished
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
 from gearplay.pictures.words import offset_in, plain, short, shown_in
 from gearplay.sweeps.tolerances.allowable import Allowable
@@ -115,9 +116,14 @@ def distribution_figure(
     else:
         words += "\nno case finished"
     _beside(top, limit, words)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    set_title(figure, title)
-    return to_png(figure)
+    return _labelled(figure, bottom, title)
+
+
+def _labelled(figure: Any, ax: Any, title: str) -> bytes:
+    """Return a figure as PNG, with a title and a legend of what is labelled in some of its axes."""
+    labels = ax.get_legend_handles_labels()
+    figure.legend(*labels, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
+    return finished(figure, title)
 
 
 def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: bool) -> None:
@@ -197,9 +203,7 @@ def indices_figure(found: Indices, title: str) -> bytes:
     ax.set_xlabel(
         f"share of the variance [1]; whiskers: {percent(found.confidence)} intervals", fontsize=TEXT
     )
-    figure.legend(loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    set_title(figure, title)
-    return to_png(figure)
+    return _labelled(figure, ax, title)
 
 
 def search_figure(found: Allowable, title: str, grows: str = "what grows") -> bytes:
@@ -223,15 +227,7 @@ def search_figure(found: Allowable, title: str, grows: str = "what grows") -> by
         low, high = 100.0 * min(s.low for s in shown), 100.0 * max(s.high for s in shown)
         axes[1].set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
         axes[1].set_title("around the answer", fontsize=TEXT, loc="left")
-    figure.legend(
-        *axes[0].get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-        fontsize=SMALL,
-        frameon=False,
-    )
-    set_title(figure, title)
-    return to_png(figure)
+    return _labelled(figure, axes[0], title)
 
 
 def _search(ax: Any, found: Allowable) -> None:
