@@ -26,14 +26,14 @@ from gearplay.sweeps.tolerances.allowable import (
     size_words,
     step_of,
 )
-from gearplay.sweeps.tolerances.distribution import distribution
-from gearplay.sweeps.tolerances.exceedance import exceedance, proportion
+from gearplay.sweeps.tolerances.statistics import distribution, exceedance, proportion
 from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
-from gearplay.sweeps.variance.members import as_table, member_variance
-from gearplay.sweeps.variance.sobol_indices import (
+from gearplay.sweeps.variance import (
+    as_table,
     emulated_indices,
     independent_rows,
     indices_of,
+    member_variance,
     sobol_indices,
 )
 from gearplay.vocabulary.errors import InputError

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
-from gearplay.sweeps.tolerances.exceedance import proportion
-from gearplay.sweeps.variance.members import as_table
-from gearplay.sweeps.variance.sobol_indices import independent_rows
+from gearplay.sweeps.tolerances.statistics import proportion
+from gearplay.sweeps.variance import as_table, independent_rows
 
 Floats = NDArray[np.float64]
 Evaluate = Callable[[float], Floats]

@@ -13,10 +13,8 @@ from gearplay.pictures.panels import finished
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
 from gearplay.pictures.words import offset_in, plain, short, shown_in
 from gearplay.sweeps.tolerances.allowable import Allowable
-from gearplay.sweeps.tolerances.distribution import Distribution
-from gearplay.sweeps.tolerances.exceedance import Exceedance, interval_of
-from gearplay.sweeps.variance.members import as_table
-from gearplay.sweeps.variance.sobol_indices import Indices
+from gearplay.sweeps.tolerances.statistics import Distribution, Exceedance, interval_of
+from gearplay.sweeps.variance import Indices, as_table
 
 Floats = NDArray[np.float64]
 LIMIT = "#b02a4c"

@@ -23,7 +23,7 @@ from gearplay.sweeps.tolerances import words as words_of
 from gearplay.sweeps.tolerances.allowable import Allowable, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
-from gearplay.sweeps.variance.words import spoken
+from gearplay.sweeps.variance import spoken
 from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:

@@ -7,10 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.sweeps.plans.design import Design
-from gearplay.sweeps.tolerances.distribution import Distribution, distribution
-from gearplay.sweeps.tolerances.exceedance import Exceedance, exceedance
-from gearplay.sweeps.variance.members import as_table
-from gearplay.sweeps.variance.sobol_indices import Indices, independent_rows, indices_of
+from gearplay.sweeps.tolerances.statistics import Distribution, Exceedance, distribution, exceedance
+from gearplay.sweeps.variance import Indices, as_table, independent_rows, indices_of
 
 Floats = NDArray[np.float64]
 PART = 0.2

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 
 from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable, size_words
-from gearplay.sweeps.tolerances.exceedance import Exceedance
 from gearplay.sweeps.tolerances.figures import Scale, percent
+from gearplay.sweeps.tolerances.statistics import Exceedance
 from gearplay.sweeps.tolerances.tolerance import Cut
-from gearplay.sweeps.variance.sobol_indices import Indices
-from gearplay.sweeps.variance.words import shares_words, spoken
+from gearplay.sweeps.variance import Indices, shares_words, spoken
 
 KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
 CAPTION = {
@@ -32,7 +31,7 @@ def _counted(number: int, name: str) -> str:
 def verdict_of(found: Exceedance, wanted: float) -> str:
     """Return "kept" or "exceeded" where the whole interval lies on one side of ``wanted``, failed cases included; else "open".
 
-    >>> from gearplay.sweeps.tolerances.exceedance import exceedance
+    >>> from gearplay.sweeps.tolerances.statistics import exceedance
     >>> import numpy as np
     >>> verdict_of(exceedance(np.zeros(100), 1.0), 0.95), verdict_of(exceedance(np.zeros(10), 1.0), 0.95)
     ('kept', 'open')
