@@ -67,7 +67,7 @@ def sweep(
     """
     from gearplay.sweeps.plans.reading import load_sweep
     from gearplay.sweeps.running.evaluate import Sweep
-    from gearplay.sweeps.tolerances.results import limit_of
+    from gearplay.sweeps.tolerances.page import limit_of
 
     made = Sweep(_changed(load_sweep(plan), changes or []).frozen())
     if made.plan.tolerance is not None:

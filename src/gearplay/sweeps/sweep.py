@@ -156,7 +156,7 @@ def sweep_in(
     and the event that ends it.
     """
     from gearplay.sweeps.report.page import write_sweep_report
-    from gearplay.sweeps.tolerances.results import write_tolerances
+    from gearplay.sweeps.tolerances.page import write_tolerances
 
     tolerance = report and made.plan.tolerance is not None
     only_zarr = zarr and made.is_large

@@ -2,7 +2,7 @@
 
 A factor multiplies what is drawn; every factor is simulated at the same points of the unit cube (common random numbers), so
 that neighbouring factors differ by the factor alone. Five factors spread over the range show where the wanted probability is
-crossed, bisection narrows the last crossing, and an independent sample at the answer says what it is worth.
+crossed, bisection narrows the last crossing, and an independent sample there checks the result.
 """
 
 import math
@@ -41,7 +41,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Allowable:
-    """The answer of `largest_scale`.
+    """The result of `largest_scale`.
 
     ``verdict`` is "found", "all" (the largest factor keeps to the limit), "none" (no simulated factor does) or "unknown" (no
     case finished). ``factor`` is the largest that keeps to it (NaN for none), ``resolution`` how much larger the next one is that
@@ -134,7 +134,7 @@ def largest_scale(
     finished = any(step.failed < step.cases for step in done)
     met = not math.isnan(best)
     verdict = UNKNOWN if not finished else NONE if not met else ALL if next_up == best else FOUND
-    answer = Allowable(
+    found = Allowable(
         verdict=verdict,
         factor=best,
         resolution=next_up - best,
@@ -149,8 +149,8 @@ def largest_scale(
         check=None,
     )
     if check is None or not met:
-        return answer
-    return replace(answer, check=step_of(answer.advised, check(answer.advised), limit, confidence))
+        return found
+    return replace(found, check=step_of(found.advised, check(found.advised), limit, confidence))
 
 
 def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[float, float]:

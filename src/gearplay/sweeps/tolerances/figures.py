@@ -113,7 +113,7 @@ def distribution_figure(
         )
     else:
         words += "\nno case finished"
-    _beside(top, limit, words)
+    _annotate(top, limit, words)
     return _labelled(figure, bottom, title)
 
 
@@ -162,7 +162,7 @@ def _steps(ax: Any, pooled: Floats, weights: Floats, found: Distribution, confid
     )
 
 
-def _beside(ax: Any, x: float, words: str) -> None:
+def _annotate(ax: Any, x: float, words: str) -> None:
     """Write a label at the top of a vertical line, on the side that has more room; at the edge for one beyond it."""
     low, high = ax.get_xlim()
     log = ax.get_xscale() == "log"
@@ -205,7 +205,7 @@ def indices_figure(found: Indices, title: str) -> bytes:
 
 
 def search_figure(found: Allowable, title: str, grows: str = "what grows") -> bytes:
-    """Draw the probability to keep to the limit against the factor, with the answer, its span and the fresh sample.
+    """Draw the probability to keep to the limit against the factor, with the result, its span and the fresh sample.
 
     ``grows`` names what is multiplied. Where the span is bounded, a second panel shows its surroundings.
     """
