@@ -30,7 +30,7 @@ from gearplay.calibration.out_of_sample import (
     later_than,
 )
 from gearplay.calibration.plan import Model, Plan
-from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
+from gearplay.calibration.posterior import Interval, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore, distinct
 from gearplay.vocabulary.errors import SimulationError
@@ -189,6 +189,7 @@ def fit_model(
     amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
     best = int(np.argmin(values))
     _, variance = comparison.residuals(checked_logs, checked_errors)
+    low, middle, high = posterior.quantiles(posterior.points.scatter).tolist()
     return Fit(
         model=problem.model.name,
         reading=comparison.reading,
@@ -201,10 +202,10 @@ def fit_model(
         frequency_error=float(frequency[0]),
         found_errors=(float(found_amplitude[best]), float(found_frequency[best])),
         rows=_rows(comparison, checked_logs, checked_errors),
-        intervals=_intervals(problem, posterior),
+        intervals=posterior.intervals(problem),
         correlation=_tuples(posterior.correlation()),
         sample=_tuples(posterior.points.units[:PICTURE]),
-        scatter=_three(posterior.quantiles(posterior.points.scatter)),
+        scatter=(low, middle, high),
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
         left_out=tuple(left_out),
@@ -230,16 +231,5 @@ def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ..
     )
 
 
-def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
-    table = [
-        problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
-    ]
-    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.parameters)
-
-
 def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(f"{v:.6g}") for v in row) for row in table)
-
-
-def _three(values: Floats) -> tuple[float, float, float]:
-    return float(values[0]), float(values[1]), float(values[2])

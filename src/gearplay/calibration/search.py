@@ -5,7 +5,7 @@ stored: a killed search resumes to the same list of trials. No point is repeated
 """
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -155,19 +155,16 @@ def run_even(
     report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
-    """Run or go on with evenly spread trials, as many as the plan's evaluations; return all of them.
+    """Run, or resume, evenly spread trials, as many as the plan's evaluations; return all of them.
 
     Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
     """
-    trials, effort = store.read(), problem.plan.effort
-    for number in range(len(trials), effort.evaluations):
-        if stop is not None and stop.is_set():
-            raise KeyboardInterrupt
-        point = even_point(number, len(problem.parameters), effort.seed)
-        trials.append(problem.run(number, point, phase=STARTUP, stop=stop))
-        store.add(trials[-1])
-        if report is not None:
-            report(number + 1.0, float(effort.evaluations))
+    trials, seed = store.read(), problem.plan.effort.seed
+
+    def propose(number: int) -> tuple[tuple[float, ...], str]:
+        return even_point(number, len(problem.parameters), seed), STARTUP
+
+    _run(problem, store, len(trials), propose, trials.append, report, stop)
     return trials
 
 
@@ -183,23 +180,40 @@ def run_search(
     report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
-    """Run or go on with one model's search to the plan's number of evaluations; return all trials.
+    """Run, or resume, one model's search to the plan's number of evaluations; return all trials.
 
     Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
     """
     search = Search(problem, comparisons, store.read())
-    total = problem.plan.effort.evaluations
-    while (number := len(search.trials)) < total:
+
+    def propose(number: int) -> tuple[tuple[float, ...], str]:
+        return search.propose(), search.phase(number)
+
+    _run(problem, store, len(search.trials), propose, search.add, report, stop)
+    return search.trials
+
+
+def _run(
+    problem: Problem,
+    store: TrialStore,
+    first: int,
+    propose: Callable[[int], tuple[tuple[float, ...], str]],
+    add: Callable[[Trial], None],
+    report: Tick | None,
+    stop: threading.Event | None,
+) -> None:
+    """Simulate and store the trials from number ``first`` on, each at the point and for the phase that ``propose`` returns."""
+    effort = problem.plan.effort
+    for number in range(first, effort.evaluations):
         if stop is not None and stop.is_set():
             raise KeyboardInterrupt
-        phase, effort = search.phase(number), problem.plan.effort
+        point, phase = propose(number)
         members = effort.polish_members if phase == POLISH else None
-        trial = problem.run(number, search.propose(), phase=phase, members=members, stop=stop)
+        trial = problem.run(number, point, phase=phase, members=members, stop=stop)
         store.add(trial)
-        search.add(trial)
+        add(trial)
         if report is not None:
-            report(number + 1.0, float(total))
-    return search.trials
+            report(number + 1.0, float(effort.evaluations))
 
 
 def refine(

@@ -2,11 +2,10 @@
 
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
-from gearplay.calibration.trials import Seen, Trial
+from gearplay.calibration.trials import Trial, mapped
 from gearplay.files.databases import told_of
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
@@ -53,10 +52,7 @@ class StudyStore:
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
                 raise TakenError(Fault("out", str(self.folder), rule, _CURE))
-            seen = {
-                c: {t: {k: Observed(*v) for k, v in keys.items()} for t, keys in targets.items()}
-                for c, targets in held["seen"].items()
-            }
+            seen = mapped(held["seen"], lambda _, pair: Observed(*pair))
             trials.append(Trial(stored.number, tuple(held["unit"]), seen, held["reason"], held["phase"]))
         return trials
 
@@ -67,7 +63,7 @@ class StudyStore:
 
         held = {
             "unit": list(trial.unit),
-            "seen": _plain(trial.seen),
+            "seen": mapped(trial.seen, lambda _, observed: [observed.value, observed.error]),
             "reason": trial.reason,
             "phase": trial.phase,
         }
@@ -89,17 +85,10 @@ def _told_of(path: Path, *, foreign: bool = False) -> AbstractContextManager[Non
     return told_of(path, "hold the trials of this calibration", _CURE, foreign=foreign)
 
 
-def _plain(seen: Seen) -> dict[str, Any]:
-    return {
-        c: {t: {k: [o.value, o.error] for k, o in keys.items()} for t, keys in targets.items()}
-        for c, targets in seen.items()
-    }
-
-
 def digest_of(plan: Plan) -> str:
     """Return the digest of all settings that determine a plan's trials and their results.
 
-    Not their number: more of them go on from those that are there.
+    Not their number: a search with more of them resumes from the stored ones.
     """
     document = plan.model_dump(mode="json", exclude={"title": True, "effort": set(AFTER)})
     return pieces.digest_of(document, in_order=False)

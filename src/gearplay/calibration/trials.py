@@ -2,9 +2,9 @@
 
 import math
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,23 +186,32 @@ class Problem:
         """
         place = placed(unit)
         try:
-            return Trial(number, place, rounded(self.see(place, members=members, stop=stop)), phase=phase)
+            return Trial(
+                number, place, mapped(self.see(place, members=members, stop=stop), rounded), phase=phase
+            )
         except GearplayError as error:
             return Trial(number, place, {}, str(error).splitlines()[0], phase)
 
 
-def rounded(seen: Seen) -> Seen:
-    """Return the observed values with `DIGITS` significant digits, their errors with three."""
+Changed = TypeVar("Changed")
+
+
+def mapped(
+    seen: Mapping[str, Any], change: Callable[[str, Any], Changed]
+) -> dict[str, dict[str, dict[str, Changed]]]:
+    """Return ``change(key, observed)`` of every observed value, by condition, target and key as before."""
     return {
         condition: {
-            target: {
-                key: Observed(float(f"{o.value:.{DIGITS}g}"), float(f"{o.error:.3g}"))
-                for key, o in keys.items()
-            }
+            target: {key: change(key, observed) for key, observed in keys.items()}
             for target, keys in targets.items()
         }
         for condition, targets in seen.items()
     }
+
+
+def rounded(_: str, observed: Observed) -> Observed:
+    """Return an observed value with `DIGITS` significant digits, its error with three."""
+    return Observed(float(f"{observed.value:.{DIGITS}g}"), float(f"{observed.error:.3g}"))
 
 
 class TrialError(SimulationError):
