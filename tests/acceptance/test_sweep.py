@@ -596,6 +596,25 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
     assert len(rows(tmp_path)) == 3
 
 
+def test_sweep__folder__has_the_options_of_the_command(few: Path, tmp_path: Path) -> None:
+    """Another plan is refused until the old result may be replaced; a report is written where it is requested."""
+    finish(few, tmp_path)
+    assert not (tmp_path / "report.html").exists()
+    other = {**FEW, "axes": [{**SPEED, "count": 2}]}
+    with pytest.raises(InputError, match="must hold the same plan"):
+        sweep.sweep(other, folder=tmp_path)
+    assert len(rows(tmp_path)) == 3
+    found = sweep.sweep(other, folder=tmp_path, overwrite=True, report=True)
+    assert found.ds.sizes == {"speed": 2}
+    assert (tmp_path / "report.html").exists()
+    assert len(rows(tmp_path)) == 2
+    assert leftovers(tmp_path) == []
+    with pytest.raises(InputError, match="overwrite = true: must not be given for one shard"):
+        sweep.sweep(other, folder=tmp_path, overwrite=True, engine=engines.Engine(shard=(1, 2)))
+    part = sweep.sweep(other, folder=tmp_path / "part", engine=engines.Engine(shard=(1, 2)))
+    assert sorted(part.ds.status.values.tolist()) == [-1, 0]
+
+
 def test_a_stop_ends_the_case_in_hand() -> None:
     """A case of an hour is not waited for."""
     stop = threading.Event()

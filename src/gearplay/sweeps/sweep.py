@@ -22,6 +22,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.engine import Engine
+from gearplay.work.folder import locked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,13 +109,19 @@ def sweep(
         plan = make_plan(source, axes or {}, reduce or (), **more)
     made, chosen = Sweep(plan.frozen()), engine or Engine(workers=threads)
     made.check_size()
+    if overwrite and chosen.shard is not None:
+        rule = "must not be given for one shard: it would remove the results of the others"
+        raise InputError(Fault("overwrite", overwrite, rule, "Remove it, or choose another folder"))
     if folder is not None:
         finished = sweep_in(
             made, Path(folder), chosen,
             overwrite=overwrite, report=report, retry=retry, zarr=zarr,
             watch=lambda: nullcontext((progress, stop)),
         )  # fmt: skip
-        return SweepResult(finished.product)
+        if finished.product is not None:
+            return SweepResult(finished.product)
+        with locked(Path(folder)):  # after a shard: all that is there
+            return SweepResult(folders.gather(made, Path(folder)))
     rows: dict[bytes, tuple[int, str, bytes]] = {}
     points = made.template.points
     running = chosen.run(

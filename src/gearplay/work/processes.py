@@ -65,8 +65,9 @@ class Processes:
             self._pool = ProcessPoolExecutor(
                 self.count, mp_context=context, initializer=_live_with, initargs=self._life[:1]
             )
+        make, text = task.remake
         with _without_interrupts():
-            return self._pool.submit(run_batch, *task.remake, batch, LONGEST)
+            return self._pool.submit(run_batch, make, text, batch, LONGEST)
 
     def outcomes(
         self, task: Task[Piece], jobs: Sequence[int], stop: threading.Event | None = None

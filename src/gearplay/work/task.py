@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 Piece = TypeVar("Piece")
-Piece_co = TypeVar("Piece_co", covariant=True)
 
 RETRIES = 3
 """How often jobs are submitted again after the process that ran them died."""
@@ -15,17 +14,17 @@ PAUSE = 0.1
 """Interval [s] at which a wait for results checks for cancellation."""
 
 
-class Task(Protocol[Piece_co]):
+class Task(Protocol[Piece]):
     """Jobs by number, each with the pieces of result that it gives."""
 
     def prepare(self) -> None:
         """Do once what all jobs need, such as compilation, before threads share it."""
 
-    def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Piece_co]:
+    def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Piece]:
         """Return the pieces of a job; none once stopped."""
 
     @property
-    def remake(self) -> "tuple[Callable[[str], Task[Piece_co]], str]":
+    def remake(self) -> "tuple[Callable[[str], Task[Piece]], str]":
         """A function of a module and its argument, with which another process makes the same task."""
 
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
-from gearplay.sweeps.tolerances.statistics import Exceedance
-from gearplay.sweeps.tolerances.tolerance import Cut
+from gearplay.sweeps.tolerances.statistics import Cut, Exceedance
 from gearplay.sweeps.variance import Indices, shares_words, spoken
 
 KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
