@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 MARKERS = "os^Dv<>Pp*X"
 MOST_PAIRS = 8  # parameters in a pair plot; of more, the best identified ones
 BAND = math.log10(0.9), math.log10(1.1)  # decades
-WIDEST = 2.0  # decades: what lies further off is drawn at the edge
+WIDEST = 2.0  # decades: values further off are drawn at the edge
 
 
 def colors_of(fits: Sequence[Fit]) -> dict[str, str]:

@@ -77,7 +77,7 @@ class Surrogate:
         return cls(comparison, emulator, np.sqrt(np.maximum(emulator.scatter**2 - own, least)))
 
     def simulated(self, points: Points) -> Floats:
-        """Return log10 of what would be measured, shape [point, datum]: the emulator, times the factor."""
+        """Return log10 of the predicted measurements, shape [point, datum]: the emulator, times the factor."""
         return self.emulator(points.units) + points.factor[:, None] * self.comparison.amplitudes
 
     def log_densities(self, points: Points) -> Floats:

@@ -65,7 +65,7 @@ class Fit:
     """One model in one reading of the ordinate, calibrated.
 
     ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
-    fresh ones; ``found_errors`` are the mean errors [%] that the search itself saw at its best trial, which are too good.
+    fresh ones; ``found_errors`` are the mean errors [%] of the search at its best trial, which are too small.
     ``left_out`` are predictions of the posterior on the emulator, ``held_out`` simulations.
     """
 
@@ -90,7 +90,7 @@ class Fit:
     held_out: tuple[HeldOut, ...]
     standing: Standing
     history: tuple[float, ...]  # least objective after each trial
-    drift: tuple[Drift, ...]  # what a longer transient changes at the best point
+    drift: tuple[Drift, ...]  # changes by a longer transient at the best point
 
 
 @cache

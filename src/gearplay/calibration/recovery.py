@@ -14,7 +14,7 @@ from gearplay.calibration.trials import Problem, Seen, Trial, mapped
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
-TRUE_SEED = 30_000_001  # added to the plan's: members no trial has seen
+TRUE_SEED = 30_000_001  # added to the plan's: members of no trial
 MARGIN = 0.02  # of the bounds that true points keep off, in the unit cube
 
 

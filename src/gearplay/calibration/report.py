@@ -224,7 +224,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def residuals_csv(plan: Plan, fits: Sequence[Fit]) -> str:
-    """Return the residuals of every datum, model and reading as CSV, all digits kept; what does not exist is empty."""
+    """Return the residuals of every datum, model and reading as CSV, all digits kept, missing numbers empty."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(COLUMNS)

@@ -31,7 +31,7 @@ LARGEST = 64 * 1024**2
 
 @dataclass(frozen=True, repr=False)
 class Calibration(Answer):
-    """What a calibration found: which parameters explain the records, and which model explains them better.
+    """Result of a calibration: the parameters that explain the records, and the better model.
 
     Attributes: ``ds`` (a row for each parameter of each fit), ``document`` (all of ``calibration.json``), ``message`` (the
     intervals against the values of the case, and which model explains the records).
@@ -43,7 +43,7 @@ class Calibration(Answer):
 
     @property
     def message(self) -> str:
-        """The first sentences of the answer: intervals against the values of the case, and which model explains the records."""
+        """Summary as text: intervals against the values of the case, and the better model."""
         return " ".join(self.document["answer"][:2])
 
     @property

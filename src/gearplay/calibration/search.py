@@ -40,7 +40,7 @@ class Search:
         self._studies = [self._new_study() for _ in self.comparisons]
         self._near: dict[
             int, tuple[int, tuple[Emulator, Floats]]
-        ] = {}  # by turn: after how many trials, and what
+        ] = {}  # by turn: number of trials, emulator and centre
         for trial in trials:
             self.add(trial)
 
@@ -72,7 +72,7 @@ class Search:
         return {name: FloatDistribution(0.0, 1.0) for name in self.names}
 
     def phase(self, number: int) -> str:
-        """Return what trial ``number`` is for."""
+        """Return the phase of trial ``number``."""
         if number < self.effort.startup:
             return STARTUP
         return POLISH if number >= self.effort.evaluations - self.effort.polish else SEARCH

@@ -19,7 +19,7 @@ AFTER = ("evaluations", "polish", "check_members")
 
 
 class StudyStore:
-    """One model's trials as an optuna study; each is added whole, in one transaction.
+    """One model's trials as an optuna study; each is added in one transaction.
 
     Raises `TakenError` where the file holds trials of another plan, or is damaged, and the errors of `told_of`.
     """
@@ -29,7 +29,7 @@ class StudyStore:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path, self.folder = folder / FILE, folder
         self.names = [p.name for p in plan.parameters_of(model.removesuffix(EVEN))]
-        with _told_of(path, foreign=True):  # optuna has errors of its own for what is no database
+        with _told_of(path, foreign=True):  # optuna has errors of its own for a file that is no database
             self.study = optuna.create_study(
                 storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True
             )

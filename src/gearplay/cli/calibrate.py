@@ -31,10 +31,10 @@ def calibrate(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the result in the folder.")] = False,
     json: Json = False,
 ) -> None:
-    """Fit a plan's parameters; say which model explains the data.
+    """Fit a plan's parameters and compare its models.
 
-    The same command goes on where it was stopped. With --recover, data made at known points say how well the plan
-    finds its parameters again.
+    The same command continues where it was stopped. With --recover, synthetic data of known parameters show how well the
+    plan finds them.
     """
     from gearplay.calibration import calibrate as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
@@ -64,7 +64,7 @@ def calibrate(
 
 
 def _with_evaluations(plan: str, evaluations: int) -> Any:
-    """Return the plan with another number of trials: of fewer the phases are in proportion, more go on from the plan's."""
+    """Return the plan with another number of trials: with fewer the phases are shorter in proportion."""
     from gearplay.calibration.reading import load_plan
 
     loaded = load_plan(plan)

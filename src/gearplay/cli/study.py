@@ -84,8 +84,8 @@ def study(
         place = folder if each == chosen[0] else folder / each
         settings = Settings(parameters=each, members=members, duration=duration)
         wanted = points if claims and each == chosen[0] else 0
-        beside = {other: _address(each, other, chosen[0]) for other in chosen if other != each}
-        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, beside))
+        others = {other: _address(each, other, chosen[0]) for other in chosen if other != each}
+        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, others))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
     else:
@@ -109,7 +109,7 @@ def _one(
     pdf: bool,
     overwrite: bool,
     quiet: bool,
-    beside: dict[str, str],
+    others: dict[str, str],
 ) -> dict[str, Any]:
     """Run the study with one parameter set, write it into a folder, and return its document."""
     from gearplay.studies.han2021.simulation import Work, base_case
@@ -120,7 +120,7 @@ def _one(
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
             work = Work(report or _silent, stop, PieceStore(folder / "parts").keep)
-            document = _written(settings, folder, points, fit, pdf, work, beside)
+            document = _written(settings, folder, points, fit, pdf, work, others)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command goes on there."
@@ -143,7 +143,7 @@ def _written(
     fit: bool,
     pdf: bool,
     work: "Work",
-    beside: dict[str, str],
+    others: dict[str, str],
 ) -> dict[str, Any]:
     """Run the study and write its files; return its document."""
     from gearplay.pictures.pages import render_page
@@ -165,7 +165,7 @@ def _written(
     write_figures(folder, study.figures)
     for name, text in study.texts().items():
         write_text(folder / name, text)
-    write_text(folder / "report.html", render_page(PACKAGE, "report.html", **study.page_values(beside)))
+    write_text(folder / "report.html", render_page(PACKAGE, "report.html", **study.page_values(others)))
     if pdf:
         write_bytes(folder / "report.pdf", study.pdf())
     return {**study.document, **fitted}

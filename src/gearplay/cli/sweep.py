@@ -154,12 +154,12 @@ def _words(d: dict[str, Any]) -> str:
         lines[0] += f", {d['missing']} not run yet"
     lines += [f"  {reason}" for reason in d["reasons"]]
     if "tolerance" in d:
-        told = [*d["tolerance"]["answer"]]
+        sentences = [*d["tolerance"]["answer"]]
         for each in d["tolerance"]["conditions"][:10]:
-            told += each["words"]
+            sentences += each["words"]
         if d["tolerance"]["search"]:
-            told += d["tolerance"]["search"]["words"]
-        lines += dict.fromkeys(told)  # the answer first, no sentence twice
+            sentences += d["tolerance"]["search"]["words"]
+        lines += dict.fromkeys(sentences)  # no sentence twice
     lines.append(
         "Written: " + ", ".join(d[key] for key in ("report", "tolerance_page", "out", "cube") if key in d)
     )
@@ -183,8 +183,8 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     print_text(
         f"{made.plan.title or 'Sweep'}: {found.cases} cases"
         + (f" and at most {found.search} of the search for a safe size" if found.search else "")
-        + f", about {_duration(found.seconds + found.beside)} on {found.workers} workers "
-        f"(from {found.pilots} of them; {_duration(found.beside)} of it for start and report), "
+        + f", about {_duration(found.seconds + found.overhead)} on {found.workers} workers "
+        f"(from {found.pilots} of them; {_duration(found.overhead)} of it for start and report), "
         f"{found.bytes / 1e6:.3g} MB. Nothing was written."
     )
     if found.failed:

@@ -45,7 +45,7 @@ def sweep(
     stop: threading.Event | None = None,
     **more: Any,
 ) -> SweepResult:
-    """Simulate every combination of the axes and return what was kept, a dimension per axis.
+    """Simulate every combination of the axes and return the kept numbers, a dimension per axis.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def sweep(
     axes
         Values by path, in SI or with a unit; or tables as in a plan file.
     reduce
-        What to keep of each case: tables as in a plan file, docs/sweeps.
+        Numbers to keep of each case: tables as in a plan file, docs/sweeps.
     ensemble
         Members of each case; 1 if not given.
     folder

@@ -31,7 +31,7 @@ MOST_RANKED = 6
 
 
 def as_table(values: Floats) -> Floats:
-    """Return values as a table, shape [sample, member]; whatever is not finite counts as failed and becomes NaN.
+    """Return values as a table, shape [sample, member]; values that are not finite count as failed and become NaN.
 
     >>> as_table(np.array([1.0, np.inf])).tolist()
     [[1.0], [nan]]
@@ -66,7 +66,7 @@ def member_variance(table: Floats) -> float:
 
 
 def noise_share(own: float, whole: float) -> float:
-    """Return a variance among members over the whole, at most 1; NaN where either is unknown or nothing varies.
+    """Return the ratio of the variance among members to the total variance, at most 1; NaN where one is unknown or 0.
 
     >>> noise_share(1.0, 4.0), noise_share(float("nan"), 4.0)
     (0.25, nan)
@@ -244,7 +244,7 @@ def _floats(values: Floats) -> tuple[float, ...]:
 
 
 def _parts(parameters: int, degree: int) -> tuple[Floats, Floats, Floats]:
-    """Return what squared coefficients add to first-order and total variances, shape [parameter, term], and to the whole."""
+    """Return the weights of squared coefficients in first-order and total variances, shape [parameter, term], and their sum."""
     exponents = terms(parameters, degree)
     variance = np.prod(1.0 / (2.0 * exponents + 1.0), axis=1)
     takes_part = (exponents > 0).T

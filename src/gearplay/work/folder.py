@@ -81,7 +81,7 @@ class OutputFolder:
         if place != self.path:
             write_text(place / COMPLETE, "")
             self._move_in()
-        with suppress(OSError):  # the result is in its place, whatever the disk does now
+        with suppress(OSError):  # the result is in its place by now
             (self.path / IDENTITY).unlink(missing_ok=True)
 
     def finish_replacement(self) -> None:

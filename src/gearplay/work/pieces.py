@@ -1,4 +1,4 @@
-"""Finished pieces of long work as JSON files in a folder, found again by the digest of what determines them."""
+"""Finished pieces of long work as JSON files in a folder, under the digest of their identity."""
 
 import hashlib
 import json

@@ -46,7 +46,7 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the processes, whatever they are doing."""
+        """End the processes."""
         self._leave()
 
     def _leave(self) -> None:

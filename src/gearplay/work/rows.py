@@ -26,7 +26,7 @@ Shard = tuple[int, int] | None
 
 
 class Outcome(NamedTuple):
-    """A finished point: its number, the address of its result, how it ended and what was kept, shape [number]."""
+    """A finished point: its number, the address of its result, status, reason and kept numbers, shape [number]."""
 
     number: int
     address: bytes
@@ -66,7 +66,7 @@ class RowStore:
                 raise
 
     def add(self, outcomes: Sequence[Outcome]) -> None:
-        """Store what was finished together, in one transaction."""
+        """Store outcomes in one transaction."""
         rows = [(o.address, o.status, o.reason, o.seconds, o.row.tobytes()) for o in outcomes]
         with _errors_of(self.path):
             self.connection.execute("begin")

@@ -18,7 +18,7 @@ class Task(Protocol[Piece]):
     """Jobs by number, each with the pieces of result that it gives."""
 
     def prepare(self) -> None:
-        """Do once what all jobs need, such as compilation, before threads share it."""
+        """Do work that all jobs need, such as compilation, before threads share it."""
 
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Piece]:
         """Return the pieces of a job; none once stopped."""

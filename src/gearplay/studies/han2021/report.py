@@ -158,8 +158,8 @@ class Study:
             "claims.json": json.dumps(self.claims, indent=1),
         }
 
-    def page_values(self, beside: Mapping[str, str]) -> dict[str, Any]:
-        """Return the values of the template ``report.html``, with links to the reports of other parameters ``beside`` it."""
+    def page_values(self, others: Mapping[str, str]) -> dict[str, Any]:
+        """Return the values of the template ``report.html``, with links to the reports of the ``others``, by parameter set."""
         case, document = self.case, self.document
         largest_share = max(
             float(
@@ -180,7 +180,7 @@ class Study:
             "case": case,
             "settings": self.settings,
             "calibrated": self.calibrated,
-            "beside": beside,
+            "others": others,
             "calibration": article.stored("calibration"),
             "groups": comparison.GROUPS,
             "rows": document["tables"],

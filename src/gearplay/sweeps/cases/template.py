@@ -64,7 +64,7 @@ class Chain:
         return {f"{self.drive}.speed": high, f"{self.drive}.start_speed": low, f"{self.drive}.ramp": time}
 
     def lead(self, direction: str) -> dict[str, Any] | None:
-        """Return the changes for what runs before a run-up: its first speed, held for the transient; None without one."""
+        """Return the changes for the lead-in run of a run-up: its first speed, held for the transient; None without one."""
         if self.carry.mode == "steps" or self.run.transient == 0.0:
             return None
         start = float(self.edges(direction)[0])
@@ -98,7 +98,7 @@ class Template:
         self.base: Case = changed(load_case(plan.case), plan.set, "set")
         self.points: Points = points_of(plan, self.base)
         drawn = plan.design.parameters if plan.design else ()
-        self.fields: list[tuple[str, str, float | None]] = [  # path, name, base value of what scales
+        self.fields: list[tuple[str, str, float | None]] = [  # path, name, base value of scaled fields
             (path, each.name, _number_at(self.base, path) if each.mode == "scale" else None)
             for each in (*plan.axes, *drawn)
             for path in (each.path, *each.also)

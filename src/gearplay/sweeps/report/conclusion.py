@@ -40,7 +40,7 @@ def conclusion_of(view: View) -> list[str]:
 
 
 def range_words(view: View, name: str, values: Floats) -> str:
-    """Return between what a number lies, and where half of the cases are: at one end where most are there."""
+    """Return the range of a number and its median as text; an end of the range instead where half of the cases are there."""
     unit = "" if view.unit(name) == "1" else f" {view.unit(name)}"
     words = str(view.dataset[name].attrs.get("long_name", name))
     low, high, count = float(values.min()), float(values.max()), values.size
@@ -53,7 +53,7 @@ def range_words(view: View, name: str, values: Floats) -> str:
 
 
 def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
-    """Return a number over all axes, drawn points and members (last), the names of what varies, and their words."""
+    """Return a number over all axes, drawn points and members (last), with the names and texts of the dimensions."""
     dims = [*view.axes, *((SAMPLE,) if view.samples > 1 else ())]
     table = view.values(name, [*dims, *((MEMBER,) if view.members > 1 else ())], {})
     words = [view.axes[dim].words if dim in view.axes else "the drawn parameters together" for dim in dims]
@@ -61,7 +61,7 @@ def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str,
 
 
 def shares_of(view: View, name: str, table: Floats, names: tuple[str, ...]) -> Indices:
-    """Return the Sobol indices of what varies: of a design's parameters as on the page of tolerances, else of the grid."""
+    """Return the Sobol indices of a design's parameters, as on the page of tolerances, or of the axes of a grid."""
     plan = view.sweep.plan
     if plan.design is not None and names == (SAMPLE,):
         return indices_of(plan.design, table, seed=plan.design.seed)

@@ -69,7 +69,7 @@ def _within(view: View, along: str, x: float) -> bool:
 
 
 def _curves(view: View, along: str) -> tuple[str, list[dict[str, int]], dict[str, int]]:
-    """Return the axis of the curves, their places on it, and what is held fixed."""
+    """Return the axis of the curves, their places on it, and the places of the fixed axes."""
     category = next((name for name in view.categories if name != along), "")
     numeric = sorted((name for name in view.numeric if name != along), key=lambda n: len(view.axes[n].values))
     second = category or (numeric[0] if numeric else "")
@@ -83,7 +83,7 @@ def _curves(view: View, along: str) -> tuple[str, list[dict[str, int]], dict[str
 def _curve(
     ax: Any, view: View, along: str, band: tuple[Floats, Floats, Floats], color: str, rank: tuple[int, int]
 ) -> None:
-    """Draw one curve and its spread; the first are wider, and categories side by side, so that equal ones are all seen."""
+    """Draw one curve and its spread; the first are wider, and categories side by side, so that equal ones stay visible."""
     axis, (at, count) = view.axes[along], rank
     (middle, low, high), width = band, 2.4 - 1.3 * at / max(1, count - 1)
     if axis.labels:

@@ -103,7 +103,7 @@ def _closed_line(
     known = dict(fixed) | {other: grid}
     at_zero = jam_excess(sweep, j, known | {wanted: 0.0}) + np.zeros(POINTS)
     slope = jam_excess(sweep, j, known | {wanted: 1.0}) - at_zero
-    if np.any(np.abs(slope) < 1e-300):  # what varies cancels itself, or its base value is 0
+    if np.any(np.abs(slope) < 1e-300):  # the varied quantities cancel, or the base value is 0
         return None
     solved = -at_zero / slope
     return (grid, solved) if wanted == up[0] else (solved, grid)

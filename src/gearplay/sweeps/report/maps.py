@@ -37,7 +37,7 @@ class Panel:
 
 
 def panels_of(view: View, free: Sequence[str], most: int) -> tuple[list[list[Panel]], str]:
-    """Return panels in rows and columns over what is not ``free``, and in words what is held fixed in all of them.
+    """Return panels in rows and columns over the axes that are not ``free``, and a text of the values fixed in all of them.
 
     Rows are a category's values, columns those of a further numeric axis, ``most`` of each; without one of them, all in a row.
     """
@@ -59,7 +59,7 @@ def _places(view: View, name: str, most: int) -> list[dict[str, int]]:
 
 
 def title_of(view: View, words: str, held: str, numbers: str = "") -> str:
-    """Return a picture's title: the plan's, what is drawn, what is held fixed, what a number is."""
+    """Return a picture's title: that of the plan, the subject, the fixed values, the meaning of a number."""
     own = short(view.sweep.plan.title or "Sweep", 70)
     return "; ".join(part for part in (f"{own}: {words}", f"at {held}" if held else "", numbers) if part)
 
@@ -127,7 +127,7 @@ def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "n
 def draw_cells(
     ax: Any, x: Floats, y: Floats, table: Floats, norm: Any, *, log: tuple[bool, bool] = (False, False)
 ) -> Any:
-    """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end.
+    """Draw a table between edges: cells without a number in grey, values below a logarithmic scale at its lower end.
 
     A pixel has the largest number of the cells within it. ``log`` is whether each of the axes, y and x, is logarithmic.
     """

@@ -24,7 +24,7 @@ MOST_LINES, MOST_DOTS, FEW = 2000, 4000, 100
 FROM_TENTHS, MOST_GREY, MOST_OF_TENTH = 60, 400, 150
 MOST_PANELS, MOST_ACROSS, MOST_TICKS = 12, 14, 12
 SEED = 20210623
-JITTER = 0.012  # of an axis, so that lines through the same value are seen side by side
+JITTER = 0.012  # of an axis, so that lines through the same value do not coincide
 
 
 def scatter_figure(view: View, name: str) -> bytes | None:
@@ -155,7 +155,7 @@ def _draw_lines(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) ->
 
 def _draw_tenths(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -> dict[str, Any]:
     """Draw the tenth of the highest values and that of the lowest over the rest; lines and values rise together."""
-    tenth, told = max(1, len(lines) // 10), "" if unit == "1" else f" {unit}"
+    tenth, shown_unit = max(1, len(lines) // 10), "" if unit == "1" else f" {unit}"
     shown = np.random.default_rng(SEED).permutation(np.arange(tenth, len(lines) - tenth))[:MOST_GREY]
     _add(ax, lines[shown], 0.5, 0.35, color=CLEARANCE)
     handles = {}
@@ -164,7 +164,7 @@ def _draw_tenths(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -
         ("highest", slice(-tenth, None), UNCOUPLED),
     ):
         _add(ax, lines[part][-MOST_OF_TENTH:], 0.8, 0.6, color=color)
-        ends = f"{values[part].min():.3g} to {values[part].max():.3g}{told}"
+        ends = f"{values[part].min():.3g} to {values[part].max():.3g}{shown_unit}"
         handles[f"{words} tenth: {ends}"] = legend_mark(color, line="-")
     return handles | {"the rest": legend_mark(CLEARANCE, line="-")}
 

@@ -89,7 +89,7 @@ class Sweep:
         return outcomes
 
     def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
-        """Run what comes before a chain's first case, if anything does; return its end, or status and reason where it failed."""
+        """Simulate the lead-in of a sequence, if any; return its final state, or status and reason where it failed."""
         chain, (values, member) = self.template.chain, self.template.points.at(index)
         changes = chain.lead(values["direction"]) if chain is not None else None
         if changes is None:
@@ -121,7 +121,7 @@ class Sweep:
         return outcome, ended if self.template.chain else None
 
     def _reduced(self, index: int, case: Case, run: Trajectory, started: float) -> tuple[Outcome, End | None]:
-        """Return what is kept of a point that was simulated, and its end where it came there."""
+        """Return the outcome of a simulated point, and its final state if it was reached."""
         if run.status == Status.INTERRUPTED:
             raise _StoppedError
         if not run.success:

@@ -80,7 +80,7 @@ def run_in(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> int:
-    """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
+    """Run the missing cases of a sweep in its folder, which the caller holds; return their number.
 
     Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given.
     """
@@ -161,7 +161,7 @@ def gather_cube(made: Sweep, folder: Path) -> Account:
 
 
 def _sweep_up(folder: Path) -> None:
-    """Remove what a run left that was killed while it wrote."""
+    """Remove the temporary files of a run that was killed while writing."""
     for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
         if stale.is_file():
             stale.unlink()

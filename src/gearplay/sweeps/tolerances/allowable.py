@@ -81,7 +81,7 @@ class Allowable:
 def step_of(factor: float, values: Floats, limit: float, confidence: float = 0.95) -> Step:
     """Return the probability to keep to ``limit``, from values of shape [sample] or [sample, member].
 
-    >>> step_of(1.0, np.array([1.0, 2.0, np.nan, 4.0]), 2.0).meets  # what failed did not keep to it
+    >>> step_of(1.0, np.array([1.0, 2.0, np.nan, 4.0]), 2.0).meets  # a failed case does not keep to it
     0.5
     """
     table = as_table(values)
@@ -163,7 +163,7 @@ def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[f
 
 
 def search_cases(plan: SweepPlan) -> int:
-    """Return how many cases the search of a plan simulates at most, its fresh sample included; 0 without a search."""
+    """Return the largest number of cases of the search of a plan, its fresh sample included; 0 without a search."""
     tolerance = plan.tolerance
     if tolerance is None or not tolerance.scale or plan.design is None:
         return 0
@@ -197,7 +197,7 @@ def scaled(design: Design, tolerance: Tolerance, factor: float, *, fresh: bool =
 
 
 def size_words(p: Random, scaling: str = "size", factor: float = 1.0) -> str:
-    """Return what a parameter is drawn from, ``factor`` times as large, in the units of the plan.
+    """Return the distribution of a parameter as text, ``factor`` times as large, in the units of the plan.
 
     >>> size_words(Random(name="e", path="p", distribution="triangular", low="0.1 um", high="2 um", peak="0.5 um"), "size", 0.68)
     '0.068 to 1.36 µm, peak 0.34 µm'

@@ -72,7 +72,7 @@ def percent(value: float) -> str:
 def distribution_figure(
     values: Floats, found: Distribution, over: Exceedance, scale: Scale, title: str, *, wanted: float
 ) -> bytes:
-    """Draw a histogram of a measure over its empirical distribution function, with the limit and what exceeds it.
+    """Draw a histogram of a measure over its empirical distribution function, with the limit.
 
     ``values`` has shape [sample] or [sample, member]; every point has the same weight. The band holds the distribution
     function at each value with the given confidence.
@@ -118,14 +118,14 @@ def distribution_figure(
 
 
 def _labelled(figure: Any, ax: Any, title: str) -> bytes:
-    """Return a figure as PNG, with a title and a legend of what is labelled in some of its axes."""
+    """Return a figure as PNG, with a title and the legend of one of its axes."""
     labels = ax.get_legend_handles_labels()
     figure.legend(*labels, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
     return finished(figure, title)
 
 
 def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: bool) -> None:
-    """Draw bars of equal width, one of which ends at the limit: what exceeds it has the limit's colour."""
+    """Draw bars of equal width, one of which ends at the limit; those above have the limit's colour."""
     x, end = (np.log(pooled), math.log(limit) if limit > 0.0 else -math.inf) if log else (pooled, limit)
     low, high = float(x.min()), float(x.max())
     width, start = (high - low) / min(60.0, max(10.0, 2.0 * len(x) ** (1.0 / 3.0))), low
@@ -136,7 +136,7 @@ def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: b
         start = end
     first, last = math.floor((low - start) / width + 1e-9), math.ceil((high - start) / width - 1e-9)
     edges = start + width * np.arange(first, last + 1)
-    inside = np.clip(x, edges[0], edges[-1])  # a bar holds its upper end: what lies on the limit keeps to it
+    inside = np.clip(x, edges[0], edges[-1])  # a bar includes its upper end: a value on the limit keeps to it
     heights = np.histogram(-inside, -edges[::-1], weights=100.0 * weights)[0][::-1]
     over = 0.5 * (edges[:-1] + edges[1:]) > end + 1e-9 * width
     shown = np.exp(edges) if log else edges

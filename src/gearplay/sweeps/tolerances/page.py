@@ -44,7 +44,7 @@ MOST_LISTED = 500  # conditions in the table of the page
 
 @dataclass(frozen=True)
 class Condition:
-    """One combination of the axes with what was found there; ``at`` has its values in SI, ``label`` as they are read."""
+    """One combination of the axes with its statistics; ``at`` has its values in SI, ``label`` as text."""
 
     at: dict[str, Any]
     label: str
@@ -176,7 +176,7 @@ def document_of(
     search: Allowable | None,
     limit: float,
 ) -> dict[str, Any]:
-    """Return the whole study as one JSON-able document, numbers in SI."""
+    """Return the study as one JSON-able document, numbers in SI."""
     assert plan.design is not None
     attributes = product[tolerance.measure].attrs
     sought = None
@@ -211,7 +211,7 @@ def document_of(
 
 
 def _sizes(search: Allowable, grown: list[Random], scaling: str) -> list[dict[str, str]]:
-    """Return what each parameter of the search is drawn from: as planned, at the advised factor, at the estimate."""
+    """Return the distribution of each parameter of the search: as planned, at the advised factor, at the estimate."""
     factors = {"planned": 1.0, "advised": search.advised, "estimate": search.factor}
     return [
         {"name": p.name}

@@ -266,7 +266,7 @@ def _quantile(
 
 @dataclass(frozen=True)
 class Cut:
-    """What it brings to leave out the lowest or highest fifth of a parameter's draws.
+    """Effect of leaving out the lowest or highest fifth of a parameter's draws.
 
     ``bound`` is the value where the cut is, ``probability`` the exceedance of what is left, with its interval.
     """
