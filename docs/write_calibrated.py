@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.calibration.model_comparison import Duel
+from gearplay.calibration.model_comparison import PairComparison
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.store import digest_of
@@ -95,7 +95,7 @@ KEPT = (
     "high",
     "identified",
 )
-DUEL = (*(field.name for field in fields(Duel)), "winner")
+DUEL = (*(field.name for field in fields(PairComparison)), "winner")
 READING = "unnormalised"
 
 

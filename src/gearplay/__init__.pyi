@@ -30,7 +30,6 @@ from gearplay.public_functions import read_result as read_result
 from gearplay.results.result import Result as Result
 from gearplay.results.simulate import simulate as simulate
 from gearplay.rig.measurement import measure as measure
-from gearplay.sweeps.running.engines import Engine as Engine
 from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError
 from gearplay.vocabulary.errors import InputError as InputError
@@ -38,5 +37,6 @@ from gearplay.vocabulary.errors import MeasurementError as MeasurementError
 from gearplay.vocabulary.errors import ResourceError as ResourceError
 from gearplay.vocabulary.errors import SimulationError as SimulationError
 from gearplay.web.view import view as view
+from gearplay.work.engine import Engine as Engine
 
 __version__: str

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from calibration_problems import KnownProblem, small_plan
-from gearplay.calibration.model_comparison import OPEN, Standing, duels, emulator_errors, leave_one_out
+from gearplay.calibration.model_comparison import (
+    OPEN,
+    Standing,
+    compare_pairs,
+    emulator_errors,
+    leave_one_out,
+)
 from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.out_of_sample import drifts, hold_out, later_than, mean_error
@@ -149,18 +155,20 @@ def standing(model: str, evidence: float, densities: list[float], bic: float = 0
     ],
 )
 def test_a_duel_needs_odds_and_predictions(evidence: float, ahead: list[float], winner: str) -> None:
-    duel = duels([standing("coupled", evidence, ahead), standing("uncoupled", 0.0, [0.0] * 4)])[0]
+    duel = compare_pairs([standing("coupled", evidence, ahead), standing("uncoupled", 0.0, [0.0] * 4)])[0]
     assert duel.winner == winner
 
 
 def test_what_other_trials_would_say_is_part_of_a_duels_error() -> None:
     """Odds and predictions that two emulators leave open decide nothing."""
     sure = [standing("coupled", 10.0, [2.0, 3.0, 2.5, 2.0]), standing("uncoupled", 0.0, [0.0] * 4)]
-    assert duels(sure)[0].winner == "coupled"
+    assert compare_pairs(sure)[0].winner == "coupled"
     unsure = dataclasses.replace(sure[0], predictive_error=6.0)
-    assert duels([unsure, sure[1]])[0].winner == OPEN
-    assert duels([unsure, sure[1]])[0].predictive_error == pytest.approx(np.hypot(6.0, 0.96), abs=0.02)
-    assert duels([dataclasses.replace(sure[0], log_evidence_error=4.0), sure[1]])[0].winner == OPEN
+    assert compare_pairs([unsure, sure[1]])[0].winner == OPEN
+    assert compare_pairs([unsure, sure[1]])[0].predictive_error == pytest.approx(
+        np.hypot(6.0, 0.96), abs=0.02
+    )
+    assert compare_pairs([dataclasses.replace(sure[0], log_evidence_error=4.0), sure[1]])[0].winner == OPEN
 
 
 @pytest.mark.slow

@@ -23,9 +23,9 @@ from gearplay.calibration.report import write_calibration
 from gearplay.calibration.result import Calibration
 from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
-from gearplay.files.parts import with_digest
 from gearplay.model.reading import load_case, replace
 from gearplay.pictures.words import short, wrapped
+from gearplay.work.pieces import with_digest
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
 LINE = {"kind": "line", "name": "mesh", "order": 1}

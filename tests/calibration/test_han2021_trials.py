@@ -60,5 +60,5 @@ def test_search__points_follow_from_the_seed_and_the_trials_before() -> None:
     """Sobol points of the start, then those of TPE and of the emulator."""
     problem, startup = Problem(PLAN, PLAN.models[0]), PLAN.effort.startup
     for number in (0, 5, startup - 1, startup, startup + 1, startup + 5):
-        asked = Search(problem, [COMPARISON], FIRST[:number]).ask()
+        asked = Search(problem, [COMPARISON], FIRST[:number]).propose()
         assert np.round(asked, DECIMALS) == pytest.approx(FIRST[number].unit, abs=2e-6)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from calibration_problems import small_plan
-from gearplay.calibration.conditions import measurements_of
+from gearplay.calibration.objective import measurements_of
 from gearplay.files.measurements import write_record
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError

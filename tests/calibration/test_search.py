@@ -48,10 +48,10 @@ def test_a_search_that_goes_on_asks_for_the_very_point_of_one_that_never_stopped
     monkeypatch.setattr(search, "TURN", turn)  # 1: each is TPE's
     never, trials = Search(PROBLEM, COMPARISONS, []), []
     for number in range(40):
-        point = never.ask()
-        assert Search(PROBLEM, COMPARISONS, trials).ask() == point
+        point = never.propose()
+        assert Search(PROBLEM, COMPARISONS, trials).propose() == point
         trials.append(PROBLEM.run(number, point, phase=never.phase(number)))
-        never.tell(trials[-1])
+        never.add(trials[-1])
 
 
 class Cornered(KnownProblem):

@@ -2,8 +2,7 @@
 
 import pytest
 
-from gearplay.calibration.conclusion import statement_of
-from gearplay.calibration.model_comparison import OPEN, Standing
+from gearplay.calibration.model_comparison import OPEN, Standing, conclude
 
 
 def standing(model: str, evidence: float, *, predictive: float | None = None) -> Standing:
@@ -16,17 +15,17 @@ GOOD, MIDDLE, BAD = standing("good", 20.0), standing("middle", 10.0), standing("
 
 
 def test_the_winner_of_every_reading_is_named() -> None:
-    found = statement_of({"absolute": [BAD, GOOD, MIDDLE], "displacement": [GOOD, BAD, MIDDLE]})
+    found = conclude({"absolute": [BAD, GOOD, MIDDLE], "displacement": [GOOD, BAD, MIDDLE]})
     assert found.overall == "good"
     assert [each.winner for each in found.readings] == ["good", "good"]
     assert found.words == (
         "good explains the data better than every other model, in every reading (absolute, displacement)."
     )
-    assert len(found.readings[0].duels) == 3
+    assert len(found.readings[0].pairs) == 3
 
 
 def test_readings_that_disagree_tell_nothing() -> None:
-    found = statement_of(
+    found = conclude(
         {"absolute": [GOOD, BAD], "displacement": [standing("good", 0.0), standing("bad", 20.0)]}
     )
     assert found.overall == OPEN
@@ -35,33 +34,33 @@ def test_readings_that_disagree_tell_nothing() -> None:
 
 
 def test_one_open_reading_leaves_the_whole_open() -> None:
-    found = statement_of({"absolute": [GOOD, BAD], "displacement": [standing("good", 1.0), BAD]})
+    found = conclude({"absolute": [GOOD, BAD], "displacement": [standing("good", 1.0), BAD]})
     assert [each.winner for each in found.readings] == ["good", OPEN]
     assert found.overall == OPEN
     assert found.words.startswith(f"{OPEN}: not every reading has one model ahead")
 
 
 def test_beating_only_some_of_the_others_is_not_enough() -> None:
-    found = statement_of({"absolute": [GOOD, standing("rival", 19.0), BAD]})
-    assert any(duel.winner == "good" for duel in found.readings[0].duels)
+    found = conclude({"absolute": [GOOD, standing("rival", 19.0), BAD]})
+    assert any(pair.winner == "good" for pair in found.readings[0].pairs)
     assert found.overall == OPEN
     assert found.words == f"{OPEN}: no model beats every other."
 
 
 def test_evidence_without_prediction_is_not_enough() -> None:
-    found = statement_of({"absolute": [standing("good", 20.0, predictive=0.0), BAD]})
+    found = conclude({"absolute": [standing("good", 20.0, predictive=0.0), BAD]})
     assert found.overall == OPEN
 
 
 @pytest.mark.parametrize("readings", [["absolute"], ["absolute", "displacement"]])
 def test_a_model_alone_has_beaten_nobody(readings: list[str]) -> None:
-    found = statement_of({reading: [GOOD] for reading in readings})
+    found = conclude({reading: [GOOD] for reading in readings})
     assert found.overall == OPEN
     assert "nothing to compare" in found.words
 
 
 def test_a_model_missing_from_a_reading_was_not_beaten_there() -> None:
-    found = statement_of({"absolute": [GOOD, MIDDLE, BAD], "displacement": [GOOD, BAD]})
+    found = conclude({"absolute": [GOOD, MIDDLE, BAD], "displacement": [GOOD, BAD]})
     assert [each.winner for each in found.readings] == ["good", "good"]
     assert found.overall == OPEN
     assert "not every model was compared" in found.words
@@ -69,6 +68,6 @@ def test_a_model_missing_from_a_reading_was_not_beaten_there() -> None:
 
 def test_numbers_that_do_not_exist_tell_nothing() -> None:
     nan = float("nan")
-    found = statement_of({"absolute": [standing("good", nan), BAD]})
+    found = conclude({"absolute": [standing("good", nan), BAD]})
     assert found.overall == OPEN
-    assert statement_of({}).overall == OPEN
+    assert conclude({}).overall == OPEN

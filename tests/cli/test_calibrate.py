@@ -257,7 +257,7 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch:
         (folder / "trials.sqlite").write_bytes(b"no database" * 100)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(calibrate, "calibrate", interrupted)
+    monkeypatch.setattr(calibrate, "calibrate_in", interrupted)
     for _ in range(2):
         assert run(["calibrate", str(plan), "--out", str(out), "--overwrite"]) == 130
     assert found == [[], ["trials.sqlite"], []]

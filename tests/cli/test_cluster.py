@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from cli.test_sweep import FEW, PLAN, content, finish, rows, write_plan
-from gearplay.sweeps.running.cluster import _in_our_words
+from gearplay.work.cluster import _without_logs
 
 pytestmark = [pytest.mark.hostile, pytest.mark.deep]
 PART = """
@@ -111,7 +111,7 @@ def test_the_library_logs_no_connection_that_is_lost(name: str) -> None:
     logger, heard = logging.getLogger(name), StringIO()
     logger.addHandler(handler := logging.StreamHandler(heard))
     try:
-        with _in_our_words():
+        with _without_logs():
             logger.error("closed")
         assert heard.getvalue() == ""
         logger.error("said again")

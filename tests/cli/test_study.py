@@ -16,7 +16,7 @@ import pytest
 
 from gearplay.cli.study import _words
 from gearplay.studies.han2021.comparison import GROUPS
-from gearplay.studies.han2021.summary import QUESTIONS
+from gearplay.studies.han2021.report import QUESTIONS
 
 FIGURES = 17
 COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "3", "--duration", "3"]

@@ -26,17 +26,19 @@ import gearplay as gp
 from depth import sized
 from gearplay.cli.main import run
 from gearplay.files.atomic import shown_path
-from gearplay.files.folder_lock import locked
 from gearplay.model.reading import load_case, to_toml
 from gearplay.model.toml_files import write_toml
 from gearplay.sweeps import sweep
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.sweeps.running import cluster as on_cluster
-from gearplay.sweeps.running import engines, processes
 from gearplay.sweeps.running import folder as in_folder
-from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Outcome, Sweep
-from gearplay.sweeps.running.store import RowStore
+from gearplay.sweeps.running.evaluate import REDUCED, REFUSED, Sweep
 from gearplay.vocabulary.cores import worker_count
+from gearplay.vocabulary.errors import InputError
+from gearplay.work import cluster as on_cluster
+from gearplay.work import engine as engines
+from gearplay.work import processes
+from gearplay.work.folder import locked
+from gearplay.work.rows import Outcome, RowStore
 
 CASES, KILLS = 300, sized(40, 10, torture=100)
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
@@ -282,7 +284,7 @@ def kill_again_and_again(plan: str, out: str, log: str) -> None:
     """
     chance, kills, at_work = random.Random(1), 0, 0
     made = Sweep(load_sweep(plan))
-    engines.prepare(made.template.base)
+    made.prepare()
     import h5netcdf  # noqa: F401
     import xarray  # noqa: F401
 
@@ -542,7 +544,7 @@ def test_who_may_be_in_a_folder_at_once(held: str, asked: str, code: int, few: P
 def test_shards_go_on_where_a_whole_sweep_was_stopped(
     few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(engines, "HANDED", 0.0)  # each case at once
+    monkeypatch.setattr(engines, "HELD", 0.0)  # each case at once
     stop = threading.Event()
     one = engines.Engine(workers=1)
     with pytest.raises(KeyboardInterrupt):
@@ -554,6 +556,25 @@ def test_shards_go_on_where_a_whole_sweep_was_stopped(
         ran += json.loads(capsys.readouterr().out)["ran"]
     assert ran == 2
     assert len(rows(tmp_path)) == 3
+
+
+def test_sweep__folder__has_the_options_of_the_command(few: Path, tmp_path: Path) -> None:
+    """Another plan is refused until the old result may be replaced; a report is written where it is requested."""
+    finish(few, tmp_path)
+    assert not (tmp_path / "report.html").exists()
+    other = {**FEW, "axes": [{**SPEED, "count": 2}]}
+    with pytest.raises(InputError, match="must hold the same plan"):
+        sweep.sweep(other, folder=tmp_path)
+    assert len(rows(tmp_path)) == 3
+    found = sweep.sweep(other, folder=tmp_path, overwrite=True, report=True)
+    assert found.ds.sizes == {"speed": 2}
+    assert (tmp_path / "report.html").exists()
+    assert len(rows(tmp_path)) == 2
+    assert leftovers(tmp_path) == []
+    with pytest.raises(InputError, match="overwrite = true: must not be given for one shard"):
+        sweep.sweep(other, folder=tmp_path, overwrite=True, engine=engines.Engine(shard=(1, 2)))
+    part = sweep.sweep(other, folder=tmp_path / "part", engine=engines.Engine(shard=(1, 2)))
+    assert sorted(part.ds.status.values.tolist()) == [-1, 0]
 
 
 def test_a_stop_ends_the_case_in_hand() -> None:
@@ -613,7 +634,7 @@ def test_a_folder_that_cannot_be_written(
         words = complaint(tmp_path / "new")
     assert words.endswith("must be a folder that can be written (Permission denied). Choose another place.")
     with monkeypatch.context() as patch:
-        patch.setattr("gearplay.sweeps.running.store.sqlite3.connect", read_only)
+        patch.setattr("gearplay.work.rows.sqlite3.connect", read_only)
         words = complaint(tmp_path / "newer")
     assert "(attempt to write a readonly database)" in words
     assert "\n" not in words
@@ -1026,8 +1047,8 @@ def test_a_scheduler_that_cannot_be_reached_is_one_sentence(
     def client(*_: object, **__: object) -> None:
         raise RuntimeError("a client was made")
 
-    assert on_cluster.PATIENCE <= 10.0
-    monkeypatch.setattr(on_cluster, "PATIENCE", 0.3)
+    assert on_cluster.TIMEOUT <= 10.0
+    monkeypatch.setattr(on_cluster, "TIMEOUT", 0.3)
     monkeypatch.setattr("distributed.Client", client)
     assert do("sweep", few, "--out", tmp_path, "--scheduler", address, *more) == 2
     (said,) = capfd.readouterr().err.splitlines()

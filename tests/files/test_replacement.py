@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from gearplay.files import replacement as module
-from gearplay.files.replacement import renewal, replace_old, settle, settle_alone
 from gearplay.vocabulary.errors import ResourceError
+from gearplay.work import folder as module
+from gearplay.work.folder import OutputFolder
 
 OLD = {
     "rows.sqlite": "old rows",
@@ -36,7 +36,7 @@ def held(folder: Path) -> dict[str, str]:
     return {
         str(each.relative_to(folder)): each.read_text(encoding="utf-8")
         for each in folder.rglob("*")
-        if each.is_file() and ".new" not in each.parts and each.name != ".of"
+        if each.is_file() and ".new" not in each.parts and each.name not in (".of", ".lock")
     }
 
 
@@ -46,8 +46,12 @@ def forget(folder: Path) -> None:
     shutil.rmtree(folder / "figures", ignore_errors=True)
 
 
+def output(folder: Path) -> OutputFolder:
+    return OutputFolder(folder, lambda place: (place / "result.nc").exists(), forget)
+
+
 def place(folder: Path, of: str = "plan", *, overwrite: bool = True) -> Path:
-    return renewal(folder, overwrite=overwrite, of=of, whole=("result.nc",), forget=forget)
+    return output(folder).place(of, overwrite=overwrite)
 
 
 def test_the_old_result_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
@@ -57,7 +61,7 @@ def test_the_old_result_stays_until_the_new_one_is_whole(tmp_path: Path) -> None
     assert held(tmp_path) == OLD
     assert place(tmp_path) == work  # an interrupted one goes on
     assert (work / "result.nc").exists()
-    replace_old(tmp_path, work, forget)
+    output(tmp_path).replace_with(work)
     assert held(tmp_path) == NEW
     assert not work.exists()
 
@@ -86,7 +90,7 @@ def test_what_replaces_no_whole_result_goes_on_too(tmp_path: Path) -> None:
     write(tmp_path, NEW)
     assert place(tmp_path) == tmp_path  # killed before its report
     assert held(tmp_path) == NEW
-    replace_old(tmp_path, tmp_path, forget)
+    output(tmp_path).replace_with(tmp_path)
     assert place(tmp_path) == tmp_path / ".new"
     (tmp_path / "result.nc").unlink()
     assert place(tmp_path, "another") == tmp_path
@@ -138,7 +142,7 @@ def test_a_command_that_is_killed_twice_loses_neither(
     def command() -> None:
         work = place(tmp_path)
         write(work, NEW)
-        replace_old(tmp_path, work, forget)
+        output(tmp_path).replace_with(work)
 
     write(tmp_path, OLD)
     for at in (first, second):
@@ -157,12 +161,12 @@ def test_a_command_that_is_killed_twice_loses_neither(
 def test_what_a_kill_left_half_written_is_not_put_into_the_place(tmp_path: Path) -> None:
     write(tmp_path, OLD)
     write(place(tmp_path), {**NEW, "..whole.0123456789ab.part": "", ".result.nc.0123456789ab.part": "half"})
-    replace_old(tmp_path, tmp_path / ".new", forget)
+    output(tmp_path).replace_with(tmp_path / ".new")
     assert held(tmp_path) == NEW
 
 
 def test_a_folder_with_nothing_to_settle_is_not_even_made(tmp_path: Path) -> None:
-    settle_alone(tmp_path / "nowhere", forget)
+    output(tmp_path / "nowhere").finish_replacement()
     assert not (tmp_path / "nowhere").exists()
 
 
@@ -181,7 +185,7 @@ def test_the_same_command_reports_what_a_failed_disk_put_off(
     with monkeypatch.context() as disk:
         disk.setattr(os, "replace", fails)
         with pytest.raises(ResourceError, match="the same command goes on"):
-            settle(tmp_path, forget)
+            output(tmp_path).finish_replacement()
     assert place(tmp_path) == tmp_path
     assert held(tmp_path) == NEW
     assert not work.exists()

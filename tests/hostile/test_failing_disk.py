@@ -15,11 +15,11 @@ import gearplay as gp
 from cli.test_calibrate import PLAN as CALIBRATION
 from cli.test_sweep import FEW
 from depth import sized
-from gearplay.files.parts import FolderStore
 from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import GearplayError
 from gearplay.web.frames import pack_frame
 from gearplay.web.store import Store
+from gearplay.work.pieces import PieceStore
 
 pytestmark = pytest.mark.hostile
 HERE = Path(__file__).resolve().parents[1]
@@ -77,7 +77,7 @@ def parts_of(before: Path, held: Path, whole: Path) -> None:
     """Look at finished parts: each that is there is whole, and none is lost."""
     for folder in (before, held):
         for file in (folder / "out" / "parts").glob("*.json"):
-            assert FolderStore(held / "out" / "parts").get(file.stem) is not None, file.name
+            assert PieceStore(held / "out" / "parts").get(file.stem) is not None, file.name
     for name in ("out/report.html", "out/calibration.json", "out/tables.json"):
         if (before / name).exists():
             assert (held / name).stat().st_size > 0.5 * (before / name).stat().st_size

@@ -10,14 +10,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.image import imread
 
 from gearplay.files.record import Channel
+from gearplay.pictures import panels as figure_panels
 from gearplay.pictures.canvas import make_figure, to_png
 from gearplay.pictures.style import new_axes
 from gearplay.signals.figures import plot_order_map, plot_spectrogram
 from gearplay.signals.orders import order_map
 from gearplay.signals.spectrograms import spectrogram
-from gearplay.sweeps.report import maps
 from gearplay.sweeps.report.drawable import View
-from gearplay.sweeps.report.maps import draw_cells
+from gearplay.sweeps.report.maps import draw_cells, map_figure
 from gearplay.sweeps.report.spectra import _over_orders
 from sweep_products import RMS, SPEED, made, plan_of
 
@@ -49,10 +49,10 @@ def test_a_single_order_is_seen_at_its_height(order: float) -> None:
 def test_cells_of_few_values_stand_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over two backlashes: a tick at each and a white line between, none along the 12 speeds."""
     drawn: list[Any] = []
-    monkeypatch.setattr(maps, "to_png", drawn.append)
+    monkeypatch.setattr(figure_panels, "to_png", drawn.append)
     two = {"name": "b", "path": "meshes.0.backlash", "values": ["20 um", "200 um"]}
     product = made(plan_of({**SPEED, "count": 12}, two, reduce=[RMS]))
-    maps.map_figure(View(*product), "rms", "speed", "b")
+    map_figure(View(*product), "rms", "speed", "b")
     ax = drawn[0].axes[0]
     assert ax.get_yticks().tolist() == pytest.approx([20.0, 200.0])
     assert [label.get_text() for label in ax.get_yticklabels()] == ["20", "200"]

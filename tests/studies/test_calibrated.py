@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from gearplay.calibration.model_comparison import Duel
+from gearplay.calibration.model_comparison import PairComparison
 from gearplay.calibration.out_of_sample import CHECK_SEED, CHOOSE_SEED
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.search import even_point
@@ -94,7 +94,7 @@ def test_calibration__winner_follows_from_the_pairwise_comparisons() -> None:
     assert [(d["first"], d["second"]) for d in held["duels"]] == list(combinations(models, 2))
     for each in held["duels"]:
         numbers = {name: value for name, value in each.items() if name != "winner"}
-        assert Duel(**numbers).winner == each["winner"]
+        assert PairComparison(**numbers).winner == each["winner"]
     best = [
         m for m in models if all(d["winner"] == m for d in held["duels"] if m in (d["first"], d["second"]))
     ]

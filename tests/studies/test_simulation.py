@@ -10,6 +10,7 @@ import gearplay as gp
 from gearplay.studies.han2021.article import AMPLITUDE, Condition, conditions, printed, stored
 from gearplay.studies.han2021.comparison import OPEN, REPRODUCED, by_model
 from gearplay.studies.han2021.findings import findings
+from gearplay.studies.han2021.report import story
 from gearplay.studies.han2021.simulation import (
     LATER,
     ConditionResult,
@@ -23,7 +24,6 @@ from gearplay.studies.han2021.simulation import (
     run_study,
     swing_frequency,
 )
-from gearplay.studies.han2021.summary import story
 
 
 def test_swing_frequency__pendulum_under_the_mesh_force_of_the_drag() -> None:

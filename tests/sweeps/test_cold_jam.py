@@ -9,9 +9,8 @@ import pytest
 import gearplay as gp
 from gearplay.model.case import Case
 from gearplay.sweeps.plans.reading import make_plan
-from gearplay.sweeps.report import thermal_jam
-from gearplay.sweeps.report.jam import jam_lines
-from gearplay.sweeps.report.thermal_jam import excess_at
+from gearplay.sweeps.report import jam
+from gearplay.sweeps.report.jam import excess_at, jam_lines
 from gearplay.sweeps.running.evaluate import Sweep
 
 HOUSING, STEEL = {"expansion": 12.5e-6}, {"expansion": 11.5e-6}
@@ -60,18 +59,18 @@ def test_lines__are_where_the_excess_vanishes(sweep: Sweep) -> None:
 @pytest.mark.slow
 def test_lines__of_all_meshes_ask_for_each_case_once(sweep: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Mapping[str, Any]] = []
-    replace: Callable[..., Case] = thermal_jam.replace
+    replace: Callable[..., Case] = jam.replace
 
     def counted(case: Case, changes: Mapping[str, Any]) -> Case:
         asked.append(dict(changes))
         return replace(case, changes)
 
-    monkeypatch.setattr(thermal_jam, "replace", counted)
-    thermal_jam._excesses.cache_clear()
+    monkeypatch.setattr(jam, "replace", counted)
+    jam._excesses.cache_clear()
     across, up = ("temperature", KELVIN - 60.0, KELVIN + 60.0), ("backlash", 1e-6, 2e-4)
     lines = jam_lines(sweep, across, up, {})
     first = len(asked)
     assert len(sweep.template.base.meshes) > 3
-    assert first < 2 * thermal_jam.POINTS * thermal_jam.NODES + 4 * len(lines) + 1
+    assert first < 2 * jam.THERMAL_POINTS * jam.NODES + 4 * len(lines) + 1
     jam_lines(sweep, across, up, {})
     assert len(asked) == first

@@ -9,9 +9,10 @@ import pytest
 
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running import forecast as forecasting
-from gearplay.sweeps.running.engines import Engine
-from gearplay.sweeps.running.evaluate import Outcome, Sweep
+from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.folder import jobs_left, run_in
+from gearplay.work.engine import Engine
+from gearplay.work.rows import Outcome
 
 
 @pytest.mark.slow
@@ -29,10 +30,10 @@ def test_what_is_loaded_at_first_is_not_counted_for_every_case(monkeypatch: pyte
 
     monkeypatch.setattr(Sweep, "evaluate", slow)
     monkeypatch.setattr(forecasting, "worker_count", lambda: 2)
-    found = forecasting.forecast(made, patience=0.5)
+    found = forecasting.forecast(made, duration=0.5)
     assert 0.4 < found.seconds / (184 * 0.02 / 2) < 3.0
     assert found.workers == 2
-    alone = forecasting.forecast(made, workers=1, patience=0.5)
+    alone = forecasting.forecast(made, workers=1, duration=0.5)
     assert 0.4 < alone.seconds / (184 * 0.02) < 3.0
 
 
@@ -42,9 +43,9 @@ def test_bundled_plans_take_what_was_foretold(
     tmp_path: Path, name: str, shard: tuple[int, int] | None
 ) -> None:
     made = Sweep(load_sweep(name))
-    foretold = forecasting.forecast(made, patience=3.0)
+    foretold = forecasting.forecast(made, duration=3.0)
     chosen = Engine("threads", None, None, None, shard)
-    left = jobs_left(made, tmp_path, shard)
+    left = jobs_left(made, tmp_path, chosen)
     began = time.monotonic()
     count = run_in(made, tmp_path, chosen, left)
     taken = time.monotonic() - began

@@ -14,7 +14,6 @@ import xarray as xr
 from tests.sweep_products import BACKLASH, PLAY, made, plan_of
 
 from gearplay.cli.main import run
-from gearplay.cli.sweep import _forget
 from gearplay.model.toml_files import write_toml
 from gearplay.results.outcomes import MISSING, Account
 from gearplay.sweeps.running import evaluate
@@ -167,7 +166,7 @@ def do_sweep(folder: Path) -> None:
 def test_a_forgotten_sweep_leaves_no_cube_that_could_come_back(tmp_path: Path) -> None:
     for name in (".sweep.zarr.part", ".sweep.zarr.old"):
         (tmp_path / name).mkdir()
-    _forget(tmp_path)
+    in_folder.remove_sweep(tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -11,11 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearplay.sweeps.report import curves as sweep_lines
+from gearplay.pictures import panels as panels_module
 from gearplay.sweeps.report import figures as sweep_figures
-from gearplay.sweeps.report import maps as sweep_maps
-from gearplay.sweeps.report import scatter as sweep_clouds
-from gearplay.sweeps.report import spectra as sweep_spectra
 from gearplay.sweeps.report.figures import MOST, pictures_of
 from gearplay.sweeps.report.page import write_sweep_report
 from gearplay.sweeps.running.product import write_product
@@ -41,11 +38,8 @@ from sweep_products import (
 def figures(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Keep every matplotlib figure that is turned into a PNG."""
     kept: list[Any] = []
-    for module in (sweep_clouds, sweep_lines, sweep_maps, sweep_spectra):
-        plain = module.to_png
-        monkeypatch.setattr(
-            module, "to_png", lambda figure, plain=plain: (kept.append(figure), plain(figure))[1]
-        )
+    plain = panels_module.to_png
+    monkeypatch.setattr(panels_module, "to_png", lambda figure: (kept.append(figure), plain(figure))[1])
     return kept
 
 

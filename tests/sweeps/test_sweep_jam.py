@@ -7,8 +7,8 @@ import pytest
 
 from gearplay.model import geometry
 from gearplay.model.reading import load_case, replace
+from gearplay.pictures import panels as figure_panels
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.sweeps.report import maps as sweep_maps
 from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.figures import map_axes
 from gearplay.sweeps.report.jam import jam_excess, jam_lines
@@ -115,8 +115,8 @@ def test_over_temperature_the_line_is_crossed() -> None:
 @pytest.mark.slow
 def test_the_map_shows_the_line_in_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
     figures: list[Any] = []
-    plain = sweep_maps.to_png
-    monkeypatch.setattr(sweep_maps, "to_png", lambda figure: (figures.append(figure), plain(figure))[1])
+    plain = figure_panels.to_png
+    monkeypatch.setattr(figure_panels, "to_png", lambda figure: (figures.append(figure), plain(figure))[1])
     sweep = sweep_of(axis("play", RING), axis("b", BACKLASH, scale="log"), axis("z", PINION, count=3))
     count, size = len(sweep.template.points), sweep.reducer.size
     rows = {sweep.template.address_of(i): (0, "", np.full(size, 1.0 + i).tobytes()) for i in range(count)}

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gearplay.pictures import panels as figure_panels
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.sweeps.report import curves as sweep_lines
 from gearplay.sweeps.report.page import failures_of, summary_of, varied_of, write_sweep_report
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.sweep import sweep as run_sweep
@@ -25,8 +25,8 @@ SCRIPT = "<script>alert(1)</script> of $ 5 and $x$, " + "long" * 30
 def test_user_text_stays_text_on_the_page_and_in_the_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    figures, draw = [], sweep_lines.to_png
-    monkeypatch.setattr(sweep_lines, "to_png", lambda figure: (figures.append(figure), draw(figure))[1])
+    figures, draw = [], figure_panels.to_png
+    monkeypatch.setattr(figure_panels, "to_png", lambda figure: (figures.append(figure), draw(figure))[1])
     hostile = {"name": "t", "path": "title", "values": [SCRIPT, r"$\frac{1$", "_hidden", "☃ and 日本"]}
     plan = plan_of(hostile, MODEL, title=SCRIPT, reduce=[RMS, SPECTRUM])
     write_sweep_report(*made(plan), tmp_path)

@@ -26,14 +26,13 @@ from gearplay.sweeps.tolerances.allowable import (
     size_words,
     step_of,
 )
-from gearplay.sweeps.tolerances.distribution import distribution
-from gearplay.sweeps.tolerances.exceedance import exceedance, proportion
-from gearplay.sweeps.tolerances.tolerance import answers_of, cuts_of
-from gearplay.sweeps.variance.members import as_table, member_variance
-from gearplay.sweeps.variance.sobol_indices import (
+from gearplay.sweeps.tolerances.statistics import cuts_of, distribution, exceedance, proportion, statistics_of
+from gearplay.sweeps.variance import (
+    as_table,
     emulated_indices,
     independent_rows,
     indices_of,
+    member_variance,
     sobol_indices,
 )
 from gearplay.vocabulary.errors import InputError
@@ -148,7 +147,7 @@ def test_a_constant_measure_is_described_without_indices() -> None:
     for kind in ("saltelli", "latin-hypercube"):
         design = design_of(kind, 32)
         values = np.full(sample_size(design), 2.5)
-        found = answers_of(design, unit_points(design), values, 2.0)
+        found = statistics_of(design, unit_points(design), values, 2.0)
         assert found.exceedance.probability == 1.0
         assert found.distribution.deviation == 0.0
         assert found.indices.reason == "the measure does not vary"

@@ -13,9 +13,8 @@ from gearplay.model.reading import load_case
 from gearplay.sweeps.cases.draws import draw, unit_points
 from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.tolerances.allowable import largest_scale
-from gearplay.sweeps.tolerances.distribution import LEVELS, distribution
-from gearplay.sweeps.tolerances.exceedance import exceedance
-from gearplay.sweeps.variance.sobol_indices import emulated_indices, sobol_indices
+from gearplay.sweeps.tolerances.statistics import LEVELS, distribution, exceedance
+from gearplay.sweeps.variance import emulated_indices, sobol_indices
 
 Floats = NDArray[np.float64]
 Measured = Callable[[str, float, str], None]

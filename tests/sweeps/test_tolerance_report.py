@@ -16,12 +16,11 @@ from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.plans.tolerance import Tolerance
 from gearplay.sweeps.tolerances.allowable import largest_scale
-from gearplay.sweeps.tolerances.distribution import distribution
-from gearplay.sweeps.tolerances.exceedance import exceedance
 from gearplay.sweeps.tolerances.figures import Scale, distribution_figure, search_figure
 from gearplay.sweeps.tolerances.page import values_of, write_tolerance
+from gearplay.sweeps.tolerances.statistics import distribution, exceedance
 from gearplay.sweeps.tolerances.words import EXCEEDED, KEPT, OPEN, indices_words, search_words, verdict_of
-from gearplay.sweeps.variance.sobol_indices import Indices
+from gearplay.sweeps.variance import Indices
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
 SPEEDS = [2.0 * math.pi, 4.0 * math.pi]

@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.spans import Span, Spans, label_of
-from gearplay.pictures.canvas import (
-    PALETTE,
-    SMALL,
-    TEXT,
-    WIDTH,
-    legend_mark,
-    make_figure,
-    set_legend,
-    set_title,
-    to_png,
-)
+from gearplay.pictures.canvas import PALETTE, SMALL, TEXT, WIDTH, legend_mark, make_figure
+from gearplay.pictures.panels import finished, make_panels
 from gearplay.pictures.style import CLEARANCE, TEST
 from gearplay.pictures.words import plain, short, wrapped
 
@@ -28,7 +19,7 @@ Floats = NDArray[np.float64]
 MARKERS = "os^Dv<>Pp*X"
 MOST_PAIRS = 8  # parameters in a pair plot; of more, the best identified ones
 BAND = math.log10(0.9), math.log10(1.1)  # decades
-WIDEST = 2.0  # decades: what lies further off is drawn at the edge
+WIDEST = 2.0  # decades: values further off are drawn at the edge
 
 
 def colors_of(fits: Sequence[Fit]) -> dict[str, str]:
@@ -40,7 +31,7 @@ def colors_of(fits: Sequence[Fit]) -> dict[str, str]:
 def convergence_figure(fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
     """Draw the least objective against the number of finished trials, a panel per reading."""
     readings = list(dict.fromkeys(fit.reading for fit in fits))
-    figure, axes = make_figure(1, len(readings), 3.6, width=WIDTH if len(readings) > 1 else 6.0)
+    figure, axes = make_panels(len(readings), len(readings), 2.7, alone=(2.7, 6.0))
     for ax, reading in zip(axes[0], readings, strict=True):
         own = [fit for fit in fits if fit.reading == reading]
         for fit in own:
@@ -57,9 +48,8 @@ def convergence_figure(fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
         ax.set_title(reading, fontsize=TEXT, loc="left")
         ax.set_xlabel("finished trials [1]", fontsize=TEXT)
     axes[0, 0].set_ylabel("least objective, −2 ln likelihood + constant [1]", fontsize=TEXT)
-    set_title(figure, "Convergence of the search")
-    set_legend(figure, {model: legend_mark(color, line="-") for model, color in colors.items()})
-    return to_png(figure)
+    handles = {model: legend_mark(color, line="-") for model, color in colors.items()}
+    return finished(figure, "Convergence of the search", handles)
 
 
 def density_of(units: Floats) -> tuple[Floats, Floats]:
@@ -79,13 +69,8 @@ def density_of(units: Floats) -> tuple[Floats, Floats]:
 def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str]) -> bytes:
     """Draw the posterior of each parameter over its searched range, the models of one reading overlaid."""
     drawn = {span.name: span for fit in fits for span in spans[fit.model]}
-    number = len(drawn)
-    columns = min(number, 3)
-    rows = -(-number // columns)
-    figure, axes = make_figure(rows, columns, 0.9 + 1.9 * rows, width=WIDTH if columns > 1 else 6.0)
-    for ax in axes.flat[number:]:
-        ax.remove()
-    for place, (ax, span) in enumerate(zip(axes.flat[:number], drawn.values(), strict=True)):
+    figure, axes = make_panels(len(drawn), 3, 1.9, alone=(1.9, 6.0))
+    for place, (ax, span) in enumerate(zip(axes.flat, drawn.values(), strict=False)):
         for fit in fits:
             names = [each.name for each in spans[fit.model]]
             if not fit.sample or span.name not in names:
@@ -94,15 +79,8 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
             x, density = density_of(np.array(fit.sample)[:, at])
             ax.fill_between(x, density, color=colors[fit.model], alpha=0.12, linewidth=0)
             ax.plot(x, density, color=colors[fit.model], linewidth=1.2)
-            ax.plot(
-                [fit.unit[at]],
-                [0.0],
-                marker="^",
-                color=colors[fit.model],
-                clip_on=False,
-                markersize=6,
-                zorder=5,
-            )
+            best = {"marker": "^", "markersize": 6, "color": colors[fit.model]}
+            ax.plot([fit.unit[at]], [0.0], clip_on=False, zorder=5, **best)
         ax.axhline(1.0, color=TEST, linewidth=0.8, linestyle=":")
         ax.set_xticks(*span.ticks(5))
         ax.set_xlim(0.0, 1.0)
@@ -110,14 +88,13 @@ def posterior_figure(fits: Sequence[Fit], spans: Spans, colors: Mapping[str, str
         ax.set_xlabel(
             f"{plain(span.name)} [{plain(span.unit)}]", fontsize=TEXT if len(span.name) < 24 else SMALL
         )
-        if place % columns == 0:
+        if place % axes.shape[1] == 0:
             ax.set_ylabel("density [prior = 1]", fontsize=TEXT)
     handles = {model: legend_mark(colors[model], line="-") for model in dict.fromkeys(f.model for f in fits)}
     handles["prior"] = legend_mark(TEST, line=":")
     handles["best point"] = legend_mark(CLEARANCE, marker="^")
-    set_title(figure, f"Posterior of each parameter over the range searched, reading {fits[0].reading}")
-    set_legend(figure, handles)
-    return to_png(figure)
+    title = f"Posterior of each parameter over the range searched, reading {fits[0].reading}"
+    return finished(figure, title, handles)
 
 
 def pairs_of(fit: Fit) -> list[int]:
@@ -158,9 +135,8 @@ def pair_figure(fit: Fit, spans: Sequence[Span], color: str) -> bytes:
     left_out = (
         "" if number == sample.shape[1] else f", the {number} of {sample.shape[1]} parameters told best"
     )
-    set_title(figure, f"Pairs of parameters, {short(fit.model)}, reading {fit.reading}{left_out}")
     figure.align_labels()
-    return to_png(figure)
+    return finished(figure, f"Pairs of parameters, {short(fit.model)}, reading {fit.reading}{left_out}")
 
 
 def _pair_ticks(ax: Any, row: int, column: int, number: int, across: Span, up: Span) -> None:
@@ -188,24 +164,14 @@ def match_figure(
     Bars: one standard uncertainty of the measurement as the plan gives it, one standard error of the ensemble.
     """
     groups = list(dict.fromkeys((row.key, unit_of(row)) for fit in fits for row in fit.rows))
-    columns = min(2, len(groups))
-    rows = -(-len(groups) // columns)
-    figure, axes = make_figure(rows, columns, 0.9 + 3.9 * rows, width=WIDTH if columns > 1 else 5.5)
-    for ax in axes.flat[len(groups) :]:
-        ax.remove()
+    figure, axes = make_panels(len(groups), 2, 3.9, alone=(3.9, 5.5))
     markers = markers_of(plan)
     for ax, (key, unit) in zip(axes.flat, groups, strict=False):
         measured = [r.measured for f in fits for r in f.rows if (r.key, unit_of(r)) == (key, unit)]
         low, high = math.log10(min(measured)) - 0.15, math.log10(max(measured)) + 0.15
         ends = np.array([low, high])
-        ax.fill_between(
-            10.0**ends,
-            10.0 ** (ends + BAND[0]),
-            10.0 ** (ends + BAND[1]),
-            color=CLEARANCE,
-            alpha=0.25,
-            linewidth=0,
-        )
+        low_end, high_end = (10.0 ** (ends + edge) for edge in BAND)
+        ax.fill_between(10.0**ends, low_end, high_end, color=CLEARANCE, alpha=0.25, linewidth=0)
         ax.plot(10.0**ends, 10.0**ends, color=CLEARANCE, linewidth=0.9)
         for fit in fits:
             for r in fit.rows:
@@ -217,11 +183,8 @@ def match_figure(
         _round_ticks(ax)
         ax.set_xlabel(f"measured {key} [{unit}]", fontsize=TEXT)
         ax.set_ylabel(f"simulated {key} [{unit}]", fontsize=TEXT)
-    set_title(
-        figure, f"Measured against simulated at the best point, fresh members, reading {fits[0].reading}"
-    )
-    set_legend(figure, _handles(plan, fits, colors))
-    return to_png(figure)
+    title = f"Measured against simulated at the best point, fresh members, reading {fits[0].reading}"
+    return finished(figure, title, _handles(plan, fits, colors))
 
 
 def _match(ax: Any, row: Row, uncertainty: float, color: str, marker: str) -> None:
@@ -308,6 +271,5 @@ def left_out_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) 
         FuncFormatter(lambda v, _: f"{v:+g}\n(× {10.0**v:.3g})" if v else "0\n(× 1)")
     )
     ax.set_xlabel("predicted over measured [decades]; hollow: frequencies; grey: ± 10 %", fontsize=TEXT)
-    set_title(figure, f"Each condition predicted from all the others, reading {fits[0].reading}")
-    set_legend(figure, _handles(plan, fits, colors))
-    return to_png(figure)
+    title = f"Each condition predicted from all the others, reading {fits[0].reading}"
+    return finished(figure, title, _handles(plan, fits, colors))

@@ -1,4 +1,4 @@
-"""Model comparison: leave-one-condition-out prediction, information criterion, evidence."""
+"""Model comparison: leave-one-condition-out prediction, information criterion, evidence, and the conclusion."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -109,7 +109,7 @@ def emulator_errors(
 
 @dataclass(frozen=True)
 class Standing:
-    """How one model stands in one reading of the ordinate.
+    """Criteria of one model in one reading of the ordinate.
 
     ``bic`` = k ln n - 2 ln L at the best point (Schwarz, Ann. Stat. 6 (1978) 461), ``log_evidence`` ln of the mean
     likelihood over the prior, ``log_densities`` the log predictive density of each condition left out. Errors are standard
@@ -136,8 +136,8 @@ def information_criterion(surrogate: Surrogate, posterior: Posterior, parameters
 
 
 @dataclass(frozen=True)
-class Duel:
-    """Two models against each other in one reading: how far the first is ahead, and who wins.
+class PairComparison:
+    """Pairwise comparison of two models in one reading: differences, first less second, and the better model.
 
     ``log_odds`` is the difference of log evidence, ``predictive`` that of the log predictive densities; its standard error is
     that over the conditions and of both emulators. ``bic`` is the difference of the criterion (negative favours the first).
@@ -176,14 +176,14 @@ def _shown(error: float) -> str:
     return f"{error:.1f}" if math.isfinite(error) else "unknown"
 
 
-def duels(standings: Sequence[Standing]) -> list[Duel]:
-    """Compare every pair of models in one reading."""
+def compare_pairs(standings: Sequence[Standing]) -> list[PairComparison]:
+    """Compare every pair of models in one reading of the ordinate."""
     found = []
     for a, b in combinations(standings, 2):
         ahead = np.array([a.log_densities[c] - b.log_densities[c] for c in a.log_densities])
         error = math.sqrt(ahead.size) * float(np.std(ahead, ddof=1)) if ahead.size > 1 else math.inf
         found.append(
-            Duel(
+            PairComparison(
                 a.model,
                 b.model,
                 a.log_evidence - b.log_evidence,
@@ -194,3 +194,81 @@ def duels(standings: Sequence[Standing]) -> list[Duel]:
             )
         )
     return found
+
+
+@dataclass(frozen=True)
+class ReadingConclusion:
+    """Conclusion for one reading of the ordinate: the model that beats every other, or that the data cannot decide."""
+
+    reading: str
+    models: tuple[str, ...]
+    pairs: tuple[PairComparison, ...]
+
+    @property
+    def winner(self) -> str:
+        """The model that wins all its pairwise comparisons, else `OPEN`; also `OPEN` for a single model."""
+        for model in self.models:
+            own = [pair for pair in self.pairs if model in (pair.first, pair.second)]
+            if own and all(pair.winner == model for pair in own):
+                return model
+        return OPEN
+
+    @property
+    def words(self) -> str:
+        """The conclusion in one sentence."""
+        if len(self.models) < 2:
+            return f"{OPEN}: {self.models[0]} is the only model, so there is nothing to compare."
+        if self.winner == OPEN:
+            return f"{OPEN}: no model beats every other."
+        return f"{self.winner} explains the data better than {_others(len(self.models))}."
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """The conclusions of each reading, and the overall one.
+
+    ``overall`` is a model's name only where it beats every other model in every reading, else `OPEN`.
+    """
+
+    readings: tuple[ReadingConclusion, ...]
+    overall: str
+    words: str
+
+
+def conclude(standings: Mapping[str, Sequence[Standing]]) -> Conclusion:
+    """Return the conclusion from the standings of the models, by reading.
+
+    >>> good, bad = (Standing(n, 0.0, e, 0.1, {"a": e, "b": e - 1}) for n, e in (("good", 0.0), ("bad", -9.0)))
+    >>> conclude({"absolute": [good, bad]}).overall
+    'good'
+    >>> conclude({"absolute": [good, bad], "displacement": [good]}).overall  # only one model there
+    'cannot be told'
+    """
+    readings = tuple(
+        ReadingConclusion(reading, tuple(s.model for s in found), tuple(compare_pairs(found)))
+        for reading, found in standings.items()
+    )
+    winners = {each.winner for each in readings}
+    same_models = len({frozenset(each.models) for each in readings}) == 1
+    overall = winners.pop() if len(winners) == 1 and same_models else OPEN
+    return Conclusion(readings, overall, _words(readings, overall, same_models=same_models))
+
+
+def _words(readings: Sequence[ReadingConclusion], overall: str, *, same_models: bool) -> str:
+    if not readings:
+        return f"{OPEN}: nothing was calibrated."
+    if overall != OPEN:
+        where = "" if len(readings) == 1 else f", in every reading ({', '.join(r.reading for r in readings)})"
+        return f"{overall} explains the data better than {_others(len(readings[0].models))}{where}."
+    if len(readings) == 1 or all(len(each.models) < 2 for each in readings):
+        return readings[0].words
+    each_says = "; ".join(f"{each.reading}: {each.winner}" for each in readings)
+    won = {each.winner for each in readings} - {OPEN}
+    reason = "the readings disagree" if len(won) > 1 else "not every reading has one model ahead of all"
+    if not same_models:
+        reason = "not every model was compared in every reading"
+    return f"{OPEN}: {reason} ({each_says})."
+
+
+def _others(models: int) -> str:
+    return "the other model" if models == 2 else "every other model"

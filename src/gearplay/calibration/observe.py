@@ -44,7 +44,7 @@ class Ensemble:
 
 
 def observe(targets: Sequence[AnyTarget], ensemble: Ensemble) -> dict[str, dict[str, Observed]]:
-    """Return what each target shows, by its name; errors from leaving out one group of members in turn (jackknife).
+    """Return the values of each target by its name; errors from leaving out one group of members in turn (jackknife).
 
     A line or hump has amplitude [m/s^2], displacement [m] and frequency [Hz]; a level amplitude and displacement; a
     statistic a value. A single record has error 0: its uncertainty is the plan's.

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -28,10 +27,10 @@ def best_point(
     *,
     candidates: int = CANDIDATES,
 ) -> tuple[float, ...]:
-    """Return the best of a few candidates on fresh members: a short heat of all of them, then of more than 3 the finalists.
+    """Return the best of a few candidates on fresh members: all of them with few members, then the best three with more.
 
     Half of the candidates are the best trials by the objective, the others the best by the emulator, which averages over
-    their noise: the trial with the least objective is partly a lucky one, so it is not taken at its word.
+    their noise: the trial with the least objective is so partly by chance.
     """
     effort, comparison = problem.plan.effort, surrogate.comparison
 
@@ -88,8 +87,8 @@ def drifts(
 ) -> list[Drift]:
     """Return the data that change clearly with a longer transient, the largest first: none without memory of the start.
 
-    The same initial states go on, on a longer record where each member's housing has its own. What they leave behind is no
-    property of the mechanism, and no fit should rest on it.
+    The same initial states are continued, on a longer record where each member's housing has its own. Their remaining
+    effect is no property of the mechanism, and no fit should depend on it.
     """
     later = later_than(problem.plan.simulation)
     try:
@@ -118,11 +117,6 @@ class HeldOut:
     best: Mapping[str, float]
     residuals: tuple[float, ...]
     labels: tuple[str, ...]
-
-
-def held_out_from(part: Mapping[str, Any]) -> HeldOut:
-    """Return it from its JSON-able form."""
-    return HeldOut(part["condition"], part["best"], tuple(part["residuals"]), tuple(part["labels"]))
 
 
 def hold_out(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.calibration.objective import Comparison
-from gearplay.calibration.trials import Trial
+from gearplay.calibration.trials import Problem, Trial
 from gearplay.surrogates.polynomials import Emulator, nearness
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ class Surrogate:
         return cls(comparison, emulator, np.sqrt(np.maximum(emulator.scatter**2 - own, least)))
 
     def simulated(self, points: Points) -> Floats:
-        """Return log10 of what would be measured, shape [point, datum]: the emulator, times the factor."""
+        """Return log10 of the predicted measurements, shape [point, datum]: the emulator, times the factor."""
         return self.emulator(points.units) + points.factor[:, None] * self.comparison.amplitudes
 
     def log_densities(self, points: Points) -> Floats:
@@ -123,6 +123,12 @@ class Posterior:
     def quantiles(self, values: Floats) -> Floats:
         """Return the 5, 50 and 95 % points of values, shape [point]."""
         return np.asarray(np.quantile(values, QUANTILES))
+
+    def intervals(self, problem: Problem) -> tuple[Interval, ...]:
+        """Return median and 90 % interval of each parameter."""
+        ends = np.transpose([self.quantiles(u) for u in self.points.units.T])
+        table = [problem.values(unit) for unit in ends]
+        return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.parameters)
 
     def correlation(self) -> Floats:
         """Return the correlation of the parameters on their scales, shape [parameter, parameter]."""

@@ -1,14 +1,15 @@
 """`run_calibration`: search, out-of-sample check, posterior and model comparison, for every model and reading."""
 
-import json
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any, Protocol
+from dataclasses import asdict, dataclass
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from gearplay.calibration.model_comparison import (
     GROUPS,
@@ -25,31 +26,20 @@ from gearplay.calibration.out_of_sample import (
     best_point,
     check,
     drifts,
-    held_out_from,
     hold_out,
     later_than,
 )
 from gearplay.calibration.plan import Model, Plan
-from gearplay.calibration.posterior import Interval, Posterior, Surrogate, fewest_trials, sample_posterior
+from gearplay.calibration.posterior import Interval, Surrogate, fewest_trials, sample_posterior
 from gearplay.calibration.search import run_search
 from gearplay.calibration.trials import Problem, Trial, TrialStore, distinct
-from gearplay.files.parts import part_key
 from gearplay.vocabulary.errors import SimulationError
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.pieces import PieceStore
 
 Floats = NDArray[np.float64]
 
 PICTURE = 400  # posterior points kept for pictures
-
-
-class PartStore(Protocol):
-    """Store of finished parts, from which a stopped calibration is resumed."""
-
-    def get(self, key: str) -> dict[str, Any] | None:
-        """Return the part stored under a key, or None."""
-
-    def put(self, key: str, part: dict[str, Any]) -> None:
-        """Store a part under a key."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +65,7 @@ class Fit:
     """One model in one reading of the ordinate, calibrated.
 
     ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
-    fresh ones; ``found_errors`` are the mean errors [%] that the search itself saw at its best trial, which are too good.
+    fresh ones; ``found_errors`` are the mean errors [%] of the search at its best trial, which are too small.
     ``left_out`` are predictions of the posterior on the emulator, ``held_out`` simulations.
     """
 
@@ -100,26 +90,17 @@ class Fit:
     held_out: tuple[HeldOut, ...]
     standing: Standing
     history: tuple[float, ...]  # least objective after each trial
-    drift: tuple[Drift, ...]  # what a longer transient changes at the best point
+    drift: tuple[Drift, ...]  # changes by a longer transient at the best point
+
+
+@cache
+def _fits() -> TypeAdapter[Fit]:
+    return TypeAdapter(Fit)
 
 
 def fit_from(part: Mapping[str, Any]) -> Fit:
     """Return a fit from its JSON-able form."""
-    values = {f.name: part[f.name] for f in fields(Fit)}
-    values["rows"] = tuple(Row(**row) for row in part["rows"])
-    values["intervals"] = tuple(Interval(**each) for each in part["intervals"])
-    values["left_out"] = tuple(
-        LeftOut(**{**each, "residuals": tuple(each["residuals"]), "labels": tuple(each["labels"])})
-        for each in part["left_out"]
-    )
-    values["held_out"] = tuple(held_out_from(each) for each in part["held_out"])
-    values["drift"] = tuple(Drift(**each) for each in part["drift"])
-    values["standing"] = Standing(**part["standing"])
-    for name in ("unit", "found_errors", "scatter", "emulator_error", "history"):
-        values[name] = tuple(part[name])
-    for name in ("correlation", "sample"):
-        values[name] = tuple(tuple(row) for row in part[name])
-    return Fit(**values)
+    return _fits().validate_python(part)
 
 
 def run_calibration(
@@ -127,7 +108,7 @@ def run_calibration(
     measurements: Measurements,
     *,
     trials: Callable[[str], TrialStore],
-    parts: PartStore | None = None,
+    pieces: PieceStore,
     report: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> list[Fit]:
@@ -158,32 +139,23 @@ def run_calibration(
                     (at + 1) * total / len(problems),
                     total,
                 )
-            fits.append(_stored(problem, comparison, found, parts, stop))
+            identity = [
+                plan.model_dump(mode="json"),
+                model.name,
+                comparison.reading,
+                [asdict(d) for d in data],
+                GROUPS,
+                later_than(plan.simulation),
+            ]
+            make = partial(_fit_part, problem, comparison, found, stop=stop)
+            fits.append(fit_from(pieces.keep(identity, make)))
     return fits
 
 
-def _stored(
-    problem: Problem,
-    comparison: Comparison,
-    trials: Sequence[Trial],
-    parts: PartStore | None,
-    stop: threading.Event,
-) -> Fit:
-    identity = [
-        problem.plan.model_dump(mode="json"),
-        problem.model.name,
-        comparison.reading,
-        [asdict(d) for d in comparison.data],
-        GROUPS,
-        later_than(problem.plan.simulation),
-    ]
-    key = part_key(identity)
-    part = parts.get(key) if parts is not None else None
-    if part is None:
-        part = json.loads(json.dumps(asdict(fit_model(problem, comparison, trials, stop=stop))))
-        if parts is not None:
-            parts.put(key, part)
-    return fit_from(part)
+def _fit_part(
+    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event
+) -> dict[str, Any]:
+    return asdict(fit_model(problem, comparison, trials, stop=stop))
 
 
 def fit_model(
@@ -217,6 +189,7 @@ def fit_model(
     amplitude, frequency = comparison.mean_errors(checked_logs, checked_errors)
     best = int(np.argmin(values))
     _, variance = comparison.residuals(checked_logs, checked_errors)
+    low, middle, high = posterior.quantiles(posterior.points.scatter).tolist()
     return Fit(
         model=problem.model.name,
         reading=comparison.reading,
@@ -229,10 +202,10 @@ def fit_model(
         frequency_error=float(frequency[0]),
         found_errors=(float(found_amplitude[best]), float(found_frequency[best])),
         rows=_rows(comparison, checked_logs, checked_errors),
-        intervals=_intervals(problem, posterior),
+        intervals=posterior.intervals(problem),
         correlation=_tuples(posterior.correlation()),
         sample=_tuples(posterior.points.units[:PICTURE]),
-        scatter=_three(posterior.quantiles(posterior.points.scatter)),
+        scatter=(low, middle, high),
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
         left_out=tuple(left_out),
@@ -258,16 +231,5 @@ def _rows(comparison: Comparison, logs: Floats, errors: Floats) -> tuple[Row, ..
     )
 
 
-def _intervals(problem: Problem, posterior: Posterior) -> tuple[Interval, ...]:
-    table = [
-        problem.values(q) for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
-    ]
-    return tuple(Interval(p.name, *(row[p.name] for row in table)) for p in problem.parameters)
-
-
 def _tuples(table: Floats) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(f"{v:.6g}") for v in row) for row in table)
-
-
-def _three(values: Floats) -> tuple[float, float, float]:
-    return float(values[0]), float(values[1]), float(values[2])

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from gearplay.calibration.objective import Comparison, data_of
 from gearplay.calibration.observe import FREQUENCY, Observed
-from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import Interval, Surrogate, sample_posterior
-from gearplay.calibration.trials import Problem, Seen, Trial
+from gearplay.calibration.trials import Problem, Seen, Trial, mapped
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
-TRUE_SEED = 30_000_001  # added to the plan's: members no trial has seen
+TRUE_SEED = 30_000_001  # added to the plan's: members of no trial
 MARGIN = 0.02  # of the bounds that true points keep off, in the unit cube
 
 
@@ -48,23 +47,12 @@ def synthetic(problem: Problem, number: int, *, members: int, noise: float) -> t
     generator = np.random.default_rng([plan.effort.seed, TRUE_SEED, number])
     unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(problem.parameters)))
     seen = problem.see(unit, seed=plan.effort.seed + TRUE_SEED + number, members=members)
-    noisy = {
-        condition: {
-            target: {
-                key: Observed(
-                    float(o.value * 10.0 ** generator.normal(0.0, _noise(plan, key, noise))), o.error
-                )
-                for key, o in keys.items()
-            }
-            for target, keys in targets.items()
-        }
-        for condition, targets in seen.items()
-    }
-    return unit, noisy
 
+    def noisy(key: str, observed: Observed) -> Observed:
+        deviation = plan.frequency_uncertainty if key == FREQUENCY else noise
+        return Observed(float(observed.value * 10.0 ** generator.normal(0.0, deviation)), observed.error)
 
-def _noise(plan: Plan, key: str, noise: float) -> float:
-    return plan.frequency_uncertainty if key == FREQUENCY else noise
+    return unit, mapped(seen, noisy)
 
 
 def recover(
@@ -90,12 +78,7 @@ def recover(
         unit, seen = synthetic(problem, number, members=members, noise=problem.plan.uncertainty)
         surrogate = Surrogate.of(Comparison(data_of(problem.plan, seen), "absolute"), trials, everywhere=True)
         posterior = sample_posterior(surrogate, len(unit), discrepancy=False, seed=number)
-        rows = [
-            problem.values(q)
-            for q in np.transpose([posterior.quantiles(u) for u in posterior.points.units.T])
-        ]
-        intervals = tuple(Interval(p.name, *(row[p.name] for row in rows)) for p in problem.parameters)
-        found.append(Recovered(number, problem.values(unit), intervals))
+        found.append(Recovered(number, problem.values(unit), posterior.intervals(problem)))
         if report is not None:
             report(number + 1.0, float(sets))
     return found

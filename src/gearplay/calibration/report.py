@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from gearplay.calibration import figures as figures_of
-from gearplay.calibration.conclusion import Statement, statement_of
-from gearplay.calibration.model_comparison import CLEAR, OPEN, STRONG
+from gearplay.calibration.model_comparison import CLEAR, OPEN, STRONG, Conclusion, conclude
 from gearplay.calibration.out_of_sample import CHECK_SEED, CHOOSE_SEED, mean_error
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.posterior import KNOWN
@@ -25,9 +24,9 @@ from gearplay.calibration.procedure import Fit
 from gearplay.calibration.spans import Span, Spans, datum_unit, spans_of
 from gearplay.files.atomic import write_figures, write_text
 from gearplay.files.json_text import finite
-from gearplay.files.parts import with_digest
 from gearplay.pictures.pages import fixed, render_page
 from gearplay.pictures.words import offset_in, shown_in
+from gearplay.work.pieces import with_digest
 
 PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
 COLUMNS = (
@@ -45,10 +44,10 @@ def write_calibration(plan: Plan, fits: Sequence[Fit], folder: Path) -> dict[str
     Raises `InputError` where the folder cannot be written.
     """
     spans = spans_of(plan, fits)
-    statement = statement_of(
+    conclusion = conclude(
         {name: [fit.standing for fit in fits if fit.reading == name] for name in _readings(fits)}
     )
-    document = document_of(plan, fits, spans, statement)
+    document = document_of(plan, fits, spans, conclusion)
     figures = draw_figures(plan, fits, spans)
     write_figures(folder, figures)
     write_text(folder / "residuals.csv", residuals_csv(plan, fits))
@@ -62,26 +61,26 @@ def _readings(fits: Sequence[Fit]) -> list[str]:
     return list(dict.fromkeys(fit.reading for fit in fits))
 
 
-def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> dict[str, Any]:
+def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, conclusion: Conclusion) -> dict[str, Any]:
     """Return the calibration as one JSON-able document; the posterior sample and the history are left out."""
-    said = {
-        "overall": statement.overall,
-        "words": _sentences(statement),
+    conclusions = {
+        "overall": conclusion.overall,
+        "words": _sentences(conclusion),
         "readings": [
-            {"reading": r.reading, "winner": r.winner, "words": r.words} for r in statement.readings
+            {"reading": r.reading, "winner": r.winner, "words": r.words} for r in conclusion.readings
         ],
     }
-    duels = [
-        {"reading": r.reading, **asdict(duel), "winner": duel.winner, "words": duel.words}
-        for r in statement.readings
-        for duel in r.duels
+    pairs = [
+        {"reading": r.reading, **asdict(pair), "winner": pair.winner, "words": pair.words}
+        for r in conclusion.readings
+        for pair in r.pairs
     ]
     document: dict[str, Any] = finite(
         {
             "title": plan.title,
-            "statement": said,
-            "answer": answer_of(plan, fits, spans, statement),
-            "duels": duels,
+            "statement": conclusions,
+            "answer": summary_of(plan, fits, spans, conclusion),
+            "duels": pairs,
             "fits": [_fit_document(plan, fit, spans[fit.model]) for fit in fits],
             "plan": plan.model_dump(mode="json"),
             "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
@@ -90,8 +89,8 @@ def document_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statem
     return document
 
 
-def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statement) -> list[str]:
-    """Return the answer in sentences: the intervals against the values of the case, which model, how well.
+def summary_of(plan: Plan, fits: Sequence[Fit], spans: Spans, conclusion: Conclusion) -> list[str]:
+    """Return the summary in sentences: the intervals against the values of the case, which model, how well.
 
     The model is left out where there is only one; a last sentence reports a fit whose motion has not settled.
     """
@@ -102,33 +101,33 @@ def answer_of(plan: Plan, fits: Sequence[Fit], spans: Spans, statement: Statemen
         f"{fit.model} {fixed(fit.amplitude_error, 0)} % and {fixed(mean_error(fit.held_out, frequencies=False), 0)} %"
         for fit in own
     )
-    named = next((fit for fit in own if fit.model == statement.overall), None)
+    named = next((fit for fit in own if fit.model == conclusion.overall), None)
     best = named or min(own, key=lambda fit: fit.amplitude_error)
     return [
-        _told(best, spans[best.model]),
-        *(_sentences(statement)[:1] if len(plan.models) > 1 else []),
+        _interval_words(best, spans[best.model]),
+        *(_sentences(conclusion)[:1] if len(plan.models) > 1 else []),
         f"Mean error of amplitudes on fresh members, and under conditions left out of the fit{where}: {errors}.",
         *_unsettled(plan, own),
     ]
 
 
-def _told(fit: Fit, spans: Sequence[Span]) -> str:
+def _interval_words(fit: Fit, spans: Sequence[Span]) -> str:
     """Return the sentence about a fit's parameters: each interval against the value of the case."""
-    told, silent = [], []
+    identified, open_names = [], []
     for span, each in zip(spans, fit.intervals, strict=True):
         name, unit = span.name.replace("_", " "), "" if span.unit == "1" else f" {span.unit}"
         if not each.identified:
-            silent.append(name)
+            open_names.append(name)
             continue
         words = f"{name} {span.words(each.low)} to {span.words(each.high)}{unit}"
         if math.isfinite(span.drawn):
             place = "below" if span.drawn < each.low else "above" if span.drawn > each.high else "inside"
             words += f" (the case's {span.words(span.drawn)} lies {place})"
-        told.append(words)
-    if not told:
+        identified.append(words)
+    if not identified:
         return f"The data tell none of the {len(spans)} parameters of the model {fit.model}."
-    untold = f"; the data do not tell {', '.join(silent)}" if silent else ""
-    return f"90 % intervals of the model {fit.model}: {', '.join(told)}{untold}."
+    rest = f"; the data do not tell {', '.join(open_names)}" if open_names else ""
+    return f"90 % intervals of the model {fit.model}: {', '.join(identified)}{rest}."
 
 
 def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
@@ -145,15 +144,17 @@ def _unsettled(plan: Plan, fits: Sequence[Fit]) -> list[str]:
     ]
 
 
-def _sentences(statement: Statement) -> list[str]:
+def _sentences(conclusion: Conclusion) -> list[str]:
     """Return the conclusion as lines: over all readings, then each reading with its evidence."""
     lines = [
-        statement.words[:1].upper() + statement.words[1:] if statement.overall == OPEN else statement.words
+        conclusion.words[:1].upper() + conclusion.words[1:]
+        if conclusion.overall == OPEN
+        else conclusion.words
     ]
-    for each in statement.readings:
-        if len(statement.readings) > 1:
+    for each in conclusion.readings:
+        if len(conclusion.readings) > 1:
             lines.append(f"Reading {each.reading}: {each.words}")
-        lines += [duel.words for duel in each.duels]
+        lines += [pair.words for pair in each.pairs]
     return lines
 
 
@@ -223,7 +224,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def residuals_csv(plan: Plan, fits: Sequence[Fit]) -> str:
-    """Return the residuals of every datum, model and reading as CSV, all digits kept; what does not exist is empty."""
+    """Return the residuals of every datum, model and reading as CSV, all digits kept, missing numbers empty."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(COLUMNS)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.parts import DIGEST, without_digest
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.base import Answer, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
+from gearplay.work.pieces import DIGEST, without_digest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ LARGEST = 64 * 1024**2
 
 @dataclass(frozen=True, repr=False)
 class Calibration(Answer):
-    """What a calibration found: which parameters explain the records, and which model explains them better.
+    """Result of a calibration: the parameters that explain the records, and the better model.
 
     Attributes: ``ds`` (a row for each parameter of each fit), ``document`` (all of ``calibration.json``), ``message`` (the
     intervals against the values of the case, and which model explains the records).
@@ -43,7 +43,7 @@ class Calibration(Answer):
 
     @property
     def message(self) -> str:
-        """The first sentences of the answer: intervals against the values of the case, and which model explains the records."""
+        """Summary as text: intervals against the values of the case, and the better model."""
         return " ".join(self.document["answer"][:2])
 
     @property

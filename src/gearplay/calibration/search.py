@@ -5,7 +5,7 @@ stored: a killed search resumes to the same list of trials. No point is repeated
 """
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,29 +40,29 @@ class Search:
         self._studies = [self._new_study() for _ in self.comparisons]
         self._near: dict[
             int, tuple[int, tuple[Emulator, Floats]]
-        ] = {}  # by turn: after how many trials, and what
+        ] = {}  # by turn: number of trials, emulator and centre
         for trial in trials:
-            self.tell(trial)
+            self.add(trial)
 
     def _new_study(self) -> "optuna.Study":
         optuna = load_optional("optuna", "calibration")
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
-    def tell(self, trial: Trial) -> None:
-        """Add a finished trial, at the point where it was simulated: the only data that a resumed search has of it."""
+    def add(self, trial: Trial) -> None:
+        """Add a finished trial at its rounded place, the only one that a resumed search has."""
         import optuna
 
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
             if trial.good:
-                told = optuna.trial.create_trial(
+                known = optuna.trial.create_trial(
                     params=dict(zip(self.names, trial.unit, strict=True)),
                     distributions=self._space(),
                     value=float(comparison.objective(*comparison.logs_of([trial]))[0]),
                 )
             else:
-                told = optuna.trial.create_trial(state=optuna.trial.TrialState.FAIL)
-            study.add_trial(told)
+                known = optuna.trial.create_trial(state=optuna.trial.TrialState.FAIL)
+            study.add_trial(known)
         self.trials.append(trial)
         self._tried.add(trial.same_as)
 
@@ -72,12 +72,12 @@ class Search:
         return {name: FloatDistribution(0.0, 1.0) for name in self.names}
 
     def phase(self, number: int) -> str:
-        """Return what trial ``number`` is for."""
+        """Return the phase of trial ``number``."""
         if number < self.effort.startup:
             return STARTUP
         return POLISH if number >= self.effort.evaluations - self.effort.polish else SEARCH
 
-    def ask(self) -> tuple[float, ...]:
+    def propose(self) -> tuple[float, ...]:
         """Return the point of the next trial."""
         number = len(self.trials)
         turn = number // TURN % len(self.comparisons)
@@ -106,7 +106,7 @@ class Search:
         study = self._studies[turn]
         study.sampler = sampler
         asked = study.ask(self._space())
-        # It is added only after it has been simulated, at its rounded place (`tell`).
+        # It is added only after it has been simulated, at its rounded place (`add`).
         study.tell(asked, state=optuna.trial.TrialState.FAIL)
         return tuple(float(asked.params[name]) for name in self.names)
 
@@ -155,19 +155,16 @@ def run_even(
     report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
-    """Run or go on with evenly spread trials, as many as the plan's evaluations; return all of them.
+    """Run, or resume, evenly spread trials, as many as the plan's evaluations; return all of them.
 
     Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
     """
-    trials, effort = store.read(), problem.plan.effort
-    for number in range(len(trials), effort.evaluations):
-        if stop is not None and stop.is_set():
-            raise KeyboardInterrupt
-        point = even_point(number, len(problem.parameters), effort.seed)
-        trials.append(problem.run(number, point, phase=STARTUP, stop=stop))
-        store.add(trials[-1])
-        if report is not None:
-            report(number + 1.0, float(effort.evaluations))
+    trials, seed = store.read(), problem.plan.effort.seed
+
+    def propose(number: int) -> tuple[tuple[float, ...], str]:
+        return even_point(number, len(problem.parameters), seed), STARTUP
+
+    _run(problem, store, len(trials), propose, trials.append, report, stop)
     return trials
 
 
@@ -183,23 +180,40 @@ def run_search(
     report: Tick | None = None,
     stop: threading.Event | None = None,
 ) -> list[Trial]:
-    """Run or go on with one model's search to the plan's number of evaluations; return all trials.
+    """Run, or resume, one model's search to the plan's number of evaluations; return all trials.
 
     Raises `KeyboardInterrupt` soon after ``stop`` is set; finished trials are in ``store``.
     """
     search = Search(problem, comparisons, store.read())
-    total = problem.plan.effort.evaluations
-    while (number := len(search.trials)) < total:
+
+    def propose(number: int) -> tuple[tuple[float, ...], str]:
+        return search.propose(), search.phase(number)
+
+    _run(problem, store, len(search.trials), propose, search.add, report, stop)
+    return search.trials
+
+
+def _run(
+    problem: Problem,
+    store: TrialStore,
+    first: int,
+    propose: Callable[[int], tuple[tuple[float, ...], str]],
+    add: Callable[[Trial], None],
+    report: Tick | None,
+    stop: threading.Event | None,
+) -> None:
+    """Simulate and store the trials from number ``first`` on, each at the point and for the phase that ``propose`` returns."""
+    effort = problem.plan.effort
+    for number in range(first, effort.evaluations):
         if stop is not None and stop.is_set():
             raise KeyboardInterrupt
-        phase, effort = search.phase(number), problem.plan.effort
+        point, phase = propose(number)
         members = effort.polish_members if phase == POLISH else None
-        trial = problem.run(number, search.ask(), phase=phase, members=members, stop=stop)
+        trial = problem.run(number, point, phase=phase, members=members, stop=stop)
         store.add(trial)
-        search.tell(trial)
+        add(trial)
         if report is not None:
-            report(number + 1.0, float(total))
-    return search.trials
+            report(number + 1.0, float(effort.evaluations))
 
 
 def refine(

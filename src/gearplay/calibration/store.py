@@ -2,15 +2,14 @@
 
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
-from gearplay.calibration.trials import Seen, Trial
-from gearplay.files import parts
+from gearplay.calibration.trials import Trial, mapped
 from gearplay.files.databases import told_of
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
+from gearplay.work import pieces
 
 EVEN = ", even"
 """End of the name of a study of evenly spread trials of a model."""
@@ -20,7 +19,7 @@ AFTER = ("evaluations", "polish", "check_members")
 
 
 class StudyStore:
-    """One model's trials as an optuna study; each is added whole, in one transaction.
+    """One model's trials as an optuna study; each is added in one transaction.
 
     Raises `TakenError` where the file holds trials of another plan, or is damaged, and the errors of `told_of`.
     """
@@ -30,7 +29,7 @@ class StudyStore:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path, self.folder = folder / FILE, folder
         self.names = [p.name for p in plan.parameters_of(model.removesuffix(EVEN))]
-        with _told_of(path, foreign=True):  # optuna has errors of its own for what is no database
+        with _told_of(path, foreign=True):  # optuna has errors of its own for a file that is no database
             self.study = optuna.create_study(
                 storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True
             )
@@ -49,14 +48,11 @@ class StudyStore:
         with _told_of(self.folder / FILE):
             found = self.study.get_trials(deepcopy=False)
         for stored in found:
-            held = parts.without_digest(stored.user_attrs, in_order=False)
+            held = pieces.without_digest(stored.user_attrs, in_order=False)
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
                 raise TakenError(Fault("out", str(self.folder), rule, _CURE))
-            seen = {
-                c: {t: {k: Observed(*v) for k, v in keys.items()} for t, keys in targets.items()}
-                for c, targets in held["seen"].items()
-            }
+            seen = mapped(held["seen"], lambda _, pair: Observed(*pair))
             trials.append(Trial(stored.number, tuple(held["unit"]), seen, held["reason"], held["phase"]))
         return trials
 
@@ -67,7 +63,7 @@ class StudyStore:
 
         held = {
             "unit": list(trial.unit),
-            "seen": _plain(trial.seen),
+            "seen": mapped(trial.seen, lambda _, observed: [observed.value, observed.error]),
             "reason": trial.reason,
             "phase": trial.phase,
         }
@@ -76,7 +72,7 @@ class StudyStore:
             value=0.0 if trial.good else None,
             params=dict(zip(self.names, trial.unit, strict=True)),
             distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
-            user_attrs=parts.with_digest(held, in_order=False),
+            user_attrs=pieces.with_digest(held, in_order=False),
         )
         with _told_of(self.folder / FILE):
             self.study.add_trial(finished)
@@ -89,17 +85,10 @@ def _told_of(path: Path, *, foreign: bool = False) -> AbstractContextManager[Non
     return told_of(path, "hold the trials of this calibration", _CURE, foreign=foreign)
 
 
-def _plain(seen: Seen) -> dict[str, Any]:
-    return {
-        c: {t: {k: [o.value, o.error] for k, o in keys.items()} for t, keys in targets.items()}
-        for c, targets in seen.items()
-    }
-
-
 def digest_of(plan: Plan) -> str:
     """Return the digest of all settings that determine a plan's trials and their results.
 
-    Not their number: more of them go on from those that are there.
+    Not their number: a search with more of them resumes from the stored ones.
     """
     document = plan.model_dump(mode="json", exclude={"title": True, "effort": set(AFTER)})
-    return parts.digest_of(document, in_order=False)
+    return pieces.digest_of(document, in_order=False)

@@ -2,9 +2,9 @@
 
 import math
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +27,12 @@ Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
 DECIMALS = 6  # of a trial's place in the unit cube
 DIGITS = 5  # significant, of observed values; an ensemble determines two or three
 STARTUP, SEARCH, POLISH = "startup", "search", "polish"
-"""What a trial is for; the last have members of their own number."""
+"""Phases of a search; trials of the last have a number of members of their own."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One finished trial: place in the unit cube, shape [parameter], and what was seen; empty with a reason if it failed."""
+    """One finished trial: place in the unit cube, shape [parameter], and observed values; none, with a reason, if it failed."""
 
     number: int
     unit: tuple[float, ...]
@@ -42,7 +42,7 @@ class Trial:
 
     @property
     def same_as(self) -> tuple[tuple[float, ...], bool]:
-        """What it shares with every trial that shows the same to the last digit: place, and whether it polishes."""
+        """Key that trials with the same result share: place, and whether it polishes."""
         return self.unit, self.phase == POLISH
 
     @property
@@ -52,7 +52,7 @@ class Trial:
 
 
 def distinct(trials: Iterable[Trial]) -> list[Trial]:
-    """Return trials without repeats, which have the same initial states and show nothing new: they would count twice."""
+    """Return trials without repeats, which have the same initial states and results and would count twice."""
     first: dict[object, Trial] = {}
     for trial in trials:
         first.setdefault(trial.same_as, trial)
@@ -75,7 +75,7 @@ class TrialStore(Protocol):
 
 
 class Problem:
-    """A plan made ready for one model: cases by condition, bounds in SI, and the way from a point to what is seen.
+    """A plan made ready for one model: cases by condition, bounds in SI, and the observed values at a point.
 
     Raises `InputError` for a case, path or bound that does not fit.
     """
@@ -127,7 +127,7 @@ class Problem:
         progress: Tick | None = None,
         stop: threading.Event | None = None,
     ) -> Seen:
-        """Simulate every condition at a point and return what the sensor shows.
+        """Simulate every condition at a point and return the observed values.
 
         Every trial has the same seed, so the same initial states: common random numbers. ``seed`` replaces it, ``transient`` [s]
         the plan's.
@@ -186,23 +186,32 @@ class Problem:
         """
         place = placed(unit)
         try:
-            return Trial(number, place, rounded(self.see(place, members=members, stop=stop)), phase=phase)
+            return Trial(
+                number, place, mapped(self.see(place, members=members, stop=stop), rounded), phase=phase
+            )
         except GearplayError as error:
             return Trial(number, place, {}, str(error).splitlines()[0], phase)
 
 
-def rounded(seen: Seen) -> Seen:
-    """Return the observed values with `DIGITS` significant digits, their errors with three."""
+Changed = TypeVar("Changed")
+
+
+def mapped(
+    seen: Mapping[str, Any], change: Callable[[str, Any], Changed]
+) -> dict[str, dict[str, dict[str, Changed]]]:
+    """Return ``change(key, observed)`` of every observed value, by condition, target and key as before."""
     return {
         condition: {
-            target: {
-                key: Observed(float(f"{o.value:.{DIGITS}g}"), float(f"{o.error:.3g}"))
-                for key, o in keys.items()
-            }
+            target: {key: change(key, observed) for key, observed in keys.items()}
             for target, keys in targets.items()
         }
         for condition, targets in seen.items()
     }
+
+
+def rounded(_: str, observed: Observed) -> Observed:
+    """Return an observed value with `DIGITS` significant digits, its error with three."""
+    return Observed(float(f"{observed.value:.{DIGITS}g}"), float(f"{observed.error:.3g}"))
 
 
 class TrialError(SimulationError):

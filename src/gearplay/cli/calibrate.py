@@ -1,7 +1,5 @@
 """`gearplay calibrate PLAN`: parameters and models from measurements."""
 
-import shutil
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,9 +8,6 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import compile_kernels, progress_bar
-
-WHOLE = ("calibration.json", "recovery.json")
-"""Files that a finished calibration has."""
 
 
 def calibrate(
@@ -42,34 +37,25 @@ def calibrate(
     """
     from gearplay.calibration import calibrate as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
-    from gearplay.calibration.store import digest_of
     from gearplay.calibration.trials import Problem
-    from gearplay.files.folder_lock import locked
-    from gearplay.files.replacement import renewal, renewed, replace_old
+    from gearplay.work.folder import STAGING
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
-    problem = Problem(loaded, loaded.models[0])
-    compile_kernels(problem.cases[0], quiet=json)
-    begin = partial(renewal, folder, overwrite=overwrite, of=digest_of(loaded), whole=WHOLE, forget=_forget)
-
-    def work(place: Path) -> Any:
-        try:
-            with interruptible() as stop, progress_bar(quiet=json) as report:
-                if recover is not None:
-                    return calibration.recover(loaded, place, recover, progress=report, stop=stop)
-                records = plan_folder(plan)
-                return calibration.calibrate(
-                    loaded, place, records=records, progress=report, stop=stop
-                ).document
-        except KeyboardInterrupt:
-            raise CommandInterruptedError(
-                f"Interrupted. Finished trials are kept in {place}: the same command continues there."
-            ) from None
-
-    with locked(folder):
-        place, document = renewed(begin, work, overwrite=overwrite)
-        replace_old(folder, place, _forget)
+    compile_kernels(Problem(loaded, loaded.models[0]).cases[0], quiet=json)
+    try:
+        with interruptible() as stop, progress_bar(quiet=json) as report:
+            options: dict[str, Any] = {"overwrite": overwrite, "progress": report, "stop": stop}
+            if recover is not None:
+                document = calibration.recover(loaded, folder, recover, **options)
+            else:
+                found = calibration.calibrate(loaded, folder, records=plan_folder(plan), **options)
+                document = dict(found.document)
+    except KeyboardInterrupt:
+        place = folder / STAGING if (folder / STAGING).exists() else folder
+        raise CommandInterruptedError(
+            f"Interrupted. Finished trials are kept in {place}: the same command continues there."
+        ) from None
     if json:
         print_json(document)
     else:
@@ -89,13 +75,6 @@ def _with_evaluations(plan: str, evaluations: int) -> Any:
         effort["startup"] = max(4, int(effort["startup"] * share))
         effort["polish"] = max(0, min(int(effort["polish"] * share), evaluations - effort["startup"]))
     return load_plan(document)
-
-
-def _forget(folder: Path) -> None:
-    from gearplay.calibration.store import FILE
-
-    (folder / FILE).unlink(missing_ok=True)
-    shutil.rmtree(folder / "parts", ignore_errors=True)
 
 
 def _words(document: dict[str, Any], folder: Path) -> str:

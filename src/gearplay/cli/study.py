@@ -1,8 +1,6 @@
 """`gearplay study han2021`: reproduce the published study and write its report."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,10 +10,10 @@ from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
 from gearplay.cli.progress import compile_kernels, progress_bar
 from gearplay.files.atomic import check_new, make_folder, write_bytes, write_figures, write_text
-from gearplay.files.parts import FolderStore, part_key
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 from gearplay.vocabulary.optional import load_optional
+from gearplay.work.pieces import PieceStore
 
 if TYPE_CHECKING:
     from gearplay.studies.han2021.simulation import Settings, Work
@@ -79,8 +77,8 @@ def study(
         place = folder if each == chosen[0] else folder / each
         settings = Settings(parameters=each, members=members, duration=duration)
         wanted = points if claims and each == chosen[0] else 0
-        beside = {other: _address(each, other, chosen[0]) for other in chosen if other != each}
-        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, beside))
+        others = {other: _address(each, other, chosen[0]) for other in chosen if other != each}
+        documents.append(_one(settings, place, wanted, fit_drag, pdf, overwrite, json, others))
     if json:
         print_json(documents[0] if len(documents) == 1 else {"studies": documents})
     else:
@@ -104,7 +102,7 @@ def _one(
     pdf: bool,
     overwrite: bool,
     quiet: bool,
-    beside: dict[str, str],
+    others: dict[str, str],
 ) -> dict[str, Any]:
     """Run the study with one parameter set, write it into a folder, and return its document."""
     from gearplay.studies.han2021.simulation import Work, base_case
@@ -114,8 +112,8 @@ def _one(
     compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
-            work = Work(report or _silent, stop, partial(_kept, FolderStore(folder / "parts")))
-            document = _written(settings, folder, points, fit, pdf, work, beside)
+            work = Work(report or _silent, stop, PieceStore(folder / "parts").keep)
+            document = _written(settings, folder, points, fit, pdf, work, others)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. Finished parts are kept in {folder / 'parts'}: the same command continues there."
@@ -131,16 +129,6 @@ def _silent(label: str, done: float, total: float) -> None:
     """Report no progress."""
 
 
-def _kept(store: FolderStore, identity: Any, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return the stored part of an identity, or make and store it."""
-    key = part_key(identity)
-    part = store.get(key)
-    if part is None:
-        part = make()
-        store.put(key, part)
-    return part
-
-
 def _written(
     settings: "Settings",
     folder: Path,
@@ -148,7 +136,7 @@ def _written(
     fit: bool,
     pdf: bool,
     work: "Work",
-    beside: dict[str, str],
+    others: dict[str, str],
 ) -> dict[str, Any]:
     """Run the study and write its files; return its document."""
     from gearplay.pictures.pages import render_page
@@ -170,7 +158,7 @@ def _written(
     write_figures(folder, study.figures)
     for name, text in study.texts().items():
         write_text(folder / name, text)
-    write_text(folder / "report.html", render_page(PACKAGE, "report.html", **study.page_values(beside)))
+    write_text(folder / "report.html", render_page(PACKAGE, "report.html", **study.page_values(others)))
     if pdf:
         write_bytes(folder / "report.pdf", study.pdf())
     return {**study.document, **fitted}

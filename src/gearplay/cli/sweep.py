@@ -1,7 +1,9 @@
 """`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, resumable."""
 
 import re
-import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from time import process_time
@@ -63,13 +65,12 @@ def sweep(
     Each finished case is stored at once; the same command, or gearplay resume, continues after an interruption.
     """
     from gearplay.sweeps.plans.reading import load_sweep
-    from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
-    from gearplay.sweeps.tolerances.results import limit_of
+    from gearplay.sweeps.tolerances.page import limit_of
 
     made = Sweep(_changed(load_sweep(plan), changes or []).frozen())
     if made.plan.tolerance is not None:
-        limit_of(made)  # a wrong unit is said now, not after the simulations
+        limit_of(made)  # a wrong unit is reported now, not after the simulations
     if dry_run:
         _forecast(made, workers, json=json)
         return
@@ -77,9 +78,7 @@ def sweep(
     if overwrite and shard is not None:
         rule = "must not be given with --shard: it would forget what other shards have done"
         raise InputError(Fault("--overwrite", True, rule, "Remove it, or choose another folder"))
-    chosen = Engine(
-        engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
-    )
+    chosen = _engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
     _run(made, folder, chosen, json=json, overwrite=overwrite, zarr=zarr)
 
 
@@ -100,83 +99,49 @@ def resume(
 
     FOLDER is the --out of the sweep.
     """
-    from gearplay.files.replacement import settle_alone
-    from gearplay.sweeps.running.engines import Engine
     from gearplay.sweeps.running.evaluate import Sweep
-    from gearplay.sweeps.running.folder import plan_in
+    from gearplay.sweeps.running.folder import output_folder, plan_in
 
-    chosen = Engine(
-        engine, workers, scheduler, _security(scheduler, tls_ca, tls_cert, tls_key), _shard(shard)
-    )
-    settle_alone(folder, _forget)  # its plan may lie beside its place
+    chosen = _engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
+    output_folder(folder).finish_replacement()  # its plan may still be in the staging directory
     _run(Sweep(plan_in(folder)), folder, chosen, json=json, retry=retry, zarr=zarr)
 
 
-def _run(
-    made: Any,
-    folder: Path,
-    chosen: Any,
-    *,
-    json: bool,
-    retry: bool = False,
-    overwrite: bool = False,
-    zarr: bool = False,
-) -> None:
-    from gearplay.files.folder_lock import locked
-    from gearplay.files.replacement import renewal, renewed, replace_old, settle_alone
-    from gearplay.results.outcomes import Account
-    from gearplay.sweeps.report.page import write_sweep_report
-    from gearplay.sweeps.running.folder import CUBE, PRODUCT, gather, gather_cube, jobs_left, run_in
-    from gearplay.sweeps.running.zarr_export import tidy_cube
+def _run(made: Any, folder: Path, engine: Any, *, json: bool, zarr: bool, **options: bool) -> None:
+    from gearplay.sweeps.running.folder import CUBE, PRODUCT, output_folder
+    from gearplay.sweeps.sweep import sweep_in
     from gearplay.sweeps.tolerances.page import PAGE
-    from gearplay.sweeps.tolerances.results import answer
-    from gearplay.vocabulary.optional import load_optional
 
-    large = zarr and made.is_large
+    @contextmanager
+    def watch() -> Iterator[tuple[Any, threading.Event]]:
+        with interruptible() as stop, progress_bar(quiet=json) as report:
+            yield report, stop
+
+    prepare = partial(compile_kernels, made.template.base, quiet=json)
+    try:
+        found = sweep_in(
+            made, folder, engine, report=True, zarr=zarr, prepare=prepare, watch=watch, **options
+        )
+    except KeyboardInterrupt:
+        raise CommandInterruptedError(
+            f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
+            if output_folder(folder).is_staging
+            else f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there."
+        ) from None
+    if found.account is None:
+        shard = "{}-of-{}".format(*engine.shard)
+        document = {"title": made.plan.title, "shard": shard, "ran": found.ran, "out": str(folder)}
+        words = f"Shard {shard}: {found.ran} cases run. gearplay resume {folder} gathers all shards."
+        print_json(document) if json else print_text(words)
+        return
+    document = {"title": made.plan.title, "cases": len(made.template.points), "ran": found.ran}
+    document |= found.account.as_document()
     if zarr:
-        load_optional("zarr", "cluster")
-    if not large or made.plan.tolerance is not None:
-        made.check_size()
-    part = "" if chosen.shard is None else f"{chosen.shard[0]}-of-{chosen.shard[1]}"
-    settle_alone(folder, _forget)  # shards are in the folder together
-    with locked(folder, part=part):
-        if not part:
-            tidy_cube(folder / CUBE)  # one that was being replaced counts as whole
-        of = made.plan.model_dump_json(exclude_none=True)
-        begin = partial(renewal, folder, overwrite=overwrite, of=of, whole=(PRODUCT, CUBE), forget=_forget)
-        look = partial(jobs_left, made, shard=chosen.shard, retry=retry)
-        place, left = renewed(
-            begin, look, overwrite=overwrite
-        )  # a wrong folder is said before kernels are compiled
-        try:
-            if (left or made.plan.tolerance) and chosen.scheduler is None and chosen.kind == "threads":
-                compile_kernels(made.template.base, quiet=json)
-            with interruptible() as stop, progress_bar(quiet=json) as report, chosen.lasting() as engine:
-                count = run_in(made, place, engine, left, progress=report, stop=stop)
-                if chosen.shard is not None:
-                    document = {"title": made.plan.title, "shard": part, "ran": count, "out": str(folder)}
-                    words = f"Shard {part}: {count} cases run. gearplay resume {folder} gathers all shards."
-                    print_json(document) if json else print_text(words)
-                    return
-                document = {"title": made.plan.title, "cases": len(made.template.points), "ran": count}
-                if zarr:
-                    document |= gather_cube(made, place).as_document() | {"cube": str(folder / CUBE)}
-                if not large:
-                    product = gather(made, place)
-                    write_sweep_report(made, product, place)
-                    written = {"out": str(folder / PRODUCT), "report": str(folder / "report.html")}
-                    ended = Account.of(product["status"].values, product["reason"].values)
-                    document |= ended.as_document() | written
-                if made.plan.tolerance is not None:
-                    found = answer(made, product, place, engine=engine, progress=report, stop=stop)
-                    document |= {"tolerance": found, "tolerance_page": str(folder / PAGE)}
-        except KeyboardInterrupt:
-            raise CommandInterruptedError(
-                f"Interrupted. Finished cases are kept: gearplay resume {folder} continues there."
-                if place == folder
-                else f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
-            ) from None
-        replace_old(folder, place, _forget)
+        document["cube"] = str(folder / CUBE)
+    if found.product is not None:
+        document |= {"out": str(folder / PRODUCT), "report": str(folder / "report.html")}
+    if found.tolerance is not None:
+        document |= {"tolerance": found.tolerance, "tolerance_page": str(folder / PAGE)}
     print_json(document) if json else print_text(_words(document))
     if document["failed"] or document["missing"]:
         raise typer.Exit(PARTLY)
@@ -217,8 +182,8 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     print_text(
         f"{made.plan.title or 'Sweep'}: {found.cases} cases"
         + (f" and at most {found.search} of the search for a safe size" if found.search else "")
-        + f", about {_duration(found.seconds + found.beside)} on {found.workers} workers "
-        f"(from {found.pilots} of them; {_duration(found.beside)} of it for start and report), "
+        + f", about {_duration(found.seconds + found.overhead)} on {found.workers} workers "
+        f"(from {found.pilots} of them; {_duration(found.overhead)} of it for start and report), "
         f"{found.bytes / 1e6:.3g} MB. Nothing was written."
     )
     if found.failed:
@@ -242,17 +207,23 @@ def _changed(plan: Any, changes: list[str]) -> Any:
     return load_sweep(document)
 
 
-def _security(
-    scheduler: str | None, ca: Path | None, cert: Path | None, key: Path | None
-) -> dict[str, Path] | None:
-    given = {"tls_ca_file": ca, "tls_client_cert": cert, "tls_client_key": key}
-    found = {name: path for name, path in given.items() if path is not None}
-    if found and scheduler is None:
+def _engine(
+    kind: str,
+    workers: int | None,
+    scheduler: str | None,
+    tls: tuple[Path | None, Path | None, Path | None],
+    shard: str | None,
+) -> Any:
+    from gearplay.work.engine import Engine
+
+    names = ("tls_ca_file", "tls_client_cert", "tls_client_key")
+    files = {name: path for name, path in zip(names, tls, strict=True) if path is not None}
+    if files and scheduler is None:
         rule = "must be given together with --scheduler"
         raise InputError(
-            Fault("--tls", ", ".join(map(str, found.values())), rule, "Give its address, or remove it")
+            Fault("--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it")
         )
-    return found or None
+    return Engine(kind, workers, scheduler, files or None, _shard(shard))
 
 
 def _shard(text: str | None) -> tuple[int, int] | None:
@@ -263,16 +234,3 @@ def _shard(text: str | None) -> tuple[int, int] | None:
         rule = "must be i/n with 1 <= i <= n"
         raise InputError(Fault("--shard", text, rule, "Write for example --shard 3/8"))
     return int(found[1]), int(found[2])
-
-
-def _forget(folder: Path) -> None:
-    from gearplay.sweeps.running.folder import CUBE, PLAN, PRODUCT
-    from gearplay.sweeps.running.store import PATTERN
-    from gearplay.sweeps.running.zarr_export import beside
-
-    for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
-        (folder / name).unlink(missing_ok=True)
-    for path in folder.glob(f"{PATTERN}*"):
-        path.unlink()
-    for path in (*beside(folder / CUBE), *(folder / name for name in ("figures", CUBE, "tolerance"))):
-        shutil.rmtree(path, ignore_errors=True)

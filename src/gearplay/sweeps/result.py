@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class SweepResult(OfDataset):
-    """A sweep's product: a dimension per axis, what was kept of each case, ``status`` and ``reason``.
+    """A sweep's product: a dimension per axis, the kept numbers of each case, ``status`` and ``reason``.
 
     Attributes: ``ds``, SI, its dimensions the axes, ``sample`` and ``member`` where there are any; ``plan``,
     ``account`` (how many cases ended how), ``message``.
@@ -56,7 +56,7 @@ class SweepResult(OfDataset):
         return f"{title}: {self.account}" if title else str(self.account)
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return axes, what was kept, and why cases failed."""
+        """Return axes, variables, and reasons of failures."""
         axes = [
             (str(dim), f"{size} values")
             for dim, size in self.dataset.sizes.items()

@@ -2,24 +2,30 @@
 
 import os
 import threading
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, closing, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gearplay.files.folder_lock import locked
 from gearplay.files.plan_files import Source
 from gearplay.model.case import Case
+from gearplay.results.outcomes import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep, make_plan
 from gearplay.sweeps.result import SweepResult
-from gearplay.sweeps.running.engines import Engine
+from gearplay.sweeps.running import folder as folders
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.running.folder import gather, run_in, watched
 from gearplay.sweeps.running.product import to_product
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.engine import Engine
+from gearplay.work.folder import locked
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def sweep(
@@ -29,13 +35,17 @@ def sweep(
     reduce: Sequence[Mapping[str, Any]] | None = None,
     ensemble: int | None = None,
     folder: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    report: bool = False,
+    retry: bool = False,
+    zarr: bool = False,
     threads: int | None = None,
     engine: Engine | None = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
     **more: Any,
 ) -> SweepResult:
-    """Simulate every combination of the axes and return what was kept, a dimension per axis.
+    """Simulate every combination of the axes and return the kept numbers, a dimension per axis.
 
     Parameters
     ----------
@@ -44,11 +54,19 @@ def sweep(
     axes
         Values by path, in SI or with a unit; or tables as in a plan file.
     reduce
-        What to keep of each case: tables as in a plan file, docs/sweeps.
+        Numbers to keep of each case: tables as in a plan file, docs/sweeps.
     ensemble
         Members of each case; 1 if not given.
     folder
         Where finished cases are stored, so that the same call resumes after an interruption; in memory if not given.
+    overwrite
+        Whether the result of the folder is replaced; the old one stays until the new one is complete.
+    report
+        Whether ``report.html``, its figures and the tolerance page are written into the folder too.
+    retry
+        Whether failed cases are run again when a folder is resumed.
+    zarr
+        Whether ``sweep.zarr`` is written into the folder too.
     threads
         Threads; the cores by default. It changes nothing in the result.
     engine
@@ -91,18 +109,97 @@ def sweep(
         plan = make_plan(source, axes or {}, reduce or (), **more)
     made, chosen = Sweep(plan.frozen()), engine or Engine(workers=threads)
     made.check_size()
-    if folder is None:
-        rows: dict[bytes, tuple[int, str, bytes]] = {}
-        with closing(
-            watched(made, chosen, order_of(made.template.points.jobs), 0, progress, stop)
-        ) as finished:
-            for outcome in (each for outcomes in finished for each in outcomes):
-                rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
-        return SweepResult(to_product(made, rows))
-    place = Path(folder)
-    with locked(place):
-        run_in(made, place, chosen, progress=progress, stop=stop)
-        return SweepResult(gather(made, place))
+    if overwrite and chosen.shard is not None:
+        rule = "must not be given for one shard: it would remove the results of the others"
+        raise InputError(Fault("overwrite", overwrite, rule, "Remove it, or choose another folder"))
+    if folder is not None:
+        finished = sweep_in(
+            made, Path(folder), chosen,
+            overwrite=overwrite, report=report, retry=retry, zarr=zarr,
+            watch=lambda: nullcontext((progress, stop)),
+        )  # fmt: skip
+        if finished.product is not None:
+            return SweepResult(finished.product)
+        with locked(Path(folder)):  # after a shard: all that is there
+            return SweepResult(folders.gather(made, Path(folder)))
+    rows: dict[bytes, tuple[int, str, bytes]] = {}
+    points = made.template.points
+    running = chosen.run(
+        made, order_of(points.jobs),
+        label=plan.title or "sweep", pieces=points.job_size, progress=progress, stop=stop,
+    )  # fmt: skip
+    with closing(running):
+        for outcome in (each for outcomes in running for each in outcomes):
+            rows[outcome.address] = (outcome.status, outcome.reason, outcome.row.tobytes())
+    return SweepResult(to_product(made, rows))
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What `sweep_in` did: cases ``ran``, the product, the account of all cases, and the document of the tolerance page."""
+
+    ran: int
+    product: "xr.Dataset | None" = None
+    account: Account | None = None
+    tolerance: dict[str, Any] | None = None
+
+
+def sweep_in(
+    made: Sweep,
+    folder: Path,
+    engine: Engine,
+    *,
+    overwrite: bool = False,
+    report: bool = False,
+    retry: bool = False,
+    zarr: bool = False,
+    prepare: Callable[[], None] | None = None,
+    watch: Callable[[], AbstractContextManager[tuple[Progress | None, threading.Event | None]]],
+) -> Finished:
+    """Run, or resume, a sweep in a folder and assemble its product; the options are those of `sweep`.
+
+    A shard only runs its cases. A product too large for one piece is written as Zarr alone. Once the folder is known to fit,
+    ``prepare`` is called if threads will run cases, and the work is done within ``watch()``, which yields the progress callback
+    and the event that ends it.
+    """
+    from gearplay.sweeps.report.page import write_sweep_report
+    from gearplay.sweeps.tolerances.page import write_tolerances
+
+    tolerance = report and made.plan.tolerance is not None
+    only_zarr = zarr and made.is_large
+    if zarr:
+        load_optional("zarr", "cluster")
+    if not only_zarr or tolerance:
+        made.check_size()
+
+    def work(place: Path) -> Finished:
+        left = folders.jobs_left(made, place, engine, retry=retry)
+        if (
+            prepare is not None
+            and (left or tolerance)
+            and engine.scheduler is None
+            and engine.kind == "threads"
+        ):
+            prepare()
+        with watch() as (progress, stop), engine.lasting() as lasting:
+            ran = folders.run_in(made, place, lasting, left, progress=progress, stop=stop)
+            if engine.shard is not None:
+                return Finished(ran)
+            account = folders.gather_cube(made, place) if zarr else None
+            if only_zarr:
+                return Finished(ran, account=account)
+            product = folders.gather(made, place)
+            account = Account.of(product["status"].values, product["reason"].values)
+            if report:
+                write_sweep_report(made, product, place)
+            found = None
+            if tolerance:
+                found = write_tolerances(made, product, place, lasting, progress=progress, stop=stop)
+            return Finished(ran, product, account, found)
+
+    part = "" if engine.shard is None else f"{engine.shard[0]}-of-{engine.shard[1]}"
+    identity = made.plan.model_dump_json(exclude_none=True)
+    return folders.output_folder(folder).run(work, identity=identity, overwrite=overwrite, part=part)
 
 
 def _check_kinds(axes: Any, reduce: Any) -> None:

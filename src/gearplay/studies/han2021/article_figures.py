@@ -13,11 +13,10 @@ from gearplay.studies.han2021.shares import MODELS as FORMULATIONS
 from gearplay.studies.han2021.shares import PATTERNS, share_of
 
 
-@as_png
-def audit() -> Figure:
-    """Draw what one free factor does to the article's errors, and how its frequency readings scatter."""
-    figure = Figure(figsize=(9.0, 3.4))
-    left, right = figure.subplots(1, 2)
+@as_png(9.0, 3.4, 1, 2)
+def audit(figure: Figure, axes: Any) -> None:
+    """Draw the effect of one free factor on the article's errors, and the scatter of its frequency readings."""
+    left, right = axes
     for at, (model, color) in enumerate(figures.COLORS.items()):
         for shift, value, hatch in zip((-0.18, 0.18), article.free_factor(model), ("", "///"), strict=True):
             face = "white" if hatch else color
@@ -47,14 +46,11 @@ def audit() -> Figure:
     right.set_xticks([0, 1, 2.07], readings)
     right.set(ylim=(-1.05, 1.2), ylabel="read too high by [Hz]")
     figures.legend(figure, {source: figures.mark(color) for source, color in colors.items()})
-    return figure
 
 
-@as_png
-def printed_errors() -> Figure:
+@as_png(6.4, 4.2)
+def printed_errors(figure: Figure, ax: Any) -> None:
     """Draw every error that the article prints over the one that follows from its printed values."""
-    figure = Figure(figsize=(6.4, 4.2))
-    ax = figure.subplots()
     ends = [0.02, 100.0]
     wrong: list[str] = []
     ax.plot(ends, ends, color="#8a8f98", linewidth=0.8)
@@ -74,14 +70,12 @@ def printed_errors() -> Figure:
     figures.legend(
         figure, {f"article, {model}": figures.mark(color) for model, color in figures.COLORS.items()}
     )
-    return figure
 
 
-@as_png
-def claims_shares(claims: Mapping[str, Any]) -> Figure:
+@as_png(9.0, 3.9)
+def claims_shares(figure: Figure, ax: Any, claims: Mapping[str, Any]) -> None:
     """Draw the share of points that show each pattern, with 95 % intervals, and the probability in single runs."""
-    figure = Figure(figsize=(9.0, 3.9))
-    ax, handles = figure.subplots(), {}
+    handles = {}
     for k, model in enumerate(FORMULATIONS):
         color, face = figures.COLORS[model.partition("_")[0]], "none" if model.endswith("published") else None
         table = [share_of(claims["shares"], pattern, model) for pattern in PATTERNS]
@@ -99,14 +93,11 @@ def claims_shares(claims: Mapping[str, Any]) -> Figure:
     ax.set_xticks(range(len(PATTERNS)), [article.shown(words) for words, _ in PATTERNS.values()], fontsize=9)
     ax.set(xlim=(-0.6, len(PATTERNS) - 0.4), ylim=(0.0, 112.0), ylabel="points that show it [%]")
     figures.legend(figure, handles | {"single runs": figures.mark(figures.TEST, marker="_")})
-    return figure
 
 
-@as_png
-def claims_ratios(claims: Mapping[str, Any]) -> Figure:
+@as_png(9.0, 3.4)
+def claims_ratios(figure: Figure, ax: Any, claims: Mapping[str, Any]) -> None:
     """Draw coupled over uncoupled by condition [dB]: median and quartiles over the points, both formulations."""
-    figure = Figure(figsize=(9.0, 3.4))
-    ax = figure.subplots()
     for shift, formulation, marker, face in (
         (-0.1, "geometric", "o", figures.COUPLED),
         (0.1, "as published", "s", "none"),
@@ -128,14 +119,12 @@ def claims_ratios(claims: Mapping[str, Any]) -> Figure:
             "bars: half of the points": figures.mark(figures.COUPLED, marker="", line="-"),
         },
     )
-    return figure
 
 
-@as_png
-def claims_floor(claims: Mapping[str, Any]) -> Figure:
+@as_png(7.4, 3.6)
+def claims_floor(figure: Figure, ax: Any, claims: Mapping[str, Any]) -> None:
     """Draw the error of the best of n single runs of the true model against another of its runs."""
-    figure = Figure(figsize=(7.4, 3.6))
-    ax, handles, floors = figure.subplots(), {}, claims["floors"]
+    handles, floors = {}, claims["floors"]
     curves = {
         "best_of": (figures.COUPLED, "best run"),
         "free_per_condition": (figures.UNCOUPLED, "best run of each condition"),
@@ -157,4 +146,3 @@ def claims_floor(claims: Mapping[str, Any]) -> Figure:
         ylabel="mean error of the amplitudes [%]",
     )
     figures.legend(figure, handles)
-    return figure

@@ -257,7 +257,7 @@ def peak_at_120(model: ModelResult) -> tuple[str, str]:
 
 
 def grows_with_speed(models: Models) -> tuple[str, str]:
-    """Return the verdict on the uncoupled model's lines growing with speed, with numbers and what the article's table shows."""
+    """Return the verdict on the uncoupled model's lines growing with speed, with the numbers, also of the article's table."""
     speeds = [article.Condition(v, 100.0, 100.0) for v in (60.0, 120.0, 180.0)]
     parts = []
     for k, line in enumerate(LINES):

@@ -4,7 +4,7 @@ import io
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import Any, Concatenate, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
@@ -27,17 +27,27 @@ HOLLOW: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": TEST, "ma
 P = ParamSpec("P")
 
 
-def as_png(draw: Callable[P, Figure]) -> Callable[P, bytes]:
-    """Return a function that returns the figure of ``draw`` as PNG, in the study's style."""
+def as_png(
+    width: float, height: float, rows: int = 1, columns: int = 1, **shared: Any
+) -> Callable[[Callable[Concatenate[Figure, Any, P], None]], Callable[P, bytes]]:
+    """Return a decorator of functions that draw on a figure [inches] and its axes: the PNG in the study's style.
 
-    @wraps(draw)
-    def drawn(*args: P.args, **named: P.kwargs) -> bytes:
-        buffer = io.BytesIO()
-        with mpl.rc_context(STYLE):
-            draw(*args, **named).savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
-        return buffer.getvalue()
+    Several axes have shape [column] or [row, column].
+    """
 
-    return drawn
+    def decorate(draw: Callable[Concatenate[Figure, Any, P], None]) -> Callable[P, bytes]:
+        @wraps(draw)
+        def drawn(*args: P.args, **named: P.kwargs) -> bytes:
+            buffer = io.BytesIO()
+            with mpl.rc_context(STYLE):
+                figure = Figure(figsize=(width, height))
+                draw(figure, figure.subplots(rows, columns, **shared), *args, **named)
+                figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
+            return buffer.getvalue()
+
+        return drawn
+
+    return decorate
 
 
 def mark(color: str, *, marker: str = "o", line: Any = "none", **more: Any) -> Line2D:
@@ -55,12 +65,11 @@ def ticks(condition: article.Condition, separator: str = "\n") -> str:
     return f"{condition.speed_rpm:g} rpm{separator}{article.shown(condition.clearances)}"
 
 
-@as_png
-def lead(models: Models) -> Figure:
+@as_png(7.6, 4.8, 1, 3, sharey=True)
+def lead(figure: Figure, axes: Any, models: Models) -> None:
     """Draw the 18 amplitudes in the article's ordinate: test, article, and both models with their members' spread."""
-    figure = Figure(figsize=(7.6, 4.8))
     places = np.arange(len(conditions()))
-    for k, ax in enumerate(figure.subplots(1, 3, sharey=True)):
+    for k, ax in enumerate(axes):
         ax.plot(places, printed("test", AMPLITUDE)[:, k], **HOLLOW, markersize=8)
         ax.plot(places, printed("coupled", AMPLITUDE)[:, k], "x", color=GREY, markersize=5)
         for shift, (name, color) in zip((-0.16, 0.16), COLORS.items(), strict=True):
@@ -86,7 +95,6 @@ def lead(models: Models) -> Figure:
         },
         columns=3,
     )
-    return figure
 
 
 def _draw_orbit(ax: Any, orbit: Mapping[str, Sequence[float]], clearance_um: float, color: str) -> None:
@@ -100,11 +108,10 @@ def _draw_orbit(ax: Any, orbit: Mapping[str, Sequence[float]], clearance_um: flo
     ax.locator_params(nbins=5)
 
 
-@as_png
-def mechanism(case: gp.Case, coupled: ModelResult) -> Figure:
+@as_png(9.0, 4.2, 1, 2)
+def mechanism(figure: Figure, axes: Any, case: gp.Case, coupled: ModelResult) -> None:
     """Draw the pair to scale, and the path of the driven gear's centre in its sleeve, magnified."""
-    figure = Figure(figsize=(9.0, 4.2))
-    left, right = figure.subplots(1, 2)
+    left, right = axes
     mesh, turn = case.meshes[0], np.linspace(0.0, 2.0 * np.pi, 2881)
     teeth = {name: case.rotors[name].teeth or 0 for name in ("ring", "pinion")}
     radius = {name: 500.0 * (mesh.module or 0.0) * count for name, count in teeth.items()}  # mm
@@ -133,14 +140,12 @@ def mechanism(case: gp.Case, coupled: ModelResult) -> Figure:
         ylabel="y of the ring's centre [µm]",
         title=f"{time[-1] - time[0]:.2g} s at {article.shown(result.condition.label)}, coupled",
     )
-    return figure
 
 
-@as_png
-def spectrum(models: Models, at: int) -> Figure:
+@as_png(10.0, 5.6, 2, 2, sharex=True, sharey="row")
+def spectrum(figure: Figure, axes: Any, models: Models, at: int) -> None:
     """Draw one condition: on the article's axes (linear, its ordinate) and in m/s^2 with the members' spread."""
-    figure, condition = Figure(figsize=(10.0, 5.6)), conditions()[at]
-    axes = figure.subplots(2, 2, sharex=True, sharey="row")
+    condition = conditions()[at]
     top = 2.6 * condition.mesh_frequency
     for (linear, decades), (name, color) in zip(axes.T, COLORS.items(), strict=True):
         result, factor = models[name].results[at], models[name].factor
@@ -172,14 +177,12 @@ def spectrum(models: Models, at: int) -> Figure:
         f"Acceleration of the driven gear along the centre line, {article.shown(condition.label)}",
         fontsize=10,
     )
-    return figure
 
 
-@as_png
-def orbits(models: Models) -> Figure:
+@as_png(15.0, 5.4, 2, 6)
+def orbits(figure: Figure, axes: Any, models: Models) -> None:
     """Draw the driven gear's centre in its clearance circle, one member a condition and model."""
-    figure = Figure(figsize=(15.0, 5.4))
-    for row, (name, color) in zip(figure.subplots(2, len(conditions())), COLORS.items(), strict=True):
+    for row, (name, color) in zip(axes, COLORS.items(), strict=True):
         for ax, result in zip(row, models[name].results, strict=True):
             _draw_orbit(ax, result.orbit, result.condition.radial_clearance_um, color)
             if name == "coupled":
@@ -187,14 +190,11 @@ def orbits(models: Models) -> Figure:
             else:
                 ax.set_xlabel("x [µm]")
         row[0].set_ylabel(f"{name}\ny [µm]")
-    return figure
 
 
-@as_png
-def backlash(models: Models) -> Figure:
+@as_png(12.0, 5.4, 2, 3)
+def backlash(figure: Figure, axes: Any, models: Models) -> None:
     """Draw the backlash history of one member a condition, coupled and uncoupled."""
-    figure = Figure(figsize=(12.0, 5.4))
-    axes = figure.subplots(2, 3)
     for at, (ax, condition) in enumerate(zip(axes.flat, conditions(), strict=True)):
         for name, color in COLORS.items():
             orbit = models[name].results[at].orbit
@@ -209,14 +209,11 @@ def backlash(models: Models) -> Figure:
     for ax in axes[1]:
         ax.set_xlabel("time [s]")
     axes[0, 0].legend()
-    return figure
 
 
-@as_png
-def radial_frequency(models: Models) -> Figure:
+@as_png(6.4, 4.0)
+def radial_frequency(figure: Figure, ax: Any, models: Models) -> None:
     """Draw f_r of test, article and both models over sqrt(speed / clearance)."""
-    figure = Figure(figsize=(6.4, 4.0))
-    ax = figure.subplots()
     abscissa = np.array([math.sqrt(c.speed_rpm / c.radial_clearance_um) for c in conditions()])
     test, theirs = (printed(source, FREQUENCY)[:, 0] for source in ("test", "coupled"))
     ax.plot(abscissa, test, **HOLLOW, label="test")
@@ -233,14 +230,11 @@ def radial_frequency(models: Models) -> Figure:
         ylabel="radial frequency f_r [Hz]",
     )
     ax.legend(loc="upper left")
-    return figure
 
 
-@as_png
-def coupled_over_uncoupled(differences: Sequence[LineDifference]) -> Figure:
+@as_png(8.6, 3.4)
+def coupled_over_uncoupled(figure: Figure, ax: Any, differences: Sequence[LineDifference]) -> None:
     """Draw the ratio coupled over uncoupled at each line [dB] with its 95 % interval, grouped by condition."""
-    figure = Figure(figsize=(8.6, 3.4))
-    ax = figure.subplots()
     places = [at + at // len(LINES) for at in range(len(differences))]
     for at, d in zip(places, differences, strict=True):
         color = COUPLED if d.significant else "#9aa0a8"
@@ -251,4 +245,3 @@ def coupled_over_uncoupled(differences: Sequence[LineDifference]) -> Figure:
         middle = group * (len(LINES) + 1) + 1
         ax.annotate(ticks(condition), (middle, 1.01), xycoords=("data", "axes fraction"), ha="center")
     ax.set_ylabel("coupled over uncoupled,\nsame parameters [dB]")
-    return figure

@@ -12,7 +12,7 @@ from gearplay.studies.han2021.comparison import CONTRADICTED, EXPLAINED, OPEN, R
 from gearplay.studies.han2021.simulation import LATER
 
 PROMINENT = 1.5  # a line counts as present when it stands this far above its surroundings
-GOOD_AMPLITUDES, GOOD_FREQUENCIES = 20.0, 8.0  # per cent: what counts as reproduced
+GOOD_AMPLITUDES, GOOD_FREQUENCIES = 20.0, 8.0  # per cent: limits of a claim that counts as reproduced
 
 
 class Finding(NamedTuple):
@@ -106,8 +106,8 @@ def _coupled_is_better(models: comparison.Models, *, calibrated: bool) -> Findin
         return Finding(claim, OPEN, words, "lead")
     calibration = article.stored("calibration")
     pair = next(each for each in calibration["duels"] if (each["first"], each["second"]) == MODELS)
-    told = pair["winner"] in MODELS
-    better = f"the {pair['winner']} one is better" if told else "which is better cannot be told"
+    decided = pair["winner"] in MODELS
+    better = f"the {pair['winner']} one is better" if decided else "which is better cannot be told"
     fresh = " and ".join(f"{article.fit_of(model)['fresh'][0]:.0f} %" for model in MODELS)
     words += (
         f" The calibration, where both were fitted alike ({fresh} on fresh members): {better}; for the coupled one (against it"

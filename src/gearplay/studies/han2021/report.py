@@ -24,10 +24,27 @@ from gearplay.studies.han2021 import (
     shares,
     simulation,
 )
-from gearplay.studies.han2021.article import AMPLITUDE, FREQUENCY, LINE_WORDS, MODELS, conditions
-from gearplay.studies.han2021.summary import story
+from gearplay.studies.han2021.article import (
+    AMPLITUDE,
+    FREQUENCY,
+    LINE_WORDS,
+    LINES,
+    MODELS,
+    conditions,
+    printed,
+)
+from gearplay.studies.han2021.comparison import ModelResult, Models
+from gearplay.studies.han2021.simulation import CALIBRATED, MESH, Settings
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+LOOSE = 0.95  # share of time in contact of the driving flank: with more it does not rattle
+QUESTIONS = (
+    "What was simulated?",
+    "Does it agree?",
+    "Where not?",
+    "Why not?",
+    "What should I believe?",
+)
 
 
 @dataclass(frozen=True)
@@ -35,13 +52,13 @@ class Study:
     """A finished study: results, settings, and the document of the claims."""
 
     results: Sequence[simulation.ConditionResult]
-    settings: simulation.Settings
+    settings: Settings
     claims: Mapping[str, Any]
 
     @property
     def calibrated(self) -> bool:
         """Whether the parameters were fitted to the test."""
-        return self.settings.parameters == simulation.CALIBRATED
+        return self.settings.parameters == CALIBRATED
 
     @cached_property
     def case(self) -> gp.Case:
@@ -49,7 +66,7 @@ class Study:
         return simulation.base_case(self.settings.variants[0], self.settings)
 
     @cached_property
-    def models(self) -> dict[str, comparison.ModelResult]:
+    def models(self) -> dict[str, ModelResult]:
         """The results by variant."""
         return comparison.by_model(self.results)
 
@@ -141,8 +158,8 @@ class Study:
             "claims.json": json.dumps(self.claims, indent=1),
         }
 
-    def page_values(self, beside: Mapping[str, str]) -> dict[str, Any]:
-        """Return the values of the template ``report.html``, with links to the reports of other parameters ``beside`` it."""
+    def page_values(self, others: Mapping[str, str]) -> dict[str, Any]:
+        """Return the values of the template ``report.html``, with links to the reports of the ``others``, by parameter set."""
         case, document = self.case, self.document
         largest_share = max(
             float(
@@ -163,7 +180,7 @@ class Study:
             "case": case,
             "settings": self.settings,
             "calibrated": self.calibrated,
-            "beside": beside,
+            "others": others,
             "calibration": article.stored("calibration"),
             "groups": comparison.GROUPS,
             "rows": document["tables"],
@@ -211,3 +228,85 @@ def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     for row in rows:
         writer.writerow({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()})
     return buffer.getvalue()
+
+
+def story(models: Models, settings: Settings, claims: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return each question with its answer in one sentence, from the numbers of this run."""
+    coupled = models["coupled"]
+    sentences = (
+        _simulated(settings),
+        _agrees(coupled, settings),
+        _worst(coupled),
+        _why(coupled, claims),
+        _believe(models, settings),
+    )
+    return list(zip(QUESTIONS, sentences, strict=True))
+
+
+def _simulated(settings: Settings) -> str:
+    kind = "parameters fitted to the test" if settings.parameters == CALIBRATED else "assumed parameters"
+    return (
+        f"The article's internal gear pair, its driven shaft loose in a sleeve: {len(conditions())} test conditions, coupled"
+        f" and uncoupled backlash, {settings.members} runs of {settings.duration:g} s each, with {kind}, which the article does"
+        " not give."
+    )
+
+
+def _agrees(coupled: ModelResult, settings: Settings) -> str:
+    left_out = ""
+    if settings.parameters == CALIBRATED:
+        error = article.fit_of("coupled")["held_out"][0]
+        left_out = f", {error:.0f} % under conditions that had no part in the choice of the parameters"
+    return (
+        f"With one common factor the coupled model meets the 18 amplitudes to {coupled.amplitude_error():.0f} % and f_r to"
+        f" {coupled.radial_error():.0f} % on runs that no fit has seen{left_out}; the article reports"
+        f" {article.article_error('coupled', AMPLITUDE):.1f} and {article.article_error('coupled', FREQUENCY, 'radial'):.1f} %."
+    )
+
+
+def _worst(coupled: ModelResult) -> str:
+    ratio = (coupled.factor * coupled.amplitude / printed("test", AMPLITUDE)).ravel()
+    parts = [
+        f"{LINE_WORDS[LINES[k % len(LINES)]]} at {article.shown(conditions()[k // len(LINES)].label)} is"
+        f" {max(ratio[k], 1.0 / ratio[k]):.1f} times too {'high' if ratio[k] > 1.0 else 'low'}"
+        for k in np.argsort(-np.abs(np.log(ratio)))[:2]
+    ]
+    return f"The amplitude of {parts[0]} and that of {parts[1]}, the worst of the 18."
+
+
+def _why(coupled: ModelResult, claims: Mapping[str, Any]) -> str:
+    rattling = sum(r.statistics[f"{MESH}:drive"]["share_of_time"] < LOOSE for r in coupled.results)
+    where = (
+        "" if rattling == len(coupled.results) else f" under {rattling} of {len(coupled.results)} conditions"
+    )
+    median = claims["floors"][-1]["quantiles"]["50"]
+    return (
+        f"The motion is chaotic{where}, so that single runs even of a perfect model differ from each other by"
+        f" {median:.0f} % in the median, and the article's frequencies are read no better than to"
+        f" {article.reading_scatter(1):.1f} Hz: one record cannot tell a right model from a wrong one more finely."
+    )
+
+
+def _kept_up(coupled: ModelResult) -> str:
+    if not coupled.swing_lasts:
+        return " but, with these parameters, does not keep up"
+    if not coupled.shaking:
+        return ""
+    return f" where something like a floor that shakes by {coupled.shaking:.2g} mm/s² rms keeps it up"
+
+
+def _believe(models: Models, settings: Settings) -> str:
+    kept = _kept_up(models["coupled"])
+    swing = f"That f_r is the swing of the driven gear in its clearance, which either model has{kept}"
+    if settings.parameters != CALIBRATED:
+        errors = [models[model].amplitude_error() for model in MODELS]
+        return (
+            f"{swing}; which model is better these assumed parameters cannot say (mean errors {errors[0]:.0f} and"
+            f" {errors[1]:.0f} %), a fit decides."
+        )
+    errors = [article.fit_of(model)["held_out"][0] for model in MODELS]
+    where = f"({errors[0]:.0f} against {errors[1]:.0f} % under left-out conditions)"
+    winner = article.stored("calibration")["winner"]
+    if winner is None:
+        return f"{swing}; whether coupling explains the test better cannot be told from these data {where}."
+    return f"{swing}, and that the {winner.replace('_', ' ')} model explains the test best {where}."

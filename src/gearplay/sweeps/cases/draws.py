@@ -22,7 +22,7 @@ LEAST_SHARE = 0.001
 
 
 def varied_number(varied: Axis | Random, raw: Any, where: str, base: Case) -> float:
-    """Return what a bound of something varied is in SI, or as a factor, after trying it in the case."""
+    """Return a bound of a varied field in SI, or as a factor, after a trial in the case."""
     if varied.mode == "scale":
         return factor(raw, where)
     return number_in_si(base, (varied.path, *varied.also), raw, where)

@@ -69,9 +69,14 @@ class Points:
         return found, 1 + place[number] * self.members + member if self.parameters else member
 
     @property
+    def job_size(self) -> int:
+        """Points of a job."""
+        return len(self.values[self.carried]) if self.directions else 1
+
+    @property
     def jobs(self) -> int:
         """Number of jobs."""
-        return len(self) // len(self.values[self.carried]) if self.directions else len(self)
+        return len(self) // self.job_size
 
     def job(self, number: int) -> list[int]:
         """Return the points of a job, in the order in which they run."""

@@ -38,7 +38,7 @@ class _OfSignal(_Reduction):
 
 
 class StatisticReduction(_OfSignal):
-    """A number of the whole record."""
+    """A statistic of the whole record."""
 
     kind: Literal["statistic"] = "statistic"
     statistic: Literal["rms", "mean", "peak", "peak_to_peak", "kurtosis", "crest_factor"] = "rms"
@@ -126,7 +126,7 @@ Reduction = Annotated[
 
 
 def scalar_names(reductions: Sequence[Reduction]) -> list[str]:
-    """Return the names of what is kept that have one number per case."""
+    """Return the names of the variables with one number per case."""
     found: list[str] = []
     for each in reductions:
         if each.kind in ("line", "hump"):

@@ -1,28 +1,31 @@
 """Conclusion of a sweep in a few sentences: jam, range of a number, strongest parameter."""
 
+import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.sweeps.report.drawable import MEMBER, SAMPLE, View
-from gearplay.sweeps.report.jam_words import jam_sentences
-from gearplay.sweeps.variance.sobol_indices import Indices, grid_indices, indices_of
-from gearplay.sweeps.variance.words import shares_words
+from gearplay.sweeps.report.drawable import MEMBER, SAMPLE, Along, View
+from gearplay.sweeps.variance import Indices, grid_indices, indices_of, shares_words
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+MOST_NAMED = 6
+"""Combinations of the other axes that are named."""
 
 
 def conclusion_of(view: View) -> list[str]:
     """Return the sentences of a sweep: of the meshes whose jamming is kept, of its measure or else its first number."""
-    lines, jams = jam_sentences(view), {each.name for each in view.sweep.plan.reduce if each.kind == "jam"}
-    plan = view.sweep.plan
+    plan, lines = view.sweep.plan, jam_sentences(view)
+    jams = {each.name for each in plan.reduce if each.kind == "jam"}
     measure = plan.tolerance.measure if plan.tolerance is not None else ""
-    told = [measure] if measure in view.scalars else [each for each in view.scalars if each not in jams]
-    if not told:
+    if measure in view.scalars:
+        name = measure
+    elif (name := next((each for each in view.scalars if each not in jams), "")) == "":
         return lines
-    name = told[0]
     table, names, words = table_of(view, name)
     lines.append(range_words(view, name, table[np.isfinite(table)]))
     try:
@@ -37,7 +40,7 @@ def conclusion_of(view: View) -> list[str]:
 
 
 def range_words(view: View, name: str, values: Floats) -> str:
-    """Return between what a number lies, and where half of the cases are: at one end where most are there."""
+    """Return the range of a number and its median as text; an end of the range instead where half of the cases are there."""
     unit = "" if view.unit(name) == "1" else f" {view.unit(name)}"
     words = str(view.dataset[name].attrs.get("long_name", name))
     low, high, count = float(values.min()), float(values.max()), values.size
@@ -50,7 +53,7 @@ def range_words(view: View, name: str, values: Floats) -> str:
 
 
 def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
-    """Return a number over all axes, drawn points and members (last), the names of what varies, and their words."""
+    """Return a number over all axes, drawn points and members (last), with the names and texts of the dimensions."""
     dims = [*view.axes, *((SAMPLE,) if view.samples > 1 else ())]
     table = view.values(name, [*dims, *((MEMBER,) if view.members > 1 else ())], {})
     words = [view.axes[dim].words if dim in view.axes else "the drawn parameters together" for dim in dims]
@@ -58,8 +61,72 @@ def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str,
 
 
 def shares_of(view: View, name: str, table: Floats, names: tuple[str, ...]) -> Indices:
-    """Return the Sobol indices of what varies: of a design's parameters as on the page of tolerances, else of the grid."""
+    """Return the Sobol indices of a design's parameters, as on the page of tolerances, or of the axes of a grid."""
     plan = view.sweep.plan
     if plan.design is not None and names == (SAMPLE,):
         return indices_of(plan.design, table, seed=plan.design.seed)
     return grid_indices(names, table)
+
+
+def jam_sentences(view: View) -> list[str]:
+    """Return a sentence for each mesh whose jamming a sweep keeps, the share of time in which both its flanks are pressed."""
+    return [
+        _jam_sentence(view, str(each.name), str(each.mesh))
+        for each in view.sweep.plan.reduce
+        if each.kind == "jam" and each.name in view.dataset
+    ]
+
+
+def _jam_sentence(view: View, name: str, mesh: str) -> str:
+    variable, axes = view.dataset[name], list(view.axes)
+    values = variable.transpose(*axes, ...).values
+    values = values.reshape(*(len(view.axes[axis].values) for axis in axes), -1)
+    known: Flags = np.asarray(np.isfinite(values).any(axis=-1))
+    jams: Flags = np.asarray((values > 0.0).any(axis=-1))
+    failed = int(np.count_nonzero(~known))
+    end = f"; {failed} of {known.size} cases have no number." if failed else "."
+    if not known.any():
+        return f"Mesh {mesh}: no case has a number."
+    if not jams.any():
+        return f"Mesh {mesh} jams in none of the {np.count_nonzero(known)} cases{end}"
+    longest = f", up to {100.0 * float(np.nanmax(values)):.3g} % of the time"
+    if jams[known].all():
+        return f"Mesh {mesh} jams in all of the {np.count_nonzero(known)} cases{longest}{end}"
+    inner = max(axes, key=lambda axis: (not view.axes[axis].labels, len(view.axes[axis].values)))
+    others = [axis for axis in axes if axis != inner]
+    order = [axes.index(axis) for axis in (*others, inner)]
+    jams, known = jams.transpose(order), known.transpose(order)
+    places = list(itertools.product(*(range(size) for size in jams.shape[:-1])))
+    if len(places) > MOST_NAMED:
+        return f"Mesh {mesh} jams in {np.count_nonzero(jams)} of the {np.count_nonzero(known)} cases{longest}{end}"
+    where, never = [], []
+    for place in places:
+        words = " and ".join(view.axes[axis].text(at) for axis, at in zip(others, place, strict=True))
+        if not known[place].any():
+            continue
+        if not jams[place].any():
+            never.append(words)
+        else:
+            where.append(_along(view.axes[inner], jams[place]) + (f" with {words}" if words else ""))
+    parts = [f"Mesh {mesh} jams {', '.join(where)}{longest}"]
+    if never:
+        parts.append(f"not with {', '.join(never)}")
+    return "; ".join(parts) + end
+
+
+def _along(axis: Along, jams: Flags) -> str:
+    """Return where along an axis a mesh jams: single values, and ranges of neighbours."""
+    if jams.all():
+        return f"at every {axis.words}"
+    runs: list[list[int]] = []
+    for at in np.flatnonzero(jams).tolist():
+        if runs and runs[-1][-1] == at - 1 and not axis.labels:
+            runs[-1].append(at)
+        else:
+            runs.append([at])
+    return f"at {axis.words} " + " and ".join(_run(axis, run) for run in runs)
+
+
+def _run(axis: Along, run: Sequence[int]) -> str:
+    first, last = axis.value(run[0]), axis.value(run[-1])
+    return first if len(run) == 1 else f"from {first} to {last}"

@@ -6,21 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.canvas import (
-    PALETTE,
-    TEXT,
-    WIDTH,
-    legend_mark,
-    make_figure,
-    set_legend,
-    set_title,
-    to_png,
-)
-from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.canvas import PALETTE, TEXT, legend_mark
+from gearplay.pictures.panels import finished, label_axis, make_panels, scale_ordinate
+from gearplay.pictures.scales import edges_of, spread_places
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
-from gearplay.pictures.words import plain, wrapped
+from gearplay.pictures.words import plain
 from gearplay.sweeps.report.drawable import DIRECTION, View
-from gearplay.sweeps.report.maps import JAM, JAM_WORDS, jam_lines_of, round_ticks, scale_axis, title_of
+from gearplay.sweeps.report.maps import JAM, JAM_WORDS, jam_lines_of, scale_axis, title_of
 
 Floats = NDArray[np.float64]
 PER_PAGE = 6  # numbers on one picture
@@ -44,7 +36,7 @@ def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
     }
     if not any(np.isfinite(band[0]).any() for band in bands.values()):
         return None
-    figure, axes = _panels(len(names))
+    figure, axes = make_panels(len(names), 2, 2.3, alone=(3.3, 7.5))
     jams = {
         float(line.across[0]) for place, _ in curves for line in jam_lines_of(view, along, "", held | place)
     }
@@ -67,13 +59,8 @@ def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
         handles[JAM_WORDS] = legend_mark(JAM, line="--")
     if failed.any():
         handles["some case failed"] = legend_mark(CLEARANCE, marker="x")
-    set_title(
-        figure,
-        title_of(view, f"numbers over {view.axes[along].words}", view.held_words(held), view.band_words),
-    )
-    if handles:
-        set_legend(figure, handles)
-    return to_png(figure)
+    words = f"numbers over {view.axes[along].words}"
+    return finished(figure, title_of(view, words, view.held_words(held), view.band_words), handles)
 
 
 def _within(view: View, along: str, x: float) -> bool:
@@ -82,7 +69,7 @@ def _within(view: View, along: str, x: float) -> bool:
 
 
 def _curves(view: View, along: str) -> tuple[str, list[dict[str, int]], dict[str, int]]:
-    """Return the axis of the curves, their places on it, and what is held fixed."""
+    """Return the axis of the curves, their places on it, and the places of the fixed axes."""
     category = next((name for name in view.categories if name != along), "")
     numeric = sorted((name for name in view.numeric if name != along), key=lambda n: len(view.axes[n].values))
     second = category or (numeric[0] if numeric else "")
@@ -93,21 +80,10 @@ def _curves(view: View, along: str) -> tuple[str, list[dict[str, int]], dict[str
     return second, [{second: at} for at in spread_places(len(view.axes[second].values), most)], held
 
 
-def _panels(count: int) -> tuple[Any, Any]:
-    columns = 1 if count == 1 else 2
-    rows = -(-count // columns)
-    figure, axes = make_figure(
-        rows, columns, 0.9 + (3.3 if count == 1 else 2.3) * rows, width=7.5 if count == 1 else WIDTH
-    )
-    for ax in axes.flat[count:]:
-        ax.remove()
-    return figure, axes
-
-
 def _curve(
     ax: Any, view: View, along: str, band: tuple[Floats, Floats, Floats], color: str, rank: tuple[int, int]
 ) -> None:
-    """Draw one curve and its spread; the first are wider, and categories side by side, so that equal ones are all seen."""
+    """Draw one curve and its spread; the first are wider, and categories side by side, so that equal ones stay visible."""
     axis, (at, count) = view.axes[along], rank
     (middle, low, high), width = band, 2.4 - 1.3 * at / max(1, count - 1)
     if axis.labels:
@@ -125,16 +101,13 @@ def _curve(
 def _finish(ax: Any, view: View, name: str, values: Sequence[Floats]) -> None:
     """Scale and label the ordinate."""
     every = np.concatenate(list(values))
-    known, ends = every[np.isfinite(every)], logarithmic_range(every)
+    known = every[np.isfinite(every)]
     if known.size and np.ptp(known) <= LEAST_RANGE * np.abs(known).max():  # no magnifying glass for rounding
         middle, half = float(known.mean()), 0.5 * LEAST_RANGE * float(np.abs(known).max())
         ax.set_ylim((middle - half, middle + half) if half > 0.0 else (-0.05, 1.0))
-    if ends is not None:
-        ax.set_yscale("log")
-        ax.set_ylim(0.8 * ends[0], 1.25 * ends[1])
-        round_ticks(ax.yaxis, *ax.get_ylim())
+    scale_ordinate(ax, every)
     ax.set_title(plain(name), fontsize=TEXT, loc="left")
-    ax.set_ylabel(plain(wrapped(view.label(name), 36)), fontsize=7)
+    label_axis(ax, view.label(name), up=True, size=7)
 
 
 def _crosses(ax: Any, view: View, along: str, failed: NDArray[np.bool_]) -> None:
@@ -171,7 +144,7 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
     }
     if not any(np.isfinite(mean).any() for mean, _ in ways.values()):
         return None
-    figure, axes = _panels(len(names))
+    figure, axes = make_panels(len(names), 2, 2.3, alone=(3.3, 7.5))
     failed = np.asarray(view.failed((along, DIRECTION), held).any(axis=1))
     x, differs = view.axes[along].values, False
     for number, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
@@ -195,12 +168,9 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
         handles["some case failed"] = legend_mark(CLEARANCE, marker="x")
     if differs:
         handles["differ (95 %)"] = legend_mark(CLEARANCE, line="-")
-    told = view.mean_words or "one case each: no spread to compare with"
-    set_title(
-        figure, title_of(view, f"up and down over {view.axes[along].words}", view.held_words(held), told)
-    )
-    set_legend(figure, handles)
-    return to_png(figure)
+    numbers = view.mean_words or "one case each: no spread to compare with"
+    words = f"up and down over {view.axes[along].words}"
+    return finished(figure, title_of(view, words, view.held_words(held), numbers), handles)
 
 
 def _student(one: Floats, other: Floats, count: int) -> Floats:

@@ -186,7 +186,7 @@ class View:
         return ", ".join(words for words in (self.where(held), *alone) if words)
 
     def values(self, name: str, dims: Sequence[str], place: Place) -> Floats:
-        """Return a variable in its unit over ``dims`` at a place, all members and drawn points, what is not finite as NaN."""
+        """Return a variable in its unit over ``dims`` at a place, all members and drawn points, NaN where not finite."""
         chosen = self.dataset[name].isel(dict(place))
         kept = [*dims, *(d for d in (SAMPLE, MEMBER) if d in chosen.dims and d not in dims)]
         found = self._units[name][1] * chosen.transpose(*kept).values
@@ -218,7 +218,7 @@ class View:
         return np.asarray(_quietly(np.nanmean, found)) if found.ndim > 1 else found
 
     def failed(self, dims: Sequence[str], place: Place) -> Flags:
-        """Return where cases failed and none was finished, over ``dims``; what has not been run yet is no failure."""
+        """Return where cases failed and none was finished, over ``dims``; cases that were not run yet are no failure."""
         status = self.dataset["status"].isel(dict(place))
         over = [d for d in status.dims if d not in dims]
         wrong = (status != 0).all(over) & (status > 0).any(over)
@@ -226,19 +226,19 @@ class View:
 
     @property
     def band_words(self) -> str:
-        """What a curve and its band are, empty where there is one case per point."""
+        """Meaning of a curve and its band, empty where there is one case per point."""
         if self.samples > 1:
             return f"median and 5 to 95 % of {self.samples} drawn points"
         return f"mean and range of {self.members} members" if self.members > 1 else ""
 
     @property
     def member_words(self) -> str:
-        """What the number of a case is, empty where it has one member."""
+        """Meaning of the number of a case, empty where it has one member."""
         return f"mean of {self.members} members" if self.members > 1 else ""
 
     @property
     def mean_words(self) -> str:
-        """What a number of a table is, empty where there is one case per point."""
+        """Meaning of a number of a table, empty where there is one case per point."""
         return self.band_words.replace("and 5 to 95 % ", "").replace("and range ", "")
 
 

@@ -37,7 +37,7 @@ class Picture:
         return self.png
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the PNG, whole or not at all."""
+        """Write the PNG, atomically."""
         write_bytes(Path(path), self.png)
 
 

@@ -10,16 +10,13 @@ from numpy.typing import NDArray
 
 from gearplay.pictures.canvas import (
     SMALL,
-    TEXT,
     WIDTH,
     legend_mark,
     make_figure,
     pixels_of,
-    set_legend,
-    set_title,
-    to_png,
 )
 from gearplay.pictures.extremes import largest_of_cells
+from gearplay.pictures.panels import finished, label_axis, round_ticks, title_panel
 from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places, stand_apart
 from gearplay.pictures.words import plain, short, wrapped
 from gearplay.sweeps.report.drawable import Along, Place, View
@@ -40,7 +37,7 @@ class Panel:
 
 
 def panels_of(view: View, free: Sequence[str], most: int) -> tuple[list[list[Panel]], str]:
-    """Return panels in rows and columns over what is not ``free``, and in words what is held fixed in all of them.
+    """Return panels in rows and columns over the axes that are not ``free``, and a text of the values fixed in all of them.
 
     Rows are a category's values, columns those of a further numeric axis, ``most`` of each; without one of them, all in a row.
     """
@@ -61,10 +58,10 @@ def _places(view: View, name: str, most: int) -> list[dict[str, int]]:
     return [{name: at} for at in spread_places(len(view.axes[name].values), most)] if name else [{}]
 
 
-def title_of(view: View, words: str, held: str, told: str = "") -> str:
-    """Return a picture's title: the plan's, what is drawn, what is held fixed, what a number is."""
+def title_of(view: View, words: str, held: str, numbers: str = "") -> str:
+    """Return a picture's title: that of the plan, the subject, the fixed values, the meaning of a number."""
     own = short(view.sweep.plan.title or "Sweep", 70)
-    return "; ".join(part for part in (f"{own}: {words}", f"at {held}" if held else "", told) if part)
+    return "; ".join(part for part in (f"{own}: {words}", f"at {held}" if held else "", numbers) if part)
 
 
 def scale_axis(ax: Any, axis: Along, *, up: bool = False, label: bool = True) -> None:
@@ -80,7 +77,7 @@ def scale_axis(ax: Any, axis: Along, *, up: bool = False, label: bool = True) ->
         names = [plain(wrapped(axis.labels[place], max(7, 48 // len(places)))) for place in places]
         own.set_ticks(places, names, fontsize=SMALL)
     if label:
-        (ax.set_ylabel if up else ax.set_xlabel)(plain(wrapped(axis.label, 30)), fontsize=TEXT)
+        label_axis(ax, axis.label, up=up, width=30)
 
 
 def separate_cells(ax: Any, axis: Along, edges: Floats, *, up: bool = False) -> None:
@@ -94,16 +91,6 @@ def separate_cells(ax: Any, axis: Along, edges: Floats, *, up: bool = False) -> 
     own.set_minor_locator(NullLocator())
     draw, place = (ax.hlines, ax.get_yaxis_transform()) if up else (ax.vlines, ax.get_xaxis_transform())
     draw(edges[1:-1], 0.0, 1.0, transform=place, colors="white", linewidth=3.0, zorder=3)
-
-
-def round_ticks(axis: Any, low: float, high: float) -> None:
-    """Label a logarithmic axis with plain round numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    decades = np.log10(high / low)
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=9))
-    axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def norm_of(tables: Sequence[Floats]) -> tuple[Any, str] | None:
@@ -140,7 +127,7 @@ def color_bar(figure: Any, axes: Any, picture: Any, label: str, extend: str = "n
 def draw_cells(
     ax: Any, x: Floats, y: Floats, table: Floats, norm: Any, *, log: tuple[bool, bool] = (False, False)
 ) -> Any:
-    """Draw a table between edges, what has no number in grey; what is below a logarithmic scale at its lower end.
+    """Draw a table between edges: cells without a number in grey, values below a logarithmic scale at its lower end.
 
     A pixel has the largest number of the cells within it. ``log`` is whether each of the axes, y and x, is logarithmic.
     """
@@ -196,15 +183,12 @@ def map_figure(view: View, name: str, across: str, up: str) -> bytes | None:
         ax.tick_params(
             labelsize=SMALL, labelbottom=number >= len(flat) - columns, labelleft=number % columns == 0
         )
-        ax.set_title(plain(wrapped(panel.title, 46 if columns < 3 else 26)), fontsize=SMALL, loc="left")
+        title_panel(ax, panel.title, width=46 if columns < 3 else 26)
         for line in jam_lines_of(view, across, up, panel.place):
             if _draw_jam(ax, x_axis, y_axis, line):
                 handles[JAM_WORDS] = legend_mark(JAM, line="-")
     color_bar(figure, axes, picture, view.label(name), scale[1])
-    set_title(figure, title_of(view, name, held, view.mean_words))
-    if handles:
-        set_legend(figure, handles)
-    return to_png(figure)
+    return finished(figure, title_of(view, name, held, view.mean_words), handles)
 
 
 def _patch() -> Any:

@@ -10,26 +10,21 @@ from numpy.typing import NDArray
 from gearplay.pictures.canvas import (
     PALETTE,
     SMALL,
-    TEXT,
-    WIDTH,
     legend_mark,
     make_figure,
-    set_legend,
-    set_title,
-    to_png,
 )
-from gearplay.pictures.scales import logarithmic_range
+from gearplay.pictures.panels import finished, label_axis, make_panels, round_ticks, scale_ordinate
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain, short, wrapped
 from gearplay.sweeps.report.drawable import SAMPLE, Along, View
-from gearplay.sweeps.report.maps import MAP, color_bar, norm_of, round_ticks, title_of
+from gearplay.sweeps.report.maps import MAP, color_bar, norm_of, title_of
 
 Floats = NDArray[np.float64]
 MOST_LINES, MOST_DOTS, FEW = 2000, 4000, 100
 FROM_TENTHS, MOST_GREY, MOST_OF_TENTH = 60, 400, 150
 MOST_PANELS, MOST_ACROSS, MOST_TICKS = 12, 14, 12
 SEED = 20210623
-JITTER = 0.012  # of an axis, so that lines through the same value are seen side by side
+JITTER = 0.012  # of an axis, so that lines through the same value do not coincide
 
 
 def scatter_figure(view: View, name: str) -> bytes | None:
@@ -40,20 +35,14 @@ def scatter_figure(view: View, name: str) -> bytes | None:
     category = next(iter(view.categories), "")
     held = view.held((category,) if category else ())
     groups = [{category: at} for at in range(min(8, len(view.axes[category].values)))] if category else [{}]
-    found = [_over_samples(view, name, held | group) for group in groups]
+    found = [view.table(name, (SAMPLE,), held | group) for group in groups]
     every = np.concatenate(found)
     if not np.isfinite(every).any():
         return None
     drawn = list(view.drawn.values())
     drawn = [drawn[at] for at in strongest([axis.values for axis in drawn], found[0], MOST_PANELS)]
-    columns = 2 if len(drawn) == 4 else min(3, len(drawn))
-    rows = -(-len(drawn) // columns)
-    figure, axes = make_figure(
-        rows, columns, 0.9 + (2.3 if columns > 1 else 3.3) * rows, width=WIDTH if columns > 1 else 7.0
-    )
-    for ax in axes.flat[len(drawn) :]:
-        ax.remove()
-    ends, step = logarithmic_range(every), max(1, -(-view.samples // MOST_DOTS))
+    figure, axes = make_panels(len(drawn), 2 if len(drawn) == 4 else 3, 2.3, alone=(3.3, 7.0))
+    step = max(1, -(-view.samples // MOST_DOTS))
     for at, (ax, axis) in enumerate(zip(axes.flat, drawn, strict=False)):
         for values, color in zip(found, PALETTE, strict=False):
             ax.plot(
@@ -68,22 +57,16 @@ def scatter_figure(view: View, name: str) -> bytes | None:
         if axis.log:
             ax.set_xscale("log")
             round_ticks(ax.xaxis, float(axis.values.min()), float(axis.values.max()))
-        if ends is not None:
-            ax.set_yscale("log")
-            ax.set_ylim(0.8 * ends[0], 1.25 * ends[1])
-            round_ticks(ax.yaxis, *ends)
-        ax.set_xlabel(plain(wrapped(axis.label, 34)), fontsize=TEXT)
-        if at % columns == 0:
-            ax.set_ylabel(plain(wrapped(view.label(name), 36)), fontsize=7)
-    told = f"{view.samples} drawn points{_left_out(len(drawn), len(view.drawn))}" + (
+        scale_ordinate(ax, every)
+        label_axis(ax, axis.label, width=34)
+        if at % axes.shape[1] == 0:
+            label_axis(ax, view.label(name), up=True, size=7)
+    numbers = f"{view.samples} drawn points{_left_out(len(drawn), len(view.drawn))}" + (
         f", mean of {view.members} members" if view.members > 1 else ""
     )
-    set_title(figure, title_of(view, f"{name} against each drawn parameter", view.held_words(held), told))
-    if category:
-        set_legend(
-            figure, {view.where(g): legend_mark(c, marker=".") for g, c in zip(groups, PALETTE, strict=False)}
-        )
-    return to_png(figure)
+    title = title_of(view, f"{name} against each drawn parameter", view.held_words(held), numbers)
+    marks = {view.where(g): legend_mark(c, marker=".") for g, c in zip(groups, PALETTE, strict=False)}
+    return finished(figure, title, marks if category else None)
 
 
 def strongest(columns: Sequence[Floats], values: Floats, most: int) -> list[int]:
@@ -105,10 +88,6 @@ def strongest(columns: Sequence[Floats], values: Floats, most: int) -> list[int]
 
 def _left_out(shown: int, count: int) -> str:
     return f", the {shown} of {count} parameters that it goes with most" if shown < count else ""
-
-
-def _over_samples(view: View, name: str, place: dict[str, int]) -> Floats:
-    return view.table(name, (SAMPLE,), place)
 
 
 def chosen_cases(count: int) -> NDArray[np.int64]:
@@ -159,15 +138,13 @@ def parallel_figure(view: View, name: str) -> bytes | None:
     ax.spines[:].set_visible(False)
     ax.tick_params(length=0)
     ax.grid(False)
-    if many:
-        set_legend(figure, handles)
-    else:
+    if not many:
         color_bar(figure, axes, ax.collections[0], view.label(name), scale[1])
     left_out = _left_out(len(across), len(view.axes) + len(view.drawn))
     count = f"{int(known.sum())} of {math.prod(sizes)} cases{left_out}"
-    told = ", ".join(words for words in (count, view.member_words) if words)
-    set_title(figure, title_of(view, f"{name} over all that varies", view.held_words({}), told))
-    return to_png(figure)
+    numbers = ", ".join(words for words in (count, view.member_words) if words)
+    title = title_of(view, f"{name} over all that varies", view.held_words({}), numbers)
+    return finished(figure, title, handles)
 
 
 def _draw_lines(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -> dict[str, Any]:
@@ -178,7 +155,7 @@ def _draw_lines(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) ->
 
 def _draw_tenths(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -> dict[str, Any]:
     """Draw the tenth of the highest values and that of the lowest over the rest; lines and values rise together."""
-    tenth, told = max(1, len(lines) // 10), "" if unit == "1" else f" {unit}"
+    tenth, shown_unit = max(1, len(lines) // 10), "" if unit == "1" else f" {unit}"
     shown = np.random.default_rng(SEED).permutation(np.arange(tenth, len(lines) - tenth))[:MOST_GREY]
     _add(ax, lines[shown], 0.5, 0.35, color=CLEARANCE)
     handles = {}
@@ -187,7 +164,7 @@ def _draw_tenths(ax: Any, lines: Floats, values: Floats, norm: Any, unit: str) -
         ("highest", slice(-tenth, None), UNCOUPLED),
     ):
         _add(ax, lines[part][-MOST_OF_TENTH:], 0.8, 0.6, color=color)
-        ends = f"{values[part].min():.3g} to {values[part].max():.3g}{told}"
+        ends = f"{values[part].min():.3g} to {values[part].max():.3g}{shown_unit}"
         handles[f"{words} tenth: {ends}"] = legend_mark(color, line="-")
     return handles | {"the rest": legend_mark(CLEARANCE, line="-")}
 

@@ -7,21 +7,11 @@ from numpy.typing import NDArray
 
 from gearplay.model import rolling
 from gearplay.model.reading import replace
-from gearplay.pictures.canvas import (
-    PALETTE,
-    SMALL,
-    TEXT,
-    WIDTH,
-    legend_mark,
-    make_figure,
-    set_legend,
-    set_title,
-    to_png,
-)
+from gearplay.pictures.canvas import PALETTE, SMALL, TEXT, WIDTH, legend_mark, make_figure
 from gearplay.pictures.extremes import extremes
-from gearplay.pictures.scales import edges_of, logarithmic_range, spread_places
+from gearplay.pictures.panels import finished, label_axis, scale_ordinate, title_panel
+from gearplay.pictures.scales import edges_of, spread_places
 from gearplay.pictures.style import MOST_POINTS
-from gearplay.pictures.words import plain, wrapped
 from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.maps import (
     Panel,
@@ -29,7 +19,6 @@ from gearplay.sweeps.report.maps import (
     draw_cells,
     draw_failed,
     panels_of,
-    round_ticks,
     scale_axis,
     separate_cells,
     title_of,
@@ -80,18 +69,9 @@ def waterfall_figure(view: View, name: str, up: str) -> bytes | None:
                 )
                 _name_order(ax, order * mesh, view.axes[up].values, order, float(edges[-1]))
             ax.set_xlim(edges[0], edges[-1])
-    words = "orders of the mesh dashed" if marked else ""
+    words = f"{name} over {view.axes[up].words}" + ("; orders of the mesh dashed" if marked else "")
     color_bar(figure, axes, picture, view.label(name), scale[1])
-    set_title(
-        figure,
-        title_of(
-            view,
-            "; ".join(w for w in (f"{name} over {view.axes[up].words}", words) if w),
-            held,
-            view.mean_words,
-        ),
-    )
-    return to_png(figure)
+    return finished(figure, title_of(view, words, held, view.mean_words))
 
 
 def order_figure(view: View, name: str, up: str) -> bytes | None:
@@ -126,8 +106,9 @@ def order_figure(view: View, name: str, up: str) -> bytes | None:
         for order in ORDERS:
             ax.axvline(order, color=LINE, linewidth=0.8, linestyle=(0, (4, 3)), alpha=0.8)
     color_bar(figure, axes, picture, view.label(name), scale[1])
-    set_title(figure, title_of(view, f"{name} by order over {view.axes[up].words}", held, view.mean_words))
-    return to_png(figure)
+    return finished(
+        figure, title_of(view, f"{name} by order over {view.axes[up].words}", held, view.mean_words)
+    )
 
 
 def _over_orders(table: Floats, mesh: Floats, edges: Floats, orders: Floats) -> Floats:
@@ -206,7 +187,7 @@ def _draw(
     ax.set_xlim(x[0], x[-1])
     if number >= (rows - 1) * columns:
         ax.set_xlabel(label, fontsize=TEXT)
-    ax.set_title(plain(wrapped(panel.title, 46)), fontsize=SMALL, loc="left")
+    title_panel(ax, panel.title)
     return picture
 
 
@@ -235,19 +216,14 @@ def curves_figure(view: View, name: str) -> bytes | None:
     for at, (words, values) in enumerate(found):
         ax.plot(*extremes(x, values, MOST_POINTS // 2), color=PALETTE[at], linewidth=0.8)
         handles[words] = legend_mark(PALETTE[at], line="-")
-    ends = logarithmic_range(np.concatenate([values for _, values in found]))
-    if ends is not None and not history:
-        ax.set_yscale("log")
-        ax.set_ylim(0.7 * ends[0], 1.5 * ends[1])
-        round_ticks(ax.yaxis, *ax.get_ylim())
+    if not history:
+        scale_ordinate(ax, np.concatenate([values for _, values in found]), below=0.7, above=1.5)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel("time [s]" if history else "frequency [Hz]", fontsize=TEXT)
-    ax.set_ylabel(plain(wrapped(view.label(name), 50)), fontsize=SMALL)
-    told = view.mean_words if not history else "one member each" if view.mean_words else ""
-    set_title(figure, title_of(view, name, view.held_words({}), told))
-    if len(found) > 1:
-        set_legend(figure, handles)
-    return to_png(figure)
+    label_axis(ax, view.label(name), up=True, width=50, size=SMALL)
+    numbers = view.mean_words if not history else "one member each" if view.mean_words else ""
+    title = title_of(view, name, view.held_words({}), numbers)
+    return finished(figure, title, handles if len(found) > 1 else None)
 
 
 def _of_case(view: View, name: str, own: str, place: dict[str, int], *, first: bool) -> Floats:

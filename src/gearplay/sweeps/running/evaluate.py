@@ -1,17 +1,16 @@
 """Evaluation of one point of a sweep: simulation and reduction, in a thread, a process, or on a cluster."""
 
-import math
 import threading
 import time
-from functools import lru_cache
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
+from gearplay.solver.compiling import prepare
 from gearplay.solver.continuation import End
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
@@ -21,8 +20,8 @@ from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.running.reduce import Reducer
 from gearplay.vocabulary.errors import GearplayError, ResourceError
 from gearplay.vocabulary.memory import enough_memory
+from gearplay.work.rows import Outcome
 
-Floats = NDArray[np.float64]
 LARGEST = 4e9
 """Largest product that is made in one piece [bytes]."""
 REFUSED, REDUCED = 100, 101
@@ -30,19 +29,8 @@ REFUSED, REDUCED = 100, 101
 `solver.status`."""
 
 
-class Outcome(NamedTuple):
-    """A finished point: its number, the address of its result, how it ended and what was kept, shape [number]."""
-
-    number: int
-    address: bytes
-    status: int
-    reason: str
-    row: Floats
-    seconds: float
-
-
 class Sweep:
-    """A plan made ready to run.
+    """A plan made ready to run: the `Task` whose pieces are outcomes.
 
     Raises `InputError` for a plan that does not fit its case.
     """
@@ -51,6 +39,15 @@ class Sweep:
         self.plan = plan
         self.template = Template(plan)
         self.reducer = Reducer(plan, self.template.base, pack(self.template.base))
+
+    @cached_property
+    def remake(self) -> tuple[Callable[[str], "Sweep"], str]:
+        """How another process makes the same sweep."""
+        return sweep_of, self.plan.model_dump_json()
+
+    def prepare(self) -> None:
+        """Compile the kernels."""
+        prepare(self.template.base)
 
     @property
     def bytes(self) -> float:
@@ -92,7 +89,7 @@ class Sweep:
         return outcomes
 
     def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
-        """Run what comes before a chain's first case, if anything does; return its end, or status and reason where it failed."""
+        """Simulate the lead-in of a sequence, if any; return its final state, or status and reason where it failed."""
         chain, (values, member) = self.template.chain, self.template.points.at(index)
         changes = chain.lead(values["direction"]) if chain is not None else None
         if changes is None:
@@ -124,7 +121,7 @@ class Sweep:
         return outcome, ended if self.template.chain else None
 
     def _reduced(self, index: int, case: Case, run: Trajectory, started: float) -> tuple[Outcome, End | None]:
-        """Return what is kept of a point that was simulated, and its end where it came there."""
+        """Return the outcome of a simulated point, and its final state if it was reached."""
         if run.status == Status.INTERRUPTED:
             raise _StoppedError
         if not run.success:
@@ -158,20 +155,3 @@ class _StoppedError(Exception):
 def sweep_of(plan: str) -> Sweep:
     """Return the sweep of a plan written as JSON; kept, so that a worker makes it once."""
     return Sweep(SweepPlan.model_validate_json(plan))
-
-
-def evaluate_many(plan: str, jobs: list[int]) -> list[Outcome]:
-    """Evaluate jobs of a plan written as JSON: what leaves the process."""
-    return evaluate_some(plan, jobs, math.inf)[1]
-
-
-def evaluate_some(plan: str, jobs: list[int], longest: float) -> tuple[int, list[Outcome]]:
-    """Evaluate jobs of a plan until that has taken so long [s], one at least; return how many, and what came out."""
-    sweep, end = sweep_of(plan), time.monotonic() + longest
-    done, outcomes = 0, []
-    for job in jobs:
-        outcomes += sweep.evaluate(job)
-        done += 1
-        if time.monotonic() > end:
-            break
-    return done, outcomes

@@ -1,25 +1,27 @@
 """A sweep in a folder: claimed by a plan, resumed, assembled into one product."""
 
 import json
+import shutil
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearplay.files.atomic import shown_path, write_text
-from gearplay.files.parts import DIGEST, with_digest, without_digest
 from gearplay.results.outcomes import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.sweeps.running.engines import Engine
-from gearplay.sweeps.running.evaluate import Outcome, Sweep
+from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import to_product, write_product
-from gearplay.sweeps.running.store import RowStore, StoredRows, forget_failed, read_rows, store_name
-from gearplay.sweeps.running.zarr_export import tidy_cube, write_cube
+from gearplay.sweeps.running.zarr_export import temporary_stores, tidy_cube, write_cube
 from gearplay.vocabulary.errors import Fault, InputError, TakenError
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.engine import Engine
+from gearplay.work.folder import OutputFolder
+from gearplay.work.pieces import DIGEST, with_digest, without_digest
+from gearplay.work.rows import PATTERN, RowStore, StoredRows, remove_failed, store_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,16 +29,46 @@ if TYPE_CHECKING:
 PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
 
 
-def jobs_left(made: Sweep, folder: Path, shard: tuple[int, int] | None, *, retry: bool = False) -> list[int]:
-    """Claim a folder, which the caller holds, for a sweep; return the jobs of the shard that it lacks, in order.
+def output_folder(folder: Path) -> OutputFolder:
+    """Return the output folder of a sweep."""
+    return OutputFolder(folder, is_complete, remove_sweep)
+
+
+def is_complete(folder: Path) -> bool:
+    """Return whether a folder holds the product of a sweep, in one piece or as Zarr."""
+    tidy_cube(folder / CUBE)  # one that was being replaced counts
+    return (folder / PRODUCT).exists() or (folder / CUBE).exists()
+
+
+def remove_sweep(folder: Path) -> None:
+    """Remove a sweep and all that was made of it from its folder."""
+    for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
+        (folder / name).unlink(missing_ok=True)
+    for path in folder.glob(f"{PATTERN}*"):
+        path.unlink()
+    for path in (
+        *temporary_stores(folder / CUBE),
+        *(folder / name for name in ("figures", CUBE, "tolerance")),
+    ):
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def jobs_left(made: Sweep, folder: Path, engine: Engine, *, retry: bool = False) -> list[int]:
+    """Claim a folder, which the caller holds, for a sweep; return the jobs of the engine's shard that it lacks, in order.
 
     ``retry`` includes failed ones. Raises `TakenError` where the folder belongs to another plan or is damaged.
     """
     claim(made.plan, folder)
     if retry:
-        forget_failed(folder, shard)
-    known = {address for address, *_ in read_rows(folder, made.reducer.size, shard)}
-    return [int(job) for job in _jobs(made, shard) if not known or not _is_done(made, int(job), known)]
+        remove_failed(folder, engine.shard)
+    with closing(StoredRows(folder, made.reducer.size, engine.shard)) as rows:
+        known = set(rows)
+    points = made.template.points
+    return [
+        int(job)
+        for job in engine.share(order_of(points.jobs))
+        if not known or not all(made.template.address_of(i) in known for i in points.job(int(job)))
+    ]
 
 
 def run_in(
@@ -48,57 +80,31 @@ def run_in(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> int:
-    """Run what is missing of a sweep in its folder, which the caller holds; return how many cases were run.
+    """Run the missing cases of a sweep in its folder, which the caller holds; return their number.
 
     Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given.
     """
     if left is None:
-        left = jobs_left(made, folder, engine.shard)
+        left = jobs_left(made, folder, engine)
     points = made.template.points
-    finished = watched(made, engine, left, len(_jobs(made, engine.shard)) - len(left), progress, stop)
+    finished = engine.run(
+        made,
+        left,
+        label=made.plan.title or "sweep",
+        finished=len(engine.share(range(points.jobs))) - len(left),
+        pieces=points.job_size,
+        progress=progress,
+        stop=stop,
+    )
     # Whatever ends the loop ends the workers before the store is closed.
     with closing(RowStore(folder / store_name(engine.shard))) as store, closing(finished):
         for outcomes in finished:
             store.add(outcomes)
-    return len(points) // points.jobs * len(left)
-
-
-def _jobs(made: Sweep, shard: tuple[int, int] | None) -> Sequence[int]:
-    """Return the jobs of a shard, all without one, in the order in which they run."""
-    wanted = order_of(made.template.points.jobs)
-    return wanted if shard is None else wanted[shard[0] - 1 :: shard[1]]
-
-
-def _is_done(made: Sweep, job: int, known: set[bytes]) -> bool:
-    """Return whether every point of a job is stored."""
-    return all(made.template.address_of(i) in known for i in made.template.points.job(job))
-
-
-def watched(
-    made: Sweep,
-    engine: Engine,
-    left: Sequence[int],
-    before: int,
-    progress: Progress | None,
-    stop: threading.Event | None,
-) -> Generator[list[Outcome]]:
-    """Yield the outcomes of jobs and report progress; raise `KeyboardInterrupt` once stopped."""
-    label, total = made.plan.title or "sweep", before + len(left)
-    done, together = before, len(made.template.points) // made.template.points.jobs
-    with closing(engine.outcomes(made, left, stop)) as finished:
-        for outcomes in finished:
-            done += len(outcomes) // together
-            yield outcomes
-            if progress is not None:
-                progress(label, done, total)
-            if stop is not None and stop.is_set():
-                raise KeyboardInterrupt
-    if done < total and stop is not None and stop.is_set():
-        raise KeyboardInterrupt
+    return points.job_size * len(left)
 
 
 def claim(plan: SweepPlan, folder: Path) -> None:
-    """Note the plan in its folder; `TakenError` where the folder has another plan, by now: shards come there together."""
+    """Write the plan into its folder; `TakenError` where the folder has another plan, perhaps of a shard that came meanwhile."""
     document = json.loads(plan.model_dump_json(exclude_none=True))
     path = folder / PLAN
     if not path.exists():
@@ -140,10 +146,8 @@ def _not_ours(folder: Path, rule: str) -> TakenError:
 
 def gather(made: Sweep, folder: Path) -> "xr.Dataset":
     """Return the product of all rows in a folder, and write it there."""
-    rows = {
-        address: (status, reason, row)
-        for address, status, reason, _, row in read_rows(folder, made.reducer.size)
-    }
+    with closing(StoredRows(folder, made.reducer.size)) as stored:
+        rows = dict(stored.items_once())
     product = to_product(made, rows)
     _sweep_up(folder)
     write_product(product, folder / PRODUCT)
@@ -157,7 +161,7 @@ def gather_cube(made: Sweep, folder: Path) -> Account:
 
 
 def _sweep_up(folder: Path) -> None:
-    """Remove what a run left that was killed while it wrote."""
+    """Remove the temporary files of a run that was killed while writing."""
     for stale in (*folder.glob(".*.part"), *folder.glob("*/.*.part")):
         if stale.is_file():
             stale.unlink()

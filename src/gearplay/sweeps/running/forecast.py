@@ -7,17 +7,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from gearplay.sweeps.cases.points import order_of
-from gearplay.sweeps.running.engines import run_threads
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.sweeps.running.store import RowStore, store_name
 from gearplay.vocabulary.cores import worker_count
+from gearplay.work.engine import run_threads
+from gearplay.work.rows import RowStore, store_name
 
 
 @dataclass(frozen=True)
 class Forecast:
     """Estimated cost of a sweep: cases, seconds on ``workers`` cores and stored bytes; number of failed pilots.
 
-    ``beside`` are the additional seconds for start, gathering and report. ``search`` counts the cases of the search for a
+    ``overhead`` are the additional seconds for start, gathering and report. ``search`` counts the cases of the search for a
     safe size, which come on top and are in the seconds too.
     """
 
@@ -25,7 +25,7 @@ class Forecast:
     search: int
     pilots: int
     seconds: float
-    beside: float
+    overhead: float
     workers: int
     bytes: float
     failed: int
@@ -36,7 +36,7 @@ PILOTS = 1000
 """Points that a forecast runs at most."""
 
 REPORT, PICTURES, GATHERED = 3.0, 1.0, 0.35e-3
-"""About what a report and what is loaded for it take [s], the pictures of each reduction, and a case to be gathered."""
+"""Approximate times [s] of the report and its imports, of the pictures of each reduction, and of gathering a case."""
 
 
 def forecast(
@@ -44,14 +44,14 @@ def forecast(
     *,
     search: int = 0,
     workers: int | None = None,
-    patience: float = 6.0,
+    duration: float = 6.0,
     begun: float = 0.0,
 ) -> Forecast:
-    """Run some points of a sweep, spread over it, for about ``patience`` seconds, and estimate the cost of all.
+    """Run some points of a sweep, spread over it, for about ``duration`` seconds, and estimate the cost of all.
 
-    They run and are stored as the sweep would have it, on all its workers, which wait for each other now and then: what they take
-    together is measured, after a first point that has the machine load what it needs. ``search`` cases like these come on top;
-    ``begun`` is what the process has taken so far [s], as the sweep's own will.
+    They are run and stored as in the sweep, on all its workers, whose total time is measured, after a first point that warms up
+    the machine. ``search`` cases like these come on top;
+    ``begun`` is the time that the process has taken so far [s], as that of the sweep will.
     """
     cores = min(workers or worker_count(), worker_count())
     count, pilots, reasons = len(made.template.points), 0, list[str]()
@@ -60,7 +60,7 @@ def forecast(
     began = time.monotonic()
     warm = made.evaluate(int(first))
     spent = time.monotonic() - began
-    beside = begun + spent + REPORT + PICTURES * len(made.plan.reduce) + GATHERED * (count + search)
+    overhead = begun + spent + REPORT + PICTURES * len(made.plan.reduce) + GATHERED * (count + search)
     reasons += [o.reason for o in warm if o.status]
     if others:
         with (
@@ -74,7 +74,7 @@ def forecast(
                 pilots += len(outcomes)
                 reasons += [o.reason for o in outcomes if o.status]
                 spent = time.monotonic() - began
-                if spent > patience and pilots >= cores:
+                if spent > duration and pilots >= cores:
                     break
     each = spent / pilots if pilots else spent / max(1, len(warm))
     pilots += len(warm)
@@ -83,7 +83,7 @@ def forecast(
         search=search,
         pilots=pilots,
         seconds=(count + search) * each,
-        beside=beside,
+        overhead=overhead,
         workers=cores,
         bytes=1.1 * made.bytes,
         failed=len(reasons),

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Rows = Mapping[bytes, tuple[int, str, bytes]]
-"""Finished points by address: status, reason, and the bytes of what was kept."""
+"""Finished points by address: status, reason, and the bytes of the row."""
 
 
 def to_product(sweep: Sweep, rows: Rows) -> "xr.Dataset":
-    """Return the dataset of a sweep from its rows; what is missing has status -1 and NaN.
+    """Return the dataset of a sweep from its rows; missing cases have status -1 and NaN.
 
     Dimensions are the axes, ``sample`` and ``member`` where there are any, and one for each reduction that has its own.
     Coordinates are in SI, drawn parameters along ``sample``. Every variable has ``units`` and ``long_name``.
@@ -83,7 +83,7 @@ def variables_of(sweep: Sweep, rows: Rows, where: Sequence[slice]) -> dict[str, 
 
 
 def dims_of(sweep: Sweep, kept: Kept) -> tuple[str, ...]:
-    """Return the dimensions of what a reduction keeps."""
+    """Return the dimensions of a variable of the product."""
     return (*sweep.template.points.dims, *((kept.along,) if kept.along else ()))
 
 
@@ -96,7 +96,7 @@ def _flags() -> dict[int, str]:
 
 
 def attributes_of(sweep: Sweep) -> dict[str, str]:
-    """Return the attributes of the product: what it came from."""
+    """Return the attributes of the product: its provenance."""
     return provenance(
         sweep.template.base,
         title=sweep.plan.title,

@@ -179,7 +179,7 @@ def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> 
 
 
 def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:
-    """Return what one reduction puts into the row."""
+    """Return the variables that one reduction contributes to the row."""
     name = reduction.name
     if isinstance(reduction, ContactReduction):
         words = f"{reduction.statistic.replace('_', ' ')} of {reduction.contact}"

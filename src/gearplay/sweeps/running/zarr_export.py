@@ -44,7 +44,7 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
     load_optional("zarr", "cluster")
     make_folder(path.parent)
     tidy_cube(path)
-    part, old = beside(path)
+    part, old = temporary_stores(path)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module="zarr")  # text has no final specification in Zarr 3 yet
@@ -62,14 +62,14 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
     return ended
 
 
-def beside(path: Path) -> tuple[Path, Path]:
+def temporary_stores(path: Path) -> tuple[Path, Path]:
     """Return where the new store is made and the old one waits while it is replaced."""
     return path.with_name(f".{path.name}.part"), path.with_name(f".{path.name}.old")
 
 
 def tidy_cube(path: Path) -> None:
     """Remove temporary stores of a killed process; where the new store was not renamed yet, restore the old one."""
-    part, old = beside(path)
+    part, old = temporary_stores(path)
     shutil.rmtree(part, ignore_errors=True)
     if old.exists() and not path.exists():
         with suppress(OSError):  # it stays where it is

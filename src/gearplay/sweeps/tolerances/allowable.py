@@ -2,7 +2,7 @@
 
 A factor multiplies what is drawn; every factor is simulated at the same points of the unit cube (common random numbers), so
 that neighbouring factors differ by the factor alone. Five factors spread over the range show where the wanted probability is
-crossed, bisection narrows the last crossing, and an independent sample at the answer says what it is worth.
+crossed, bisection narrows the last crossing, and an independent sample there checks the result.
 """
 
 import math
@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
-from gearplay.sweeps.tolerances.exceedance import proportion
-from gearplay.sweeps.variance.members import as_table
-from gearplay.sweeps.variance.sobol_indices import independent_rows
+from gearplay.sweeps.tolerances.statistics import proportion
+from gearplay.sweeps.variance import as_table, independent_rows
 
 Floats = NDArray[np.float64]
 Evaluate = Callable[[float], Floats]
@@ -42,7 +41,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Allowable:
-    """The answer of `largest_scale`.
+    """The result of `largest_scale`.
 
     ``verdict`` is "found", "all" (the largest factor keeps to the limit), "none" (no simulated factor does) or "unknown" (no
     case finished). ``factor`` is the largest that keeps to it (NaN for none), ``resolution`` how much larger the next one is that
@@ -82,7 +81,7 @@ class Allowable:
 def step_of(factor: float, values: Floats, limit: float, confidence: float = 0.95) -> Step:
     """Return the probability to keep to ``limit``, from values of shape [sample] or [sample, member].
 
-    >>> step_of(1.0, np.array([1.0, 2.0, np.nan, 4.0]), 2.0).meets  # what failed did not keep to it
+    >>> step_of(1.0, np.array([1.0, 2.0, np.nan, 4.0]), 2.0).meets  # a failed case does not keep to it
     0.5
     """
     table = as_table(values)
@@ -135,7 +134,7 @@ def largest_scale(
     finished = any(step.failed < step.cases for step in done)
     met = not math.isnan(best)
     verdict = UNKNOWN if not finished else NONE if not met else ALL if next_up == best else FOUND
-    answer = Allowable(
+    found = Allowable(
         verdict=verdict,
         factor=best,
         resolution=next_up - best,
@@ -150,8 +149,8 @@ def largest_scale(
         check=None,
     )
     if check is None or not met:
-        return answer
-    return replace(answer, check=step_of(answer.advised, check(answer.advised), limit, confidence))
+        return found
+    return replace(found, check=step_of(found.advised, check(found.advised), limit, confidence))
 
 
 def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[float, float]:
@@ -164,7 +163,7 @@ def _crossing(taken: Mapping[float, Step], field: str, wanted: float) -> tuple[f
 
 
 def search_cases(plan: SweepPlan) -> int:
-    """Return how many cases the search of a plan simulates at most, its fresh sample included; 0 without a search."""
+    """Return the largest number of cases of the search of a plan, its fresh sample included; 0 without a search."""
     tolerance = plan.tolerance
     if tolerance is None or not tolerance.scale or plan.design is None:
         return 0
@@ -198,7 +197,7 @@ def scaled(design: Design, tolerance: Tolerance, factor: float, *, fresh: bool =
 
 
 def size_words(p: Random, scaling: str = "size", factor: float = 1.0) -> str:
-    """Return what a parameter is drawn from, ``factor`` times as large, in the units of the plan.
+    """Return the distribution of a parameter as text, ``factor`` times as large, in the units of the plan.
 
     >>> size_words(Random(name="e", path="p", distribution="triangular", low="0.1 um", high="2 um", peak="0.5 um"), "size", 0.68)
     '0.068 to 1.36 µm, peak 0.34 µm'

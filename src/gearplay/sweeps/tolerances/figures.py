@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.canvas import SMALL, TEXT, make_figure, set_title, to_png
+from gearplay.pictures.canvas import SMALL, TEXT, make_figure
+from gearplay.pictures.panels import finished
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
 from gearplay.pictures.words import offset_in, plain, short, shown_in
 from gearplay.sweeps.tolerances.allowable import Allowable
-from gearplay.sweeps.tolerances.distribution import Distribution
-from gearplay.sweeps.tolerances.exceedance import Exceedance, interval_of
-from gearplay.sweeps.variance.members import as_table
-from gearplay.sweeps.variance.sobol_indices import Indices
+from gearplay.sweeps.tolerances.statistics import Distribution, Exceedance, interval_of
+from gearplay.sweeps.variance import Indices, as_table
 
 Floats = NDArray[np.float64]
 LIMIT = "#b02a4c"
@@ -73,7 +72,7 @@ def percent(value: float) -> str:
 def distribution_figure(
     values: Floats, found: Distribution, over: Exceedance, scale: Scale, title: str, *, wanted: float
 ) -> bytes:
-    """Draw a histogram of a measure over its empirical distribution function, with the limit and what exceeds it.
+    """Draw a histogram of a measure over its empirical distribution function, with the limit.
 
     ``values`` has shape [sample] or [sample, member]; every point has the same weight. The band holds the distribution
     function at each value with the given confidence.
@@ -114,14 +113,19 @@ def distribution_figure(
         )
     else:
         words += "\nno case finished"
-    _beside(top, limit, words)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    set_title(figure, title)
-    return to_png(figure)
+    _annotate(top, limit, words)
+    return _labelled(figure, bottom, title)
+
+
+def _labelled(figure: Any, ax: Any, title: str) -> bytes:
+    """Return a figure as PNG, with a title and the legend of one of its axes."""
+    labels = ax.get_legend_handles_labels()
+    figure.legend(*labels, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
+    return finished(figure, title)
 
 
 def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: bool) -> None:
-    """Draw bars of equal width, one of which ends at the limit: what exceeds it has the limit's colour."""
+    """Draw bars of equal width, one of which ends at the limit; those above have the limit's colour."""
     x, end = (np.log(pooled), math.log(limit) if limit > 0.0 else -math.inf) if log else (pooled, limit)
     low, high = float(x.min()), float(x.max())
     width, start = (high - low) / min(60.0, max(10.0, 2.0 * len(x) ** (1.0 / 3.0))), low
@@ -132,7 +136,7 @@ def _histogram(ax: Any, pooled: Floats, weights: Floats, limit: float, *, log: b
         start = end
     first, last = math.floor((low - start) / width + 1e-9), math.ceil((high - start) / width - 1e-9)
     edges = start + width * np.arange(first, last + 1)
-    inside = np.clip(x, edges[0], edges[-1])  # a bar holds its upper end: what lies on the limit keeps to it
+    inside = np.clip(x, edges[0], edges[-1])  # a bar includes its upper end: a value on the limit keeps to it
     heights = np.histogram(-inside, -edges[::-1], weights=100.0 * weights)[0][::-1]
     over = 0.5 * (edges[:-1] + edges[1:]) > end + 1e-9 * width
     shown = np.exp(edges) if log else edges
@@ -158,7 +162,7 @@ def _steps(ax: Any, pooled: Floats, weights: Floats, found: Distribution, confid
     )
 
 
-def _beside(ax: Any, x: float, words: str) -> None:
+def _annotate(ax: Any, x: float, words: str) -> None:
     """Write a label at the top of a vertical line, on the side that has more room; at the edge for one beyond it."""
     low, high = ax.get_xlim()
     log = ax.get_xscale() == "log"
@@ -197,13 +201,11 @@ def indices_figure(found: Indices, title: str) -> bytes:
     ax.set_xlabel(
         f"share of the variance [1]; whiskers: {percent(found.confidence)} intervals", fontsize=TEXT
     )
-    figure.legend(loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    set_title(figure, title)
-    return to_png(figure)
+    return _labelled(figure, ax, title)
 
 
 def search_figure(found: Allowable, title: str, grows: str = "what grows") -> bytes:
-    """Draw the probability to keep to the limit against the factor, with the answer, its span and the fresh sample.
+    """Draw the probability to keep to the limit against the factor, with the result, its span and the fresh sample.
 
     ``grows`` names what is multiplied. Where the span is bounded, a second panel shows its surroundings.
     """
@@ -223,15 +225,7 @@ def search_figure(found: Allowable, title: str, grows: str = "what grows") -> by
         low, high = 100.0 * min(s.low for s in shown), 100.0 * max(s.high for s in shown)
         axes[1].set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
         axes[1].set_title("around the answer", fontsize=TEXT, loc="left")
-    figure.legend(
-        *axes[0].get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-        fontsize=SMALL,
-        frameon=False,
-    )
-    set_title(figure, title)
-    return to_png(figure)
+    return _labelled(figure, axes[0], title)
 
 
 def _search(ax: Any, found: Allowable) -> None:

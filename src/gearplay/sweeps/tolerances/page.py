@@ -1,10 +1,11 @@
-"""Output of a tolerance study: page, figures, JSON document."""
+"""Tolerance study of a sweep, as requested by ``[tolerance]`` in its plan: search, page, figures, JSON document."""
 
 import itertools
 import json
 import math
+import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,32 +19,38 @@ from gearplay.pictures.pages import is_number, render_page
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.tolerance import Tolerance
+from gearplay.sweeps.running.evaluate import Sweep
+from gearplay.sweeps.running.folder import gather, run_in
 from gearplay.sweeps.tolerances import figures as figures_of
 from gearplay.sweeps.tolerances import words as words_of
-from gearplay.sweeps.tolerances.allowable import Allowable, size_words
+from gearplay.sweeps.tolerances.allowable import Allowable, largest_scale, search_plan, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
-from gearplay.sweeps.tolerances.tolerance import Answers, answers_of
-from gearplay.sweeps.variance.words import spoken
+from gearplay.sweeps.tolerances.statistics import Statistics, statistics_of
+from gearplay.sweeps.variance import spoken
+from gearplay.vocabulary.progress import Progress
 from gearplay.vocabulary.version import VERSION
+from gearplay.work.engine import Engine
+from gearplay.work.folder import locked
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
-PAGE = "tolerance.html"
+PAGE, FOLDER = "tolerance.html", "tolerance"
+"""The page, and the folder of the search's sweeps."""
 MOST_DRAWN = 6  # conditions with figures of their own
 MOST_LISTED = 500  # conditions in the table of the page
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One combination of the axes with what was found there; ``at`` has its values in SI, ``label`` as they are read."""
+    """One combination of the axes with its statistics; ``at`` has its values in SI, ``label`` as text."""
 
     at: dict[str, Any]
     label: str
     values: Floats
     scale: Scale
-    answers: Answers
+    statistics: Statistics
 
 
 def values_of(product: "xr.Dataset", measure: str) -> Floats:
@@ -52,6 +59,54 @@ def values_of(product: "xr.Dataset", measure: str) -> Floats:
     last = ["sample", *(["member"] if "member" in array.dims else [])]
     found = array.transpose(*(d for d in array.dims if d not in last), *last).values.astype(np.float64)
     return np.asarray(found if "member" in array.dims else found[..., None])
+
+
+def limit_of(made: Sweep) -> float:
+    """Return the limit of a plan's tolerance in the measure's unit; `InputError` where its unit does not fit."""
+    tolerance = made.plan.tolerance
+    assert tolerance is not None
+    unit = next(kept.unit for kept in made.reducer.layout if kept.name == tolerance.measure)
+    return tolerance.limit_in(unit)
+
+
+def write_tolerances(
+    made: Sweep,
+    product: "xr.Dataset",
+    folder: Path,
+    engine: Engine,
+    *,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> dict[str, Any]:
+    """Write the tolerance page of a finished sweep into its folder and return its document.
+
+    The search for the largest factor simulates; its sweeps are kept in ``tolerance/`` and resumed after an interruption.
+    """
+    plan, tolerance, search = made.plan, made.plan.tolerance, None
+    assert tolerance is not None
+
+    def at(*, fresh: bool) -> Callable[[float], Floats]:
+        def evaluate(factor: float) -> Floats:
+            part = Sweep(search_plan(plan, tolerance, factor, fresh=fresh))
+            part.check_size()
+            place = folder / FOLDER / f"{'fresh' if fresh else 'factor'}-{factor!r}"
+            with locked(place):
+                run_in(part, place, engine, progress=progress, stop=stop)
+                return values_of(gather(part, place), tolerance.measure)
+
+        return evaluate
+
+    if tolerance.scale:
+        search = largest_scale(
+            at(fresh=False),
+            limit_of(made),
+            probability=tolerance.probability,
+            confidence=tolerance.confidence,
+            factors=tolerance.factors,
+            steps=tolerance.steps,
+            check=at(fresh=True),
+        )
+    return write_tolerance(plan, tolerance, product, folder, search=search)
 
 
 def write_tolerance(
@@ -64,8 +119,8 @@ def write_tolerance(
 ) -> dict[str, Any]:
     """Write tolerance.html, tolerance.json and the figures into ``folder``; return the document.
 
-    ``product`` is that of the plan, which has a design; ``search`` the answer of `largest_scale`. Every file is whole or
-    absent. A plan with axes has an answer for each of their combinations, figures for the first few. Numbers that do not
+    ``product`` is that of the plan, which has a design; ``search`` the result of `largest_scale`. Every file is whole or
+    absent. A plan with axes has results for each of their combinations, figures for the first few. Numbers that do not
     exist are null in the document and a dash on the page.
 
     Raises `InputError` for a limit in another unit than the measure's, or a folder that cannot be written.
@@ -85,7 +140,7 @@ def write_tolerance(
 def conditions_of(
     plan: SweepPlan, tolerance: Tolerance, product: "xr.Dataset", limit: float
 ) -> Iterator[Condition]:
-    """Yield the answers at each combination of the axes."""
+    """Yield the statistics at each combination of the axes."""
     assert plan.design is not None
     array = product[tolerance.measure]
     drawn = np.column_stack([product[p.name].values.astype(np.float64) for p in plan.design.parameters])
@@ -100,10 +155,10 @@ def conditions_of(
             f"{a} {value if isinstance(value, str) else _scale_of(product, a).words(float(value))}"
             for a, value in at.items()
         )
-        answers = answers_of(
+        statistics = statistics_of(
             plan.design, drawn, values, limit, confidence=tolerance.confidence, seed=plan.design.seed
         )
-        yield Condition(at, label, values, Scale.of(name, unit, largest), answers)
+        yield Condition(at, label, values, Scale.of(name, unit, largest), statistics)
 
 
 def _scale_of(product: "xr.Dataset", name: str) -> Scale:
@@ -121,7 +176,7 @@ def document_of(
     search: Allowable | None,
     limit: float,
 ) -> dict[str, Any]:
-    """Return the whole study as one JSON-able document, numbers in SI."""
+    """Return the study as one JSON-able document, numbers in SI."""
     assert plan.design is not None
     attributes = product[tolerance.measure].attrs
     sought = None
@@ -156,7 +211,7 @@ def document_of(
 
 
 def _sizes(search: Allowable, grown: list[Random], scaling: str) -> list[dict[str, str]]:
-    """Return what each parameter of the search is drawn from: as planned, at the advised factor, at the estimate."""
+    """Return the distribution of each parameter of the search: as planned, at the advised factor, at the estimate."""
     factors = {"planned": 1.0, "advised": search.advised, "estimate": search.factor}
     return [
         {"name": p.name}
@@ -166,27 +221,27 @@ def _sizes(search: Allowable, grown: list[Random], scaling: str) -> list[dict[st
 
 
 def first_words(document: dict[str, Any]) -> list[str]:
-    """Return the answer in at most three sentences: is the limit kept, what size is safe, which parameter matters."""
+    """Return the summary in at most three sentences: is the limit kept, what size is safe, which parameter matters."""
     conditions, search = document["conditions"], document["search"]
     if len(conditions) != 1:
         counts = Counter(each["verdict"] for each in conditions)
-        told = ", ".join(
+        verdicts = ", ".join(
             f"{words} in {counts[key]}" for key, words in words_of.STANDING.items() if counts[key]
         )
-        return [f"{document['measure']['name']} over {len(conditions)} conditions: {told}."]
+        return [f"{document['measure']['name']} over {len(conditions)} conditions: {verdicts}."]
     words = conditions[0]["words"]
     indices = next((line for line in words if "matter" in line), "")
     return [line for line in (words[0], search["words"][0] if search else "", indices) if line]
 
 
 def _condition_document(found: Condition, tolerance: Tolerance, scales: dict[str, Scale]) -> dict[str, Any]:
-    answers, measure, wanted = found.answers, tolerance.measure, tolerance.probability
-    words = words_of.exceedance_words(answers.exceedance, measure, found.scale, wanted)
-    words += words_of.indices_words(answers.indices)
-    if answers.cuts:
-        words.append(words_of.cut_words(answers.cuts[0], scales[answers.cuts[0].name]))
-    verdict = words_of.verdict_of(answers.exceedance, wanted)
-    return {"at": found.at, "label": found.label, "verdict": verdict, "words": words, **asdict(answers)}
+    own, measure, wanted = found.statistics, tolerance.measure, tolerance.probability
+    words = words_of.exceedance_words(own.exceedance, measure, found.scale, wanted)
+    words += words_of.indices_words(own.indices)
+    if own.cuts:
+        words.append(words_of.cut_words(own.cuts[0], scales[own.cuts[0].name]))
+    verdict = words_of.verdict_of(own.exceedance, wanted)
+    return {"at": found.at, "label": found.label, "verdict": verdict, "words": words, **asdict(own)}
 
 
 def draw_figures(
@@ -198,10 +253,10 @@ def draw_figures(
         tail = f"-{at + 1}" if len(found) > 1 else ""
         where = f", {each.label}" if each.label else ""
         figures[f"distribution{tail}"] = figures_of.distribution_figure(
-            each.values, each.answers.distribution, each.answers.exceedance, each.scale,
+            each.values, each.statistics.distribution, each.statistics.exceedance, each.scale,
             f"Distribution of {tolerance.measure}{where}", wanted=tolerance.probability,
         )  # fmt: skip
-        indices = each.answers.indices
+        indices = each.statistics.indices
         if not indices.reason:
             made = "" if indices.source == "sobol" else f" of a polynomial of degree {indices.degree}"
             figures[f"indices{tail}"] = figures_of.indices_figure(

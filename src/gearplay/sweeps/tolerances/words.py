@@ -5,11 +5,9 @@ from collections.abc import Sequence
 
 from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.tolerances.allowable import ALL, NONE, UNKNOWN, Allowable, size_words
-from gearplay.sweeps.tolerances.exceedance import Exceedance
 from gearplay.sweeps.tolerances.figures import Scale, percent
-from gearplay.sweeps.tolerances.tolerance import Cut
-from gearplay.sweeps.variance.sobol_indices import Indices
-from gearplay.sweeps.variance.words import shares_words, spoken
+from gearplay.sweeps.tolerances.statistics import Cut, Exceedance
+from gearplay.sweeps.variance import Indices, shares_words, spoken
 
 KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
 CAPTION = {
@@ -32,7 +30,7 @@ def _counted(number: int, name: str) -> str:
 def verdict_of(found: Exceedance, wanted: float) -> str:
     """Return "kept" or "exceeded" where the whole interval lies on one side of ``wanted``, failed cases included; else "open".
 
-    >>> from gearplay.sweeps.tolerances.exceedance import exceedance
+    >>> from gearplay.sweeps.tolerances.statistics import exceedance
     >>> import numpy as np
     >>> verdict_of(exceedance(np.zeros(100), 1.0), 0.95), verdict_of(exceedance(np.zeros(10), 1.0), 0.95)
     ('kept', 'open')
@@ -44,7 +42,7 @@ def verdict_of(found: Exceedance, wanted: float) -> str:
 
 
 def exceedance_words(found: Exceedance, measure: str, scale: Scale, wanted: float) -> list[str]:
-    """Return the verdict, the probability with its interval, and what failed cases could change."""
+    """Return the verdict, the probability with its interval, and the possible effect of failed cases."""
     cases = f"{_counted(found.cases, 'case')} of {_counted(found.samples, 'drawn point')}"
     if not found.cases:
         return [f"No case finished: nothing can be said of {measure}."]
@@ -62,16 +60,16 @@ def exceedance_words(found: Exceedance, measure: str, scale: Scale, wanted: floa
 
 
 def indices_words(found: Indices) -> list[str]:
-    """Return which parameter matters most, what no parameter explains, and how far a polynomial can be trusted."""
+    """Return the most important parameter, the unexplained scatter, and the error of a polynomial as sentences."""
     if found.reason:
         return [f"No Sobol indices: {found.reason}."]
     top = found.ranking[0]
     made = "a saltelli design" if found.source == "sobol" else f"a polynomial of degree {found.degree}"
     noise = found.noise if found.source == "sobol" and math.isfinite(found.noise) else 0.0
-    told = found.total[top] - found.total_error[top] > noise
+    clear = found.total[top] - found.total_error[top] > noise
     who = (
         f"{spoken(found.names[top])} matters most"
-        if told
+        if clear
         else f"No parameter can be told to matter; first comes {spoken(found.names[top])}"
     )
     first = f"first order {found.first[top]:.2f} ± {found.first_error[top]:.2f}"
@@ -95,7 +93,7 @@ def indices_words(found: Indices) -> list[str]:
 
 
 def cut_words(cut: Cut, scale: Scale) -> str:
-    """Return what the best cut brings."""
+    """Return the effect of the best cut as a sentence."""
     side = "below" if cut.end == "low" else "above"
     return (
         f"Without draws of {spoken(cut.name)} {side} {scale.words(cut.bound)} (a fifth of them) the probability to exceed the "
@@ -104,7 +102,7 @@ def cut_words(cut: Cut, scale: Scale) -> str:
 
 
 def search_words(found: Allowable, parameters: Sequence[Random], scaling: str = "size") -> list[str]:
-    """Return how large the parameters may be, in the units of the plan, and how sure that is: the safe factor first."""
+    """Return the allowable sizes of the parameters as sentences, in the units of the plan, the safe factor first."""
     names = " and ".join(spoken(p.name) for p in parameters)
     low, high = found.steps[0].factor, found.steps[-1].factor
     failed = sum(step.failed for step in found.steps)

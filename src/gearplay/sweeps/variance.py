@@ -1,4 +1,4 @@
-"""First-order and total Sobol indices of a measure.
+"""Variance decomposition of a measure: scatter of members, first-order and total Sobol indices.
 
 The first-order index is the share of the variance that would go if the parameter were known, the total index the share that
 would stay if all others were (Sobol', Math. Comput. Simul. 55 (2001) 271). A ``saltelli`` design has estimators of its own
@@ -8,6 +8,7 @@ leave-one-out error is given with it. Of a full grid the variance is split exact
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,6 @@ from gearplay.surrogates.polynomials import Emulator, terms
 from gearplay.surrogates.polynomials import design as polynomials
 from gearplay.sweeps.cases.draws import sample_size, unit_points
 from gearplay.sweeps.plans.design import Design
-from gearplay.sweeps.variance.members import as_table, member_means, member_variance, noise_share
 from gearplay.vocabulary.optional import load_optional
 
 Floats = NDArray[np.float64]
@@ -25,6 +25,53 @@ FEWEST_BLOCKS = 8  # of a saltelli design, without a failed case
 POINTS_PER_TERM = 4  # finished points that a polynomial of degree 1 needs at least, for each of its terms
 MOST_FITTED = 4096  # points that a polynomial is fitted to
 DRAWS = 400  # of coefficients, for the scatter of a polynomial's indices
+CONSTANT = "the measure does not vary"
+MOST_RANKED = 6
+"""Most parameters whose shares are listed."""
+
+
+def as_table(values: Floats) -> Floats:
+    """Return values as a table, shape [sample, member]; values that are not finite count as failed and become NaN.
+
+    >>> as_table(np.array([1.0, np.inf])).tolist()
+    [[1.0], [nan]]
+    """
+    table = np.array(values, dtype=np.float64)
+    if table.ndim not in (1, 2):
+        raise ValueError(f"values must have shape [sample] or [sample, member], not {table.shape}")
+    table = table.reshape(len(table), -1)
+    table[~np.isfinite(table)] = np.nan
+    return table
+
+
+def member_means(table: Floats) -> Floats:
+    """Return the mean of each point's finished members, shape [sample]; NaN where none finished."""
+    known = np.isfinite(table)
+    count = known.sum(axis=1)
+    total = np.where(known, table, 0.0).sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def member_variance(table: Floats) -> float:
+    """Return the variance of single cases about their point's mean; NaN where no point has two finished members."""
+    known = np.isfinite(table)
+    kept = known.sum(axis=1) > 1
+    samples = int(kept.sum())
+    if samples == 0:
+        return math.nan
+    part = table[kept]
+    rest = part - member_means(part)[:, None]
+    spare = float((known[kept].sum(axis=1) - 1).sum())
+    return float(np.nansum(rest**2)) / spare
+
+
+def noise_share(own: float, whole: float) -> float:
+    """Return the ratio of the variance among members to the total variance, at most 1; NaN where one is unknown or 0.
+
+    >>> noise_share(1.0, 4.0), noise_share(float("nan"), 4.0)
+    (0.25, nan)
+    """
+    return min(own / whole, 1.0) if whole > 0.0 else math.nan
 
 
 @dataclass(frozen=True)
@@ -57,11 +104,6 @@ class Indices:
         return sorted(range(len(self.total)), key=lambda at: -self.total[at])
 
 
-def _none(source: str, design: Design, confidence: float, used: int, left_out: int, reason: str) -> Indices:
-    names = tuple(p.name for p in design.parameters)
-    return Indices(source, names, confidence, used, left_out, reason=reason)
-
-
 def independent_rows(design: Design) -> NDArray[np.int64]:
     """Return the places of the points that are draws of their own: of a saltelli block the first and the last, else all.
 
@@ -87,19 +129,18 @@ def sobol_indices(design: Design, values: Floats, *, confidence: float = 0.95, s
     Raises `InputError` where SALib is not installed.
     """
     table, block = _checked(design, values), len(design.parameters) + 2
+    names = tuple(p.name for p in design.parameters)
     blocks = member_means(table).reshape(-1, block)
     whole = np.isfinite(blocks).all(axis=1)
     kept, left_out = blocks[whole], int((~whole).sum()) * block
     if len(kept) < FEWEST_BLOCKS:
         reason = f"only {len(kept)} complete blocks of points: {FEWEST_BLOCKS} or more are needed"
-        return _none("sobol", design, confidence, kept.size, left_out, reason)
-    ends = kept[:, [0, -1]]
-    if not _varies(ends):
-        return _none("sobol", design, confidence, kept.size, left_out, "the measure does not vary")
+        return Indices("sobol", names, confidence, kept.size, left_out, reason=reason)
+    if not _varies(kept[:, [0, -1]]):
+        return Indices("sobol", names, confidence, kept.size, left_out, reason=CONSTANT)
     analyzer = load_optional("SALib.analyze.sobol", "sweeps")
-    names = [p.name for p in design.parameters]
     found = analyzer.analyze(
-        {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)},
+        {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)},
         kept.ravel(),
         calc_second_order=False,
         num_resamples=max(20, min(400, 5_000_000 // len(kept))),
@@ -109,7 +150,7 @@ def sobol_indices(design: Design, values: Floats, *, confidence: float = 0.95, s
     whole_table = table.reshape(-1, block, table.shape[1])[whole][:, [0, -1]].reshape(-1, table.shape[1])
     return Indices(
         "sobol",
-        tuple(names),
+        names,
         confidence,
         kept.size,
         left_out,
@@ -138,7 +179,7 @@ def grid_indices(names: tuple[str, ...], table: Floats) -> Indices:
         reason = f"{missing} of {means.size} combinations have no number" if names else "nothing varies"
         return Indices("grid", names, math.nan, means.size - missing, missing, reason=reason)
     if not _varies(means):
-        return Indices("grid", names, math.nan, means.size, 0, reason="the measure does not vary")
+        return Indices("grid", names, math.nan, means.size, 0, reason=CONSTANT)
     whole, axes = float(np.var(means)), range(means.ndim)
     first = [float(np.var(means.mean(axis=tuple(k for k in axes if k != own)))) / whole for own in axes]
     total = [float(np.mean(np.var(means, axis=own))) / whole for own in axes]
@@ -155,20 +196,21 @@ def emulated_indices(design: Design, values: Floats, *, confidence: float = 0.95
     adds to its square is taken off. The whole is the polynomial's variance and its leave-one-out error's. Intervals: the
     scatter of the coefficients that this error means.
     """
-    table = _checked(design, values)
+    from scipy.special import ndtri
+
+    table, names = _checked(design, values), tuple(p.name for p in design.parameters)
     if design.correlations:
         reason = "the drawn parameters are correlated: their shares of the variance cannot be told apart"
-        return _none("polynomial", design, confidence, 0, 0, reason)
+        return Indices("polynomial", names, confidence, 0, 0, reason=reason)
     unit, means = unit_points(design)[:MOST_FITTED], member_means(table[:MOST_FITTED])
     known = np.isfinite(means)
     unit, means, left_out = unit[known], means[known], int((~known).sum())
-    parameters = len(design.parameters)
-    fewest = POINTS_PER_TERM * (parameters + 1)
+    fewest = POINTS_PER_TERM * (len(names) + 1)
     if len(means) < fewest:
         reason = f"only {len(means)} finished points: {fewest} or more are needed"
-        return _none("polynomial", design, confidence, len(means), left_out, reason)
+        return Indices("polynomial", names, confidence, len(means), left_out, reason=reason)
     if not _varies(means):
-        return _none("polynomial", design, confidence, len(means), left_out, "the measure does not vary")
+        return Indices("polynomial", names, confidence, len(means), left_out, reason=CONSTANT)
     centre, scale = float(np.mean(means)), float(np.std(means, ddof=1))
     fitted = Emulator.fit(unit, ((means - centre) / scale)[:, None])
     rest = float(fitted.scatter[0]) ** 2
@@ -176,14 +218,14 @@ def emulated_indices(design: Design, values: Floats, *, confidence: float = 0.95
     coefficients = fitted.coefficients[:, 0]
     generator = np.random.default_rng(seed)
     drawn = coefficients + (errors @ generator.normal(size=(len(errors), DRAWS))).T
-    first, total, whole = _parts(parameters, fitted.degree)
+    first, total, whole = _parts(len(names), fitted.degree)
     own = coefficients**2 - np.sum(errors**2, axis=1)
     scatter = drawn**2 / (drawn**2 @ whole + rest)[:, None]
     variance = float(own @ whole) + rest
-    half = _normal(confidence)
+    half = float(ndtri(0.5 + 0.5 * confidence))
     return Indices(
         "polynomial",
-        tuple(p.name for p in design.parameters),
+        names,
         confidence,
         len(means),
         left_out,
@@ -202,7 +244,7 @@ def _floats(values: Floats) -> tuple[float, ...]:
 
 
 def _parts(parameters: int, degree: int) -> tuple[Floats, Floats, Floats]:
-    """Return what squared coefficients add to first-order and total variances, shape [parameter, term], and to the whole."""
+    """Return the weights of squared coefficients in first-order and total variances, shape [parameter, term], and their sum."""
     exponents = terms(parameters, degree)
     variance = np.prod(1.0 / (2.0 * exponents + 1.0), axis=1)
     takes_part = (exponents > 0).T
@@ -223,12 +265,6 @@ def _varies(values: Floats) -> bool:
     return bool(np.ptp(values) > 1e-12 * np.max(np.abs(values)))
 
 
-def _normal(confidence: float) -> float:
-    from scipy.special import ndtri
-
-    return float(ndtri(0.5 + 0.5 * confidence))
-
-
 def _noise(table: Floats) -> float:
     """Return the share of the variance of the members' mean that is scatter among members."""
     counts = np.isfinite(table).sum(axis=1)
@@ -239,3 +275,33 @@ def _noise(table: Floats) -> float:
     spread = float(np.var(means[known], ddof=1))
     own = member_variance(table) * float(np.mean(1.0 / counts[known]))
     return noise_share(own, spread)
+
+
+def spoken(name: str) -> str:
+    """Return a name as text for a message.
+
+    >>> spoken("tooth_error")
+    'tooth error'
+    """
+    return name.replace("_", " ")
+
+
+def shares_words(found: Indices, names: Sequence[str] = ()) -> str:
+    """Return the shares of the variance in one sentence, the same on every page: first order and total, the largest first.
+
+    >>> shares_words(Indices("grid", ("speed", "play"), 0.95, 4, 0, (0.8, 0.1), (0.0, 0.0), (0.9, 0.2), (0.0, 0.0)))
+    'Shares of its variance, first order (alone) and total (with others): speed 80 and 90 %, play 10 and 20 %.'
+    """
+    if found.reason:
+        return f"No Sobol indices: {found.reason}."
+    shown = [spoken(name) for name in names or found.names]
+    ranked = ", ".join(
+        f"{shown[at]} {100.0 * found.first[at]:.3g} and {100.0 * found.total[at]:.3g} %"
+        for at in found.ranking[:MOST_RANKED]
+    )
+    more = len(shown) - MOST_RANKED
+    return (
+        f"Shares of its variance, first order (alone) and total (with others): {ranked}"
+        + (f" and {more} more" if more > 0 else "")
+        + "."
+    )

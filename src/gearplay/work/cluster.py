@@ -1,4 +1,4 @@
-"""Points of a sweep evaluated on an existing Dask cluster."""
+"""Jobs of a task on an existing Dask cluster."""
 
 import asyncio
 import logging
@@ -12,49 +12,45 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_many
 from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
 from gearplay.vocabulary.optional import load_optional
+from gearplay.work.task import PAUSE, RETRIES, Piece, Task, run_batch
 
-RETRIES = 3
-"""How often work that a dying process took with it is begun again."""
-PATIENCE = 10.0
-"""How long a scheduler has to answer [s]."""
+TIMEOUT = 10.0
+"""Longest wait for a scheduler's response [s]."""
 UNATTENDED = 5.0
-"""How long a cluster may be without an outcome before it is asked whether it has workers at all [s]."""
-PAUSE = 0.1
-"""Interval [s] at which a wait for outcomes checks for cancellation."""
-
-TALKATIVE = ("distributed", "tornado", "asyncio")
+"""Time without a result [s] after which the number of workers is checked."""
+BATCH = 8
+"""Jobs that are submitted together."""
+LOGGERS = ("distributed", "tornado", "asyncio")
 """Packages whose loggers report a lost connection."""
 
 
 def run_dask(
-    sweep: Sweep,
+    task: Task[Piece],
     jobs: Iterable[int],
     *,
     address: str,
-    security: dict[str, Path] | None = None,
-    batch: int = 8,
-    stop: threading.Event | None = None,
-) -> Generator[list[Outcome]]:
-    """Evaluate jobs on the Dask cluster whose scheduler is at ``address``; no port is opened here.
+    security: dict[str, Path],
+    stop: threading.Event | None,
+) -> Generator[list[Piece]]:
+    """Run jobs on the Dask cluster whose scheduler is at ``address``; no port is opened here.
 
     ``security`` holds paths of ``tls_ca_file``, ``tls_client_cert`` and ``tls_client_key``, passed through.
 
     Raises `InputError` where the scheduler cannot be reached, `SimulationError` where the cluster fails later.
     """
     distributed = load_optional("distributed", "cluster")
-    document, waiting = sweep.plan.model_dump_json(), iter(jobs)
-    with _in_our_words(), _reach(distributed, address, security) as client:
+    waiting = iter(jobs)
+    with _without_logs(), _reach(distributed, address, security) as client:
         pending = distributed.as_completed(loop=client.loop, with_results=True)
         in_flight = 0
 
         def submit() -> int:
-            chunk = [int(i) for i in islice(waiting, batch)]
+            chunk = [int(i) for i in islice(waiting, BATCH)]
             if not chunk:
                 return 0
-            pending.add(client.submit(evaluate_many, document, chunk, pure=False, retries=RETRIES))
+            pending.add(client.submit(run_batch, *task.remake, chunk, pure=False, retries=RETRIES))
             return 1
 
         for _ in range(4 * max(1, sum(client.nthreads().values()))):
@@ -62,13 +58,13 @@ def run_dask(
         while in_flight:
             if not _wait_for(pending, client, address, stop):
                 return
-            outcomes = _next_of(pending)
+            pieces = _next_of(pending)
             in_flight += submit() - 1
-            yield outcomes
+            yield pieces
 
 
 @contextmanager
-def _in_our_words() -> Iterator[None]:
+def _without_logs() -> Iterator[None]:
     """Silence the library and its dependencies: a lost scheduler is reported in one sentence.
 
     Each pending operation would log a traceback of its own when the scheduler is lost; a sweep uses only the outcomes and
@@ -77,7 +73,7 @@ def _in_our_words() -> Iterator[None]:
     known = [
         logging.getLogger(name)
         for name in list(logging.root.manager.loggerDict)
-        if name.split(".")[0] in TALKATIVE
+        if name.split(".")[0] in LOGGERS
     ]
     before = [logger.level for logger in known]
     for logger in known:
@@ -90,11 +86,11 @@ def _in_our_words() -> Iterator[None]:
 
 
 def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | None) -> bool:
-    """Wait until outcomes are there; return whether, or whether it was stopped. Where no worker comes that is said, once.
+    """Wait for results; return False where it was stopped. A cluster without workers is reported once.
 
     Raises `SimulationError` where the scheduler has gone.
     """
-    begun, said = time.monotonic(), False
+    begun, reported = time.monotonic(), False
     while not pending.has_ready():
         if stop is not None and stop.is_set():
             return False
@@ -102,8 +98,8 @@ def _wait_for(pending: Any, client: Any, address: str, stop: threading.Event | N
             raise SimulationError(
                 f"sweep: the scheduler at {address} has gone. Finished cases are kept: start it again, then gearplay resume."
             )
-        if not said and time.monotonic() - begun > UNATTENDED:
-            said = True
+        if not reported and time.monotonic() - begun > UNATTENDED:
+            reported = True
             if not _workers_of(client):
                 sys.stderr.write(f"The cluster at {address} has no worker; the sweep waits for one.\n")
         time.sleep(PAUSE)
@@ -114,46 +110,46 @@ def _workers_of(client: Any) -> int:
     """Return the number of threads of a cluster, 1 where it is unknown."""
     try:
         return sum(client.nthreads().values())
-    except Exception:  # it has just gone, which is seen elsewhere
+    except Exception:  # the scheduler has just gone, which `_wait_for` reports
         return 1
 
 
-def _next_of(pending: Any) -> list[Outcome]:
+def _next_of(pending: Any) -> Any:
     try:
-        _, outcomes = next(pending)
+        _, result = next(pending)
     except GearplayError:
         raise
     except Exception as error:
-        outcomes = error
-    if isinstance(outcomes, BaseException):  # a future that was cancelled has its exception as result
+        result = error
+    if isinstance(result, BaseException):  # a future that was cancelled has its exception as result
         raise SimulationError(
-            f"sweep: the cluster failed ({_first_line(outcomes)}). Finished cases are kept: see to it, then run again."
+            f"sweep: the cluster failed ({_first_line(result)}). Finished cases are kept: see to it, then run again."
         ) from None
-    return outcomes  # type: ignore[no-any-return]
+    return result[1]
 
 
-def _reach(distributed: Any, address: str, security: dict[str, Path] | None) -> Any:
+def _reach(distributed: Any, address: str, security: dict[str, Path]) -> Any:
     """Return a client of the scheduler at ``address``.
 
-    It is asked who it is first: a `Client` that fails to start waits half a minute and complains when it is collected.
+    Its identity is requested first: a `Client` that fails to start waits half a minute and logs an error when it is collected.
     """
 
     async def greet(settings: Any) -> None:
         arguments = settings.get_connection_args("client") if settings is not None else {}
-        scheduler = distributed.rpc(address, timeout=PATIENCE, connection_args=arguments)
+        scheduler = distributed.rpc(address, timeout=TIMEOUT, connection_args=arguments)
         try:
-            await asyncio.wait_for(scheduler.identity(), PATIENCE)
+            await asyncio.wait_for(scheduler.identity(), TIMEOUT)
         finally:
             await scheduler.close_rpc()
 
     try:
-        files = {name: str(path) for name, path in (security or {}).items()}
+        files = {name: str(path) for name, path in security.items()}
         for path in files.values():
-            Path(path).open("rb").close()  # or the library complains of a context that is missing
+            Path(path).open("rb").close()  # or the library reports a missing context instead
         settings = distributed.Security(require_encryption=True, **files) if files else None
-        with ThreadPoolExecutor(1) as aside:  # a notebook has a loop of its own running here
-            aside.submit(asyncio.run, greet(settings)).result()
-        return distributed.Client(address, security=settings, set_as_default=False, timeout=PATIENCE)
+        with ThreadPoolExecutor(1) as thread:  # a notebook has a loop of its own running here
+            thread.submit(asyncio.run, greet(settings)).result()
+        return distributed.Client(address, security=settings, set_as_default=False, timeout=TIMEOUT)
     except Exception as error:  # anything may answer there
         rule = f"must be the address of a Dask scheduler that can be reached ({_first_line(error)})"
         raise InputError(Fault("scheduler", address, rule, "Start it, or correct the address")) from None
@@ -161,5 +157,5 @@ def _reach(distributed: Any, address: str, security: dict[str, Path] | None) -> 
 
 def _first_line(error: BaseException) -> str:
     if isinstance(error, TimeoutError) and not str(error):
-        return f"no answer within {PATIENCE:g} s"
+        return f"no answer within {TIMEOUT:g} s"
     return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

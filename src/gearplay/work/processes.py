@@ -1,4 +1,4 @@
-"""Persistent worker processes for the points of a sweep."""
+"""Persistent worker processes for the jobs of tasks."""
 
 import os
 import signal
@@ -11,30 +11,28 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import TracebackType
+from typing import Any
 
-from gearplay.sweeps.running.cluster import PAUSE, RETRIES
-from gearplay.sweeps.running.evaluate import Outcome, Sweep, evaluate_some
 from gearplay.vocabulary.errors import SimulationError
+from gearplay.work.task import PAUSE, RETRIES, Piece, Task, run_batch
 
-Some = tuple[int, list[Outcome]]
-"""How many jobs of a batch were done, and what came out."""
-UNSAID = "ignore::UserWarning:multiprocessing.resource_tracker"
-"""A command that leaves at once lets the tracker hand back its semaphores, which is no word to the user."""
+SILENCED = "ignore::UserWarning:multiprocessing.resource_tracker"
+"""A command that exits at once leaves its semaphores to the tracker, whose warning does not concern the user."""
 AHEAD = 2
-"""Batches that each process has, or finds when it is done."""
+"""Batches submitted for each process: one running, one waiting."""
 LASTING = 0.1
-"""How long a batch of short cases should take [s]: handing one over costs a millisecond."""
+"""Duration that a batch of short jobs should have [s]: passing one on costs a millisecond."""
 LONGEST = 0.5
-"""How long a batch may take whose cases are longer than those before [s]: what is done then is handed over."""
+"""Longest duration of a batch whose jobs are longer than those before [s]: its finished jobs are passed on then."""
 MOST = 64
 """The most jobs of a batch."""
 
 
 class Processes:
-    """Worker processes: slower to start than threads, but none waits for another's Python, or falls with another.
+    """Worker processes: slower to start than threads, but independent of each other's interpreter lock and crashes.
 
-    They start with the first sweep and end with the ``with`` block, or with this process however that ends; those of a sweep
-    that is left half-way end with it, and the next one starts others.
+    They start with the first task and end with the ``with`` block, or with this process however that ends. Processes of a task
+    that is left unfinished end with it; the next task starts others.
     """
 
     def __init__(self, count: int) -> None:
@@ -48,7 +46,7 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the processes, whatever they are doing."""
+        """End the processes."""
         self._leave()
 
     def _leave(self) -> None:
@@ -58,28 +56,29 @@ class Processes:
                 end.close()
             self._pool, self._life = None, ()
 
-    def _submit(self, document: str, batch: list[int]) -> "Future[Some]":
+    def _submit(self, task: Task[Piece], batch: list[int]) -> "Future[tuple[int, list[Piece], float]]":
         if self._pool is None:
-            if UNSAID not in sys.warnoptions:
-                sys.warnoptions.append(UNSAID)
+            if SILENCED not in sys.warnoptions:
+                sys.warnoptions.append(SILENCED)
             context = get_context("spawn")
             self._life = context.Pipe(duplex=False)
             self._pool = ProcessPoolExecutor(
                 self.count, mp_context=context, initializer=_live_with, initargs=self._life[:1]
             )
-        with _deaf():
-            return self._pool.submit(evaluate_some, document, batch, LONGEST)
+        make, text = task.remake
+        with _without_interrupts():
+            return self._pool.submit(run_batch, make, text, batch, LONGEST)
 
     def outcomes(
-        self, sweep: Sweep, jobs: Sequence[int], stop: threading.Event | None = None
-    ) -> Generator[list[Outcome]]:
-        """Yield the outcomes of jobs, some at a time; no more once stopped.
+        self, task: Task[Piece], jobs: Sequence[int], stop: threading.Event | None = None
+    ) -> Generator[list[Piece]]:
+        """Yield the pieces of jobs, some at a time; no more once stopped.
 
         Raises `SimulationError` where processes die again and again.
         """
-        document, begun, again, size = sweep.plan.model_dump_json(), 0, 0, 1
-        pending: dict[Future[Some], list[int]] = {}
-        left: list[list[int]] = []  # begun, and to be begun again
+        begun, again, size = 0, 0, 1
+        pending: dict[Future[Any], list[int]] = {}
+        left: list[list[int]] = []  # batches to be submitted again, as a whole or in part
         try:
             while not (stop is not None and stop.is_set()):
                 try:
@@ -88,17 +87,17 @@ class Processes:
                             share = -(-(len(jobs) - begun) // (AHEAD * self.count))
                             left.append([int(job) for job in jobs[begun : begun + min(size, share)]])
                             begun += len(left[-1])
-                        pending[self._submit(document, left[-1])] = left[-1]
+                        pending[self._submit(task, left[-1])] = left[-1]
                         left.pop()
                     if not pending:
                         return
                     finished, _ = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                     for future in finished:
-                        done, outcomes = future.result()
+                        done, pieces, seconds = future.result()
                         rest = pending.pop(future)[done:]
                         left += [rest] if rest else []
-                        size = _fitting(outcomes, done)
-                        yield outcomes
+                        size = max(1, min(MOST, int(LASTING * done / max(seconds, 1e-9))))
+                        yield pieces
                 except BrokenProcessPool:
                     again += 1
                     if again > RETRIES:
@@ -113,24 +112,18 @@ class Processes:
                 self._leave()
 
 
-def _fitting(outcomes: Sequence[Outcome], jobs: int) -> int:
-    """Return how many jobs make a batch of the right length, by one that is done."""
-    each = sum(outcome.seconds for outcome in outcomes) / jobs
-    return max(1, min(MOST, int(LASTING / max(each, 1e-9))))
-
-
 @contextmanager
-def _deaf() -> Iterator[None]:
-    """Keep Ctrl-C from processes that are started meanwhile, and from the start itself; this one hears of it afterwards.
+def _without_interrupts() -> Iterator[None]:
+    """Block Ctrl-C for processes that are started meanwhile, and for the start itself; this process gets it afterwards.
 
-    A mask alone would not do: another thread takes the signal, and Python raises in the main one all the same.
+    A mask alone is not enough: another thread takes the signal, and Python still raises in the main one.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    heard: list[int] = []
+    received: list[int] = []
     main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, lambda signum, _: heard.append(signum)) if main else None
+    handler = signal.signal(signal.SIGINT, lambda signum, _: received.append(signum)) if main else None
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -138,7 +131,7 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if main:
             signal.signal(signal.SIGINT, handler if handler is not None else signal.SIG_DFL)
-        if heard:
+        if received:
             signal.raise_signal(signal.SIGINT)
 
 

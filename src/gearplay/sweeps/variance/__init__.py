@@ -1,1 +1,0 @@
-"""Variance decomposition of a sweep's number."""

@@ -1,0 +1,1 @@
+"""Long work: executors, stores of finished pieces, resumable output folders, progress and cancellation."""
