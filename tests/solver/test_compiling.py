@@ -34,11 +34,6 @@ json.dump({"told": told, "here": here, "success": run.success}, sys.stdout)
 """
 
 
-def names(*kinds: str, fixed: bool = False, derivative: bool = False) -> set[str]:
-    wanted = compiling._wanted(frozenset(kinds), fixed=fixed, derivative=derivative)
-    return {name.removeprefix("gearplay.kernels.") for name in wanted}
-
-
 def length(*kinds: str) -> int:
     return compiling._length(compiling._wanted(frozenset(kinds), fixed=False, derivative=False))
 

@@ -29,6 +29,7 @@ COMMANDS: Final = (
     "sweep",
     "resume",
     "modes",
+    "load_sharing",
     "motion",
     "portrait",
     "bifurcation",

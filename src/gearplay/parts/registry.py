@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.layout import System
 from gearplay.parts.coupling import law as coupling
 from gearplay.parts.drive import excitation, positioner, servo
 from gearplay.parts.housing import law as housing
@@ -67,3 +69,14 @@ def joined_centres(records: Sequence[Any]) -> Iterator[tuple[int, int]]:
     for kind in KINDS:
         if hasattr(kind.file, "joined_centres"):
             yield from kind.file.joined_centres(records[kind.file.KIND])
+
+
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] with which elements excite a system anew, meshes first.
+
+    From ``recurrence_rates`` of their laws. ``speeds`` are nominal speeds of rotors, ``frames`` those of their frames
+    of reference (`gearplay.solver.frames`), shapes [rotor]. NaN for an excitation that does not repeat.
+    """
+    order = sorted(KINDS, key=lambda kind: kind.file.KIND != MESH)
+    asked = [kind.file.recurrence_rates for kind in order if hasattr(kind.file, "recurrence_rates")]
+    return [float(rate) for rates in asked for rate in rates(system, speeds, frames)]

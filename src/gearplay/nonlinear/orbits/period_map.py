@@ -12,7 +12,7 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
 from gearplay.model.reading import replace
-from gearplay.parts.registry import EXCITATION, MESH, POSITIONER, SLEEVE, SUPPORT
+from gearplay.parts.registry import MESH, recurrence_rates
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
@@ -204,33 +204,17 @@ def common_period(packed: Packed) -> float:
 def _rates(packed: Packed) -> list[float]:
     """Return the angular frequencies [rad/s] of all excitation, the first mesh's first."""
     rotors: Any = packed.system.rotors
-    meshes: Any = packed.system.records[MESH]
-    sleeves: Any = packed.system.records[SLEEVE]
-    supports: Any = packed.system.records[SUPPORT]
     frames = CarrierFrames(packed.system)
     speeds, relative = rotors.nominal_speed, np.abs(rotors.nominal_speed - frames.speeds)
-    rates = []
-    for mesh in meshes:
-        frame = speeds[mesh.frame] if mesh.frame >= 0 else 0.0
-        rates.append(abs(mesh.z_driver * (speeds[mesh.driver] - frame)))
-        rates += [
-            relative[i] for i, runout in ((mesh.a, mesh.runout_a), (mesh.b, mesh.runout_b)) if runout > 0.0
-        ]
+    rates = recurrence_rates(packed.system, speeds, frames.speeds)
+    if np.any(np.isnan(rates)):
+        rule = "must not be given for a motion that can be periodic"
+        raise InputError(Fault("table", "of a torque", rule, "Give terms, or remove it"))
     rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
     rates += [
         relative[i] for i in range(rotors.size) if rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0
     ]
     rates += np.abs(frames.speeds[frames.breaks]).tolist()
-    for each in packed.system.records[EXCITATION]:
-        if each["pieces"] > 0 or each["load_pieces"] > 0:
-            rule = "must not be given for a motion that can be periodic"
-            raise InputError(Fault("table", "of a torque", rule, "Give terms, or remove it"))
-        at, speed = int(each["start"]), abs(speeds[each["rotor"]])
-        for in_time, in_rotation in (("in_time", "in_rotation"), ("load_in_time", "load_in_rotation")):
-            rates += packed.system.terms[at : at + each[in_time], 0].tolist()
-            at += int(each[in_time])
-            rates += (speed * packed.system.terms[at : at + each[in_rotation], 0]).tolist()
-            at += int(each[in_rotation])
     kind, rate = packed.system.base[housing_motion.KIND], float(packed.system.base[housing_motion.RATE])
     if kind not in (housing_motion.NONE, housing_motion.HARMONIC):
         rule = "must be harmonic for a motion that can be periodic"
@@ -238,13 +222,4 @@ def _rates(packed: Packed) -> list[float]:
             Fault("base.acceleration.kind", NO_VALUE, rule, "Choose harmonic, or remove the base")
         )
     rates += [rate] if kind == housing_motion.HARMONIC else []
-    for sleeve in sleeves:
-        if sleeve.bush >= 0 and math.hypot(sleeve.offset_x, sleeve.offset_y) > 0.0:
-            rates.append(abs(speeds[sleeve.bush] - frames.speeds[sleeve.journal]))
-    for support in supports:
-        uneven = support.stiffness_x != support.stiffness_y or support.damping_x != support.damping_y
-        if support.carrier >= 0 and (uneven or math.hypot(support.offset_x, support.offset_y) > 0.0):
-            rates.append(abs(speeds[support.carrier] - frames.speeds[support.journal]))
-    sampled = packed.system.records[POSITIONER]["sample_time"]
-    rates += (2.0 * math.pi / sampled[sampled > 0.0]).tolist()
     return [float(rate) for rate in rates]

@@ -52,6 +52,24 @@ PER_CONTACT = 0
 SLOPES = 1  # of the torque by the rotation
 
 
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] of terms; NaN for a table, which does not repeat."""
+    rates: list[float] = []
+    for each in system.records[KIND]:
+        if each.pieces > 0 or each.load_pieces > 0:
+            rates.append(math.nan)
+        at, speed = int(each.start), abs(speeds[each.rotor])
+        for in_time, in_rotation in (
+            (each.in_time, each.in_rotation),
+            (each.load_in_time, each.load_in_rotation),
+        ):
+            rates += system.terms[at : at + in_time, 0].tolist()
+            at += int(in_time)
+            rates += (speed * system.terms[at : at + in_rotation, 0]).tolist()
+            at += int(in_rotation)
+    return rates
+
+
 @compiled
 def _sum_of(
     system: System, start: int, in_time: int, in_rotation: int, t: float, turn: float

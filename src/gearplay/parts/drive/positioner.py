@@ -55,6 +55,12 @@ PER_CONTACT = 0
 SLOPES = 0
 
 
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] of sampled controls."""
+    sampled = system.records[KIND]["sample_time"]
+    return (2.0 * math.pi / sampled[sampled > 0.0]).tolist()
+
+
 @compiled_inline
 def error_of(system: System, n: int, t: float, y: Floats) -> float:
     """Return servo n's angle wanted less that of its sensor [rad]."""

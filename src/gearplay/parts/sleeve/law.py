@@ -55,6 +55,15 @@ PER_CONTACT = 2  # switches: touch, pull
 DELTA, DELTA_RATE, U_X, U_Y, SLIDING, ARM_X, ARM_Y, V_X, V_Y, ACROSS = range(10)
 
 
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] with which off-centre bushes turn in the frames of their journals."""
+    return [
+        abs(speeds[each.bush] - frames[each.journal])
+        for each in system.records[KIND]
+        if each.bush >= 0 and math.hypot(each.offset_x, each.offset_y) > 0.0
+    ]
+
+
 def mounts(records: Any) -> list[Mount]:
     """Return the mounting of the journals."""
     return [

@@ -4,6 +4,7 @@ No contact: it always acts, without stress where the rotor is at its nominal cen
 with it, rates are those seen from there, and the reaction acts at the journal's centre, so that angular momentum is kept.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,16 @@ PER_CONTACT = 0
 # speed [rad/s], the velocity [m/s] seen from it, the force [N]; then the torque [N m].
 COSINE, SINE, ARM_X, ARM_Y, SPIN, V_X, V_Y, F_X, F_Y, TORQUE = range(10)
 SLOPES = 10
+
+
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] with which uneven or off-centre supports turn in the frames of their rotors."""
+    rates = []
+    for each in system.records[KIND]:
+        uneven = each.stiffness_x != each.stiffness_y or each.damping_x != each.damping_y
+        if each.carrier >= 0 and (uneven or math.hypot(each.offset_x, each.offset_y) > 0.0):
+            rates.append(abs(speeds[each.carrier] - frames[each.journal]))
+    return rates
 
 
 def mounts(records: Any) -> list[Mount]:

@@ -23,6 +23,7 @@ from gearplay.parts.mesh.law.record import (
     RECORD,
     SIGNALS,
     joined_centres,
+    recurrence_rates,
 )
 from gearplay.parts.mesh.law.slopes import SLOPES, add_change, crossing, linearise
 from gearplay.parts.mesh.law.switches import (
@@ -58,6 +59,7 @@ __all__ = [
     "may_return",
     "observe",
     "own_switch",
+    "recurrence_rates",
     "show_free",
     "start_step",
     "stay_open",

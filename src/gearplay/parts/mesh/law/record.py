@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.kernels.layout import (
-    PLACES,
-    Signal,
-)
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.layout import PLACES, Signal, System
 from gearplay.parts.mesh.geometry import (
     FRESH,
     MESH,
@@ -113,6 +111,17 @@ MODES = 6
 # Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, if any; then, with friction, the
 # hand-over to the next pair and for each flank the edge of the band in which its sliding is slower than ``friction_speed``.
 EDGE = 2 * PER_CONTACT
+
+
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] of mesh phases and runouts (`gearplay.parts.registry.recurrence_rates`)."""
+    rates: list[float] = []
+    for each in system.records[KIND]:
+        frame = speeds[each.frame] if each.frame >= 0 else 0.0
+        rates.append(abs(each.z_driver * (speeds[each.driver] - frame)))
+        ends = ((each.a, each.runout_a), (each.b, each.runout_b))
+        rates += [abs(speeds[i] - frames[i]) for i, runout in ends if runout > 0.0]
+    return rates
 
 
 def joined_centres(records: Any) -> list[tuple[int, int]]:
