@@ -53,7 +53,7 @@ def animate(
     A GIF or a film shows some mesh periods about the largest force, if --window does not say more.
     """
     from gearplay.files.atomic import check_new, write_bytes
-    from gearplay.results.choice import stretch
+    from gearplay.results.choice import time_window
     from gearplay.results.staging import loud_window, motion_in
     from gearplay.vocabulary.errors import Fault, InputError
 
@@ -72,7 +72,7 @@ def animate(
         )
     check_new(place, overwrite=overwrite)
     result = result_in(run)
-    span = stretch(result, window_of(window))
+    span = time_window(result, window_of(window))
     if window is None and form != ".html":
         span = loud_window(result, span)
     motion = motion_in(result, span, at=at, frames=frames or FORMS[form])

@@ -36,8 +36,8 @@ def is_still(values: Floats, unit: str) -> bool:
     return unit in STILL and bool(known.size) and float(np.ptp(known)) <= STILL[unit]
 
 
-def say_still(ax: "Axes", unit: str, what: str = "motion") -> None:
-    """Write into axes that nothing above `STILL` is there."""
+def note_still(ax: "Axes", unit: str, what: str = "motion") -> None:
+    """Note in axes that nothing above `STILL` is drawn."""
     ax.text(
         0.5, 0.56, plain(f"no {what} above {STILL[unit]:.0e} {unit}".replace("e-0", "e-").replace("^2", "²")),
         transform=ax.transAxes, ha="center", va="center", fontsize=8,
@@ -45,14 +45,14 @@ def say_still(ax: "Axes", unit: str, what: str = "motion") -> None:
 
 
 def widen_still(ax: "Axes", values: Floats, least: float) -> None:
-    """Let the ordinate of a curve that is still show its level, not its rounding; a level below ``least`` is 0, as drawn."""
+    """Scale the ordinate of a constant curve by its level, not by its rounding; a level below ``least`` counts as 0."""
     level = float(np.nanmean(values)) if np.isfinite(values).any() else 0.0
     reach = 0.5 * abs(level) if abs(level) > least else 1.0
     ax.set_ylim(level - reach, level + reach)
 
 
 def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
-    """Return axes of a new figure [inches] in the house style, without touching matplotlib's global state."""
+    """Return axes of a new figure [inches] in the common style, without touching matplotlib's global state."""
     ax: Axes = tidy(blank_figure(width, height).subplots())
     return ax
 
@@ -68,7 +68,7 @@ def blank_figure(width: float, height: float) -> Any:
 
 
 def tidy(ax: Any) -> Any:
-    """Give axes the house style."""
+    """Apply the common style to axes."""
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(True, color="#e4e6ea", linewidth=0.6)
     ax.set_axisbelow(True)
@@ -85,7 +85,7 @@ def plain_numbers(ax: Any) -> None:
 
 @cache
 def _whole_numbers() -> Any:
-    """Return the class of these formatters; made when a picture is, since matplotlib loads slowly."""
+    """Return the class of these formatters; made on first use, since matplotlib loads slowly."""
     from matplotlib.ticker import ScalarFormatter
 
     class WholeNumbers(ScalarFormatter):
@@ -101,7 +101,7 @@ def _whole_numbers() -> Any:
 
 
 def draw_circle(ax: "Axes", radius: float) -> None:
-    """Draw a clearance circle, dashed and on top: seen over a path that fills it, and a path that lies on it is seen between."""
+    """Draw a clearance circle, dashed and on top, so that both it and a path on it are visible."""
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = radius * np.cos(angle), radius * np.sin(angle)
     ax.plot(*circle, color=CLEARANCE, linewidth=0.7, dashes=(4, 5), zorder=3)
@@ -123,7 +123,7 @@ def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str
         ax.set_ylim(-reach, reach)
     if still:
         ax.plot(x[:1], y[:1], "o", color=color, markersize=4)
-        say_still(ax, "m")
+        note_still(ax, "m")
         if c <= 0.0:
             ax.set_xlim(x[0] - 1.0, x[0] + 1.0)
             ax.set_ylim(y[0] - 1.0, y[0] + 1.0)
@@ -158,7 +158,7 @@ def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None
 def plot_curve(
     ax: "Axes", time: Floats, values: Floats, words: str, *, color: str = COUPLED, label: str | None = None
 ) -> "Axes":
-    """Draw values over time [s]; of many the lowest and the highest of each stretch, so that no impact is lost."""
+    """Draw values over time [s]; of many the minimum and maximum of each segment, so that no impact is lost."""
     t, v = extremes(np.asarray(time), np.asarray(values), MOST_POINTS // 2)
     ax.plot(t, v, color=color, linewidth=0.7, label=plain(label) if label else None)
     ax.set_xlabel("time [s]", fontsize=8)
@@ -167,7 +167,7 @@ def plot_curve(
 
 
 def mark_lines(ax: "Axes", marks: "Mapping[str, float]", *, apart: float = 0.035) -> None:
-    """Mark frequencies with thin lines, named at the top of the axes as far as names do not meet; ``apart`` is of the width."""
+    """Mark frequencies with thin lines, named at the top where names do not overlap; ``apart`` is a share of the width."""
     low, high = ax.get_xlim()
     taken: list[float] = []
     for name, at in marks.items():

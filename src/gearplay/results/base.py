@@ -52,7 +52,7 @@ class Answer(ABC):
         """Return the object whose ``ds`` it was."""
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return further lines of the table that a notebook shows: name and value as text."""
+        """Return further rows of the table in notebooks: name and value as text."""
         return ()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

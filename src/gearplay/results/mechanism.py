@@ -37,7 +37,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 
 
 def placed(case: Case) -> dict[str, Any]:
-    """Return the same with the gears where they are, one stage behind the other."""
+    """Return the same with the gears at their actual places, one stage behind the other."""
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     module: dict[str, float] = {}

@@ -207,7 +207,7 @@ class Result(Answer):
         return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:
-        """Return the signals that were kept, as (signal, element), or those elements that have a signal."""
+        """Return the kept signals, as (signal, element); only those of one name if given."""
         if self._runs:
             found = [(c.signal, c.label) for c in self._runs[0].columns]
         else:

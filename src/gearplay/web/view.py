@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gearplay.files.atomic import check_new, write_bytes
 from gearplay.model.reading import Source
-from gearplay.results.choice import stretch
+from gearplay.results.choice import time_window
 from gearplay.results.result import Result
 from gearplay.results.simulate import simulate
 from gearplay.results.staging import Motion, motion_in
@@ -83,7 +83,7 @@ def view(
 
     """
     result = source if isinstance(source, Result) else simulate(source)
-    motion = motion_in(result, stretch(result, window), at=at, frames=FRAMES)
+    motion = motion_in(result, time_window(result, window), at=at, frames=FRAMES)
     return View(result_page(result, motion, magnify))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from pathlib import Path
 
-from gearplay.files.databases import told_of
+from gearplay.files.databases import sqlite_errors
 from gearplay.sweeps.running.evaluate import Outcome
 
 PATTERN = "rows*.sqlite"
@@ -159,7 +159,7 @@ def _has_rows(connection: sqlite3.Connection) -> bool:
 
 
 def _in_words(path: Path) -> AbstractContextManager[None]:
-    return told_of(path, "be a sweep's readable store", "Choose another folder, or overwrite it")
+    return sqlite_errors(path, "be a sweep's readable store", "Choose another folder, or overwrite it")
 
 
 def forget_failed(folder: Path, shard: tuple[int, int] | None = None) -> None:
