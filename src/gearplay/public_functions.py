@@ -13,7 +13,7 @@ from gearplay.files.netcdf import read_dataset
 from gearplay.vocabulary.arguments import guarded
 from gearplay.vocabulary.errors import Fault, InputError
 
-ANSWERS: Final = MappingProxyType(
+RESULTS: Final = MappingProxyType(
     {
         "run": "results.result:Result",
         "sweep": "sweeps.result:SweepResult",
@@ -33,7 +33,7 @@ ANSWERS: Final = MappingProxyType(
         "frequency response": "linear.response:FrequencyResponse",
     }
 )
-"""Class of each kind of saved answer."""
+"""Class of each kind of saved result."""
 
 
 @cache
@@ -57,23 +57,23 @@ def _seconds(name: str, text: str) -> float:
 
 
 def read_result(path: str | os.PathLike[str]) -> Any:
-    """Read what an answer's ``save`` wrote, and return the same kind of object again.
+    """Read a file that a result's ``save`` wrote, and return the same kind of object again.
 
     Parameters
     ----------
     path
-        A file that ``save`` or a command wrote: ``.nc`` of any verb, ``calibration.json``, or a record in any format of
+        A file that ``save`` or a command wrote: ``.nc`` of any function, ``calibration.json``, or a record in any format of
         `read_measurement`.
 
     Returns
     -------
-    Answer
-        A `Result`, a sweep, a diagram ...: what was saved.
+    AnalysisResult
+        A `Result`, a sweep, a diagram ...: the saved object.
 
     Raises
     ------
     InputError
-        Where the file is missing, damaged or of no verb.
+        Where the file is missing, damaged or of no kind of result.
 
     Examples
     --------
@@ -98,10 +98,10 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     if OURS in dataset.attrs:
         return _record(place)
     kind = str(dataset.attrs.get(KIND, ""))
-    if kind not in ANSWERS:
-        rule = "must be what the save of an answer wrote"
+    if kind not in RESULTS:
+        rule = "must be a file that the save of a result wrote"
         raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
-    module, _, name = ANSWERS[kind].partition(":")
+    module, _, name = RESULTS[kind].partition(":")
     return getattr(import_module(f"gearplay.{module}"), name).from_dataset(dataset)
 
 

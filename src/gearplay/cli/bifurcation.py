@@ -121,7 +121,7 @@ def bifurcation(
                 else:
                     levels = trees.levels(names)
                     both = list(zip(trees, levels, strict=True))
-                    whole = trees.dataset(names, levels).assign_attrs({KIND: trees.answer})
+                    whole = trees.dataset(names, levels).assign_attrs({KIND: trees.result_kind})
                     write_dataset(whole, tree, overwrite=overwrite)
                     write_bytes(picture, bifurcation_figure(found.ds, names, branches=both))
                     document |= {"tree": str(tree), "branches": _listed(trees)}

@@ -14,7 +14,7 @@ from gearplay.model.field_units import unit_at
 from gearplay.model.initial import usual_member
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
 from gearplay.nonlinear.thread_pool import share_out
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.solver.compiling import prepare
@@ -38,7 +38,7 @@ REMARKABLE = 20e-6
 
 
 @dataclass(frozen=True, repr=False)
-class Diagram(Answer):
+class Diagram(AnalysisResult):
     """A bifurcation diagram over a field: signals once per period, NaN where a value failed.
 
     ``values`` has shape [direction, parameter, period, signal], SI; ``parameters`` [SI] rise; ``reasons``, shape [direction,
@@ -57,7 +57,7 @@ class Diagram(Answer):
     settings: dict[str, Any] = field(default_factory=dict)
     starts: tuple[tuple[str, ...], ...] = ()
 
-    answer = "bifurcation"
+    result_kind = "bifurcation"
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -89,7 +89,7 @@ class Diagram(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the diagram whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         names = tuple(str(name) for name in dataset.data_vars if name not in ("reason", "start"))
         axis = dataset[dataset["reason"].dims[1]]
         known = ("settle", "keep", "period", "carried")

@@ -17,7 +17,7 @@ from gearplay.nonlinear.lyapunov import lyapunov_exponents
 from gearplay.nonlinear.section_choice import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
@@ -61,7 +61,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, repr=False)
-class Motion(Answer):
+class Motion(AnalysisResult):
     """Kind of a motion, the reason for it, and the evidence.
 
     ``kind`` is the kind of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance,
@@ -80,7 +80,7 @@ class Motion(Answer):
     limit: float
     case: Case
 
-    answer = "motion"
+    result_kind = "motion"
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -118,7 +118,7 @@ class Motion(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the object whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         a = dataset.attrs
         names = ("change", "statistic", "usual", "changed", "t")
         rows = zip(*(dataset[name].values.tolist() for name in names), strict=True)

@@ -135,7 +135,7 @@ def test_a_record_has_what_an_answer_has(tmp_path: Path) -> None:
 def test_what_is_no_answer_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "other.nc"
     xr.Dataset({"a": ("x", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
-    with pytest.raises(gp.InputError, match="must be what the save of an answer wrote"):
+    with pytest.raises(gp.InputError, match="must be a file that the save of a result wrote"):
         gp.read_result(path)
     with pytest.raises(gp.InputError, match=r"must be a readable result file"):
         gp.read_result(tmp_path / "none.nc")
