@@ -178,11 +178,11 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     _heading(ax, f"{rotor}{frame}{circle}")
 
 
-def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest: float | None = None) -> Any:
-    """Return a figure of amplitude spectra, one below the other, mesh orders and shafts marked; ``highest`` [Hz] ends them."""
+def spectrum_figure(result: "Result", chosen: Chosen, window: Window) -> Any:
+    """Return a figure of amplitude spectra, one below the other, mesh orders and shafts marked."""
     figure, axes = make_figure(len(chosen), 1, 0.9 + 2.5 * len(chosen))
     for ax, (signal, label) in zip(axes[:, 0], chosen, strict=True):
-        draw_spectrum(ax, result, signal, label, window, highest=highest)
+        draw_spectrum(ax, result, signal, label, window)
     for ax in axes[:-1, 0]:
         ax.set_xlabel("")
     average = f", rms average of {result.members} members" if result.members > 1 else ""
