@@ -173,7 +173,7 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
-    frame = "\nbeside its pin, axes of the carrier" if on else ""
+    frame = "\nrelative to its pin, axes of the carrier" if on else ""
     circle = f"\nclearance circle {1e6 * clearance:.4g} µm" if clearance > 0.0 else ""
     _heading(ax, f"{rotor}{frame}{circle}")
 

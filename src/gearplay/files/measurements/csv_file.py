@@ -151,7 +151,7 @@ def read(request: Request) -> Record:
         declared.append((column, rate))
     places = [k for k in range(layout.columns) if k != time]
     if not places:
-        rule = f"must hold a column beside the time {quoted(layout.names[time or 0])}"
+        rule = f"must hold a column in addition to the time {quoted(layout.names[time or 0])}"
         raise damaged(path, rule, "Export it again")
     about = {key: text for key, text in layout.declared.items() if key not in ("rows", "sampling", "start")}
     return make_record(
