@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gearplay.files.databases import told_of
+from gearplay.files.databases import sqlite_errors
 from gearplay.vocabulary.errors import GearplayError, InputError, ResourceError, TakenError
 
 FILE = Path("kept") / "trials.sqlite"
@@ -14,7 +14,7 @@ FILE = Path("kept") / "trials.sqlite"
 def raised(error: Exception, *, wrapped: bool, foreign: bool = False) -> Exception:
     """Return what an error becomes, within a library's own or by itself."""
     try:
-        with told_of(FILE, "hold trials", "Overwrite it", foreign=foreign):
+        with sqlite_errors(FILE, "hold trials", "Overwrite it", foreign=foreign):
             if not wrapped:
                 raise error
             try:

@@ -13,7 +13,7 @@ import numpy as np
 from gearplay.files.atomic import shown_path
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.base import Answer, check_kind
+from gearplay.results.base import AnalysisResult, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
 from gearplay.work.pieces import DIGEST, without_digest
@@ -30,7 +30,7 @@ LARGEST = 64 * 1024**2
 
 
 @dataclass(frozen=True, repr=False)
-class Calibration(Answer):
+class Calibration(AnalysisResult):
     """Result of a calibration: the parameters that explain the records, and the better model.
 
     Attributes: ``ds`` (a row for each parameter of each fit), ``document`` (all of ``calibration.json``), ``message`` (the
@@ -39,7 +39,7 @@ class Calibration(Answer):
 
     document: Mapping[str, Any]
 
-    answer = "calibration"
+    result_kind = "calibration"
 
     @property
     def message(self) -> str:
@@ -79,7 +79,7 @@ class Calibration(Answer):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the calibration whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         if "document" not in dataset.attrs:
             rule = "must be what is written of a calibration"
             raise InputError(Fault("dataset", "no document", rule, "Write it again"))

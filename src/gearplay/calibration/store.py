@@ -6,7 +6,7 @@ from pathlib import Path
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Trial, mapped
-from gearplay.files.databases import told_of
+from gearplay.files.databases import sqlite_errors
 from gearplay.vocabulary.errors import Fault, TakenError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.work import pieces
@@ -21,7 +21,7 @@ AFTER = ("evaluations", "polish", "check_members")
 class StudyStore:
     """One model's trials as an optuna study; each is added in one transaction.
 
-    Raises `TakenError` where the file holds trials of another plan, or is damaged, and the errors of `told_of`.
+    Raises `TakenError` where the file holds trials of another plan, or is damaged, and the errors of `sqlite_errors`.
     """
 
     def __init__(self, folder: Path, plan: Plan, model: str, digest: str) -> None:
@@ -29,13 +29,15 @@ class StudyStore:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         path, self.folder = folder / FILE, folder
         self.names = [p.name for p in plan.parameters_of(model.removesuffix(EVEN))]
-        with _told_of(path, foreign=True):  # optuna has errors of its own for a file that is no database
+        with _sqlite_errors(
+            path, foreign=True
+        ):  # optuna has errors of its own for a file that is no database
             self.study = optuna.create_study(
                 storage=optuna.storages.RDBStorage(f"sqlite:///{path}"), study_name=model, load_if_exists=True
             )
             known = self.study.user_attrs.get("plan")
         if known is None:
-            with _told_of(path):
+            with _sqlite_errors(path):
                 self.study.set_user_attr("plan", digest)
         elif known != digest:
             raise TakenError(
@@ -45,7 +47,7 @@ class StudyStore:
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""
         trials = []
-        with _told_of(self.folder / FILE):
+        with _sqlite_errors(self.folder / FILE):
             found = self.study.get_trials(deepcopy=False)
         for stored in found:
             held = pieces.without_digest(stored.user_attrs, in_order=False)
@@ -74,15 +76,15 @@ class StudyStore:
             distributions={name: FloatDistribution(0.0, 1.0) for name in self.names},
             user_attrs=pieces.with_digest(held, in_order=False),
         )
-        with _told_of(self.folder / FILE):
+        with _sqlite_errors(self.folder / FILE):
             self.study.add_trial(finished)
 
 
 _CURE = "Choose another folder, or overwrite it to begin anew."
 
 
-def _told_of(path: Path, *, foreign: bool = False) -> AbstractContextManager[None]:
-    return told_of(path, "hold the trials of this calibration", _CURE, foreign=foreign)
+def _sqlite_errors(path: Path, *, foreign: bool = False) -> AbstractContextManager[None]:
+    return sqlite_errors(path, "hold the trials of this calibration", _CURE, foreign=foreign)
 
 
 def digest_of(plan: Plan) -> str:

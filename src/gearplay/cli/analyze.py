@@ -121,7 +121,7 @@ def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[An
         from gearplay.results.result import Result
 
         dataset = read_dataset(path)
-        if dataset.attrs.get(KIND) == Result.answer:
+        if dataset.attrs.get(KIND) == Result.result_kind:
             result = Result.from_dataset(dataset)
             return record_of(result), usual_channel(result)
     return read_measurement(path, sampling=sampling, units=units), None

@@ -43,7 +43,7 @@ def animate(
     """
     import gearplay as gp
     from gearplay.files.atomic import check_new
-    from gearplay.results.choice import stretch
+    from gearplay.results.choice import time_window
     from gearplay.results.staging import loud_window
     from gearplay.web.view import check_form
 
@@ -51,7 +51,7 @@ def animate(
     form = check_form(place)
     check_new(place, overwrite=overwrite)
     result = result_in(run)
-    span = stretch(result, window_of(window))
+    span = time_window(result, window_of(window))
     if window is None and form != ".html":
         span = loud_window(result, span)
     made = gp.view(result, window=span, at=at, magnify=magnify, frames=frames or FRAMES[form])

@@ -53,7 +53,7 @@ def plot(
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.model.wording import did_you_mean
     from gearplay.pictures.canvas import to_bytes
-    from gearplay.results.choice import stretch
+    from gearplay.results.choice import time_window
     from gearplay.vocabulary.errors import Fault, InputError
 
     chosen = kind or ("history" if signal else "overview")
@@ -74,7 +74,7 @@ def plot(
         )
     check_new(place, overwrite=overwrite)
     result = result_in(run)
-    span = stretch(result, window_of(window))
+    span = time_window(result, window_of(window))
     figure = _figure(result, chosen, signal or [], at, span)
     write_bytes(place, to_bytes(figure, place.suffix.lower()[1:]))
     if json:

@@ -28,7 +28,7 @@ KINDS = (
 
 
 def shown_path(path: Path) -> str:
-    """Return the path as messages show it: of a long one the end, which holds the name."""
+    """Return a path for messages; only the end of a long one, which holds the name."""
     text = str(path)
     return text if len(text) <= 56 else f"...{text[-53:]}"
 
@@ -118,7 +118,7 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
         if overwrite:
             os.replace(name, path)
         else:
-            _name_once(name, path)
+            _rename_once(name, path)
         _sync_folder(path.parent)
     except OSError as error:
         rule = f"must be writable ({_words(error)})"
@@ -128,21 +128,21 @@ def replacing(path: Path, *, overwrite: bool = True) -> Iterator[Path]:
             os.unlink(name)
 
 
-def _name_once(name: str, path: Path) -> None:
-    """Give a file its name unless that is taken; `TakenError` where it is."""
+def _rename_once(name: str, path: Path) -> None:
+    """Rename a file without replacing an existing one; `TakenError` where the name exists."""
     try:
         try:
             os.link(name, path)
         except FileExistsError:
             raise
         except OSError:  # a file system without links
-            _take_then_replace(name, path)
+            _create_then_replace(name, path)
     except FileExistsError:
         raise _taken(path, "must not exist yet; it has come up meanwhile") from None
 
 
-def _take_then_replace(name: str, path: Path) -> None:
-    """Take a name with an empty file and replace that; `FileExistsError` where it is taken."""
+def _create_then_replace(name: str, path: Path) -> None:
+    """Create an empty file of that name and replace it; `FileExistsError` where the name exists."""
     if os.path.lexists(path):
         raise FileExistsError
     try:

@@ -10,10 +10,10 @@ from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenEr
 
 
 @contextmanager
-def told_of(path: Path, what: str, cure: str, *, foreign: bool = False) -> Iterator[None]:
+def sqlite_errors(path: Path, rule: str, cure: str, *, foreign: bool = False) -> Iterator[None]:
     """Translate an SQLite error raised in the block, also one wrapped by a library.
 
-    ``what`` the file must be, ``cure`` where it is not. With ``foreign`` any other error means that it is not.
+    ``rule`` is what the file must do or hold, ``cure`` for where it does not. With ``foreign`` any other error means that too.
 
     Raises `ResourceError` where the disk is full or fails, `InputError` where another process holds the file, else `TakenError`.
     """
@@ -31,13 +31,13 @@ def told_of(path: Path, what: str, cure: str, *, foreign: bool = False) -> Itera
             ) from None
         place = shown_path(path.parent)
         if "locked" in words:
-            rule = f"its {path.name} must not be in use by another process"
-            raise InputError(Fault("out", place, rule, "Wait for it, or choose another folder")) from None
-        raise TakenError(Fault("out", place, f"its {path.name} must {what} ({words})", cure)) from None
+            busy = f"its {path.name} must not be in use by another process"
+            raise InputError(Fault("out", place, busy, "Wait for it, or choose another folder")) from None
+        raise TakenError(Fault("out", place, f"its {path.name} must {rule} ({words})", cure)) from None
 
 
 def _cause(error: BaseException | None) -> sqlite3.Error | None:
-    """Return the error of SQLite from which another one came."""
+    """Return the SQLite error among the causes of another one."""
     while error is not None and not isinstance(error, sqlite3.Error):
         error = error.__cause__ or error.__context__
     return error

@@ -73,11 +73,10 @@ class Reader:
                 process.stdin.flush()
                 _receive(process, _STARTING)  # the libraries are loaded, which is not the file's fault
                 reply, buffers = _receive(process, seconds)
-            except (MemoryError, KeyboardInterrupt):
-                self._end()  # half a reply is left in the pipe
-                raise
-            except Exception:  # the pipe ends, or a damaged process wrote into it
-                self._end()
+            except BaseException as error:
+                self._end()  # half a reply may be left in the pipe
+                if isinstance(error, MemoryError) or not isinstance(error, Exception):
+                    raise
                 raise SandboxError("crashes on it or does not return") from None
         if "raises" in reply:
             raise _error_of(reply["raises"])

@@ -21,7 +21,7 @@ def mat_bytes(variables: Mapping[str, Any]) -> bytes:
 
     made = io.BytesIO()
     savemat(made, dict(variables), do_compression=True, oned_as="row", long_field_names=True)
-    made.seek(0)  # the heading there tells the time
+    made.seek(0)  # the heading there holds the time
     made.write(_MAT_HEADING.ljust(116).encode("ascii"))
     return made.getvalue()
 

@@ -35,7 +35,7 @@ class Campbell(OfDataset):
     (crossing).
     """
 
-    answer = "campbell"
+    result_kind = "campbell"
 
     @property
     def message(self) -> str:

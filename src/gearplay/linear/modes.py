@@ -28,7 +28,7 @@ class Modes(OfDataset):
     ``bilateral`` (contact): drive flanks that touch without load, as their back flanks do.
     """
 
-    answer = "modes"
+    result_kind = "modes"
 
     @property
     def message(self) -> str:

@@ -36,7 +36,7 @@ class FrequencyResponse(OfDataset):
     both (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
     """
 
-    answer = "frequency response"
+    result_kind = "frequency response"
 
     @property
     def parameter(self) -> str | None:

@@ -16,7 +16,7 @@ from gearplay.nonlinear.pair_coordinates import ENTRIES, NAMES, PairCoordinates,
 from gearplay.nonlinear.thread_pool import share_out
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.words import axis_label
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
@@ -54,7 +54,7 @@ class Grid:
 
 
 @dataclass(frozen=True, repr=False)
-class Basins(Answer):
+class Basins(AnalysisResult):
     """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
 
     -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed, -3 those that were not reached
@@ -70,7 +70,7 @@ class Basins(Answer):
     entries: tuple[str, ...]
     case: Case
 
-    answer = "basins"
+    result_kind = "basins"
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -102,7 +102,7 @@ class Basins(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the object whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         second, first = (str(dim) for dim in dataset["motion"].dims)
         sections = [each[np.isfinite(each).all(axis=1)] for each in dataset["sections"].values]
         return cls(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.nonlinear.figures import bifurcation_drawing
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance, signal_words
 
@@ -24,7 +24,7 @@ BEGAN_WITH = "what a value began with, where not with the plain end of the one b
 
 
 @dataclass(frozen=True, repr=False)
-class Diagram(Answer):
+class Diagram(AnalysisResult):
     """A bifurcation diagram over a field: signals once per period, NaN where a value failed.
 
     ``values`` has shape [direction, parameter, period, signal], SI; ``parameters`` [SI] rise; ``reasons``, shape [direction,
@@ -43,7 +43,7 @@ class Diagram(Answer):
     path: str
     settings: dict[str, Any]
 
-    answer = "bifurcation"
+    result_kind = "bifurcation"
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -70,7 +70,7 @@ class Diagram(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the diagram whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         names = tuple(str(name) for name in dataset.data_vars if name not in ("reason", "start"))
         axis = dataset[dataset["reason"].dims[1]]
         reasons, starts = (

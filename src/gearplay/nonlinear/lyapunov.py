@@ -49,7 +49,7 @@ class Exponents(Tabled):
     stores its impact speed (NaN otherwise, and where not all were requested). ``time`` is the length of the record [s].
     """
 
-    answer = "exponents"
+    result_kind = "exponents"
     VARIABLES = MappingProxyType(
         {
             "values": Column(("exponent",), "1/s", "Lyapunov exponent"),

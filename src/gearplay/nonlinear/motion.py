@@ -20,7 +20,7 @@ from gearplay.nonlinear.record_length import check_span
 from gearplay.nonlinear.section_choice import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
@@ -43,7 +43,7 @@ SWINGS, PARTS = 8, 32  # periods, and instants in each, at which the motion with
 
 
 @dataclass(frozen=True, repr=False)
-class Motion(Answer):
+class Motion(AnalysisResult):
     """Kind of a motion, the reason for it, and the evidence.
 
     ``kind`` is the kind of ``response``, or "numerical artefact" where a statistic changes beyond its spread with the tolerance,
@@ -62,7 +62,7 @@ class Motion(Answer):
     limit: float
     case: Case
 
-    answer = "motion"
+    result_kind = "motion"
 
     @property
     def ds(self) -> "xr.Dataset":
@@ -97,7 +97,7 @@ class Motion(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the object whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         a = dataset.attrs
         rows = zip(*(dataset[each.name].values.tolist() for each in fields(Comparison)), strict=True)
         return cls(

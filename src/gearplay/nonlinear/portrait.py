@@ -41,7 +41,7 @@ class Portrait(OfDataset):
     ``onset_time`` with ``contact``, the contact's name; signals are ``ring.x`` and so on [SI], rotations from the nominal ones.
     """
 
-    answer = "portrait"
+    result_kind = "portrait"
 
     @property
     def message(self) -> str:

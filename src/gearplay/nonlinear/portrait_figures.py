@@ -10,7 +10,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.extremes import thinned_path
-from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, draw_circle, is_still, say_still
+from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, draw_circle, is_still, note_still
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.titles import words_of
 from gearplay.vocabulary.errors import Fault, InputError
@@ -120,7 +120,7 @@ def _plane(ax: Any, portrait: "xr.Dataset", case: Case, rotor: str, across: str,
     if all(is_still(each.values, each.attrs["units"]) for each in paths):
         middle = [float(np.mean(each)) for each in (x, y)]
         ax.set(xlim=(middle[0] - 1.0, middle[0] + 1.0), ylim=(middle[1] - 1.0, middle[1] + 1.0))
-        say_still(ax, paths[0].attrs["units"])
+        note_still(ax, paths[0].attrs["units"])
     ax.locator_params(nbins=4)
     ax.set_xlabel(f"{SYMBOLS[across]} [{scales[0][0]}]", fontsize=SMALL)
     ax.set_ylabel(f"{SYMBOLS[up]} [{scales[1][0]}]", fontsize=SMALL)

@@ -14,7 +14,7 @@ from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
 from gearplay.solver.compiling import prepare
@@ -33,13 +33,13 @@ CHANGES = {"onset": 1.0, "release": 0.0}
 
 
 @dataclass(frozen=True, repr=False)
-class Section(Answer):
+class Section(AnalysisResult):
     """A motion sampled at some instants: times [s], shape [instant], and signals, shape [instant, signal], SI.
 
     ``ended`` is the reason for fewer instants than requested, "" if there are all.
     """
 
-    answer = "section"
+    result_kind = "section"
 
     times: Floats
     values: Floats
@@ -63,7 +63,7 @@ class Section(Answer):
     @classmethod
     def from_dataset(cls, dataset: "xr.Dataset") -> Self:
         """Return the section whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         names = tuple(json.loads(dataset.attrs["signals"]))
         table = np.column_stack([dataset[name].values for name in names])
         return cls(

@@ -6,15 +6,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def extreme_places(y: Floats, stretches: int) -> NDArray[np.int64]:
-    """Return the places of the lowest and highest value of each of at most ``stretches`` stretches, in order.
+def extreme_places(y: Floats, segments: int) -> NDArray[np.int64]:
+    """Return the indices of the minimum and maximum of each of at most ``segments`` segments, in order.
 
-    All places for no more than two values a stretch; a stretch that holds a NaN has one of them, so that gaps stay.
+    All indices for no more than two values a segment; a segment that holds a NaN has one of them, so that gaps stay.
 
     >>> extreme_places(np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0, 9.0]), 3).tolist()
     [0, 1, 3, 4, 6]
     """
-    size = -(-y.size // stretches) if y.size else 0
+    size = -(-y.size // segments) if y.size else 0
     if size <= 2:
         return np.arange(y.size, dtype=np.int64)
     whole = y.size // size
@@ -27,15 +27,15 @@ def extreme_places(y: Floats, stretches: int) -> NDArray[np.int64]:
     return np.unique(np.concatenate([places.ravel(), ends]))
 
 
-def extremes(x: Floats, y: Floats, stretches: int) -> tuple[Floats, Floats]:
-    """Return the minimum and maximum of each of at most ``stretches`` segments of a curve, in their order.
+def extremes(x: Floats, y: Floats, segments: int) -> tuple[Floats, Floats]:
+    """Return the minimum and maximum of each of at most ``segments`` segments of a curve, in their order.
 
     A curve of no more than two points per segment is returned unchanged.
 
     >>> extremes(np.arange(7.0), np.array([0.0, 5.0, 1.0, 2.0, -3.0, 0.0, 9.0]), 3)
     (array([0., 1., 3., 4., 6.]), array([ 0.,  5.,  2., -3.,  9.]))
     """
-    at = extreme_places(y, stretches)
+    at = extreme_places(y, segments)
     return x[at], y[at]
 
 

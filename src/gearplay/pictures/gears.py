@@ -64,7 +64,7 @@ def pitch_point(a: Gear, b: Gear) -> tuple[float, float]:
 
 
 def phases(gears: Sequence[Gear], meshes: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return how far each gear is turned [rad] at nominal rotation, so that teeth meet spaces, going along the meshes."""
+    """Return the angle [rad] of each gear at nominal rotation, mesh by mesh, so that teeth meet spaces."""
     named = {gear["name"]: gear for gear in gears}
     found: dict[str, float] = {}
     for turn in range(len(meshes) + 1):
@@ -89,7 +89,7 @@ def phases(gears: Sequence[Gear], meshes: Sequence[Mapping[str, Any]]) -> dict[s
 
 
 def usual_shaft(module: float | None, roots: Sequence[float]) -> float:
-    """Return the radius of a drawn shaft [m] by the module of what it carries, at most half of the root radii on its axis [m].
+    """Return the radius of a drawn shaft [m] by the module of its gears, at most half of the root radii on its axis [m].
 
     >>> usual_shaft(0.005, []), usual_shaft(0.001, [0.00725])
     (0.007, 0.003625)
@@ -110,7 +110,7 @@ def rim_radius(gear: Gear) -> float:
 
 
 def magnification(mechanism: Mechanism, times: float = 1.0) -> float:
-    """Return how many times larger small motions are drawn: ``times`` what makes the largest clearance a quarter of a module."""
+    """Return the magnification of small motions: ``times`` the one that draws the largest clearance as a quarter of a module."""
     module = next((gear["module"] for gear in mechanism["gears"] if gear["module"]), 0.01)
     plays = [each["clearance"] for each in mechanism["sleeves"]]
     plays += [each["backlash"] for each in mechanism["meshes"]]
@@ -162,14 +162,14 @@ def pair_of(mechanism: Mechanism, mesh: Mapping[str, Any]) -> tuple[Gear, Gear]:
 
 
 def axis_of(mechanism: Mechanism, gear: Gear) -> tuple[float, float]:
-    """Return the centre of what carries a gear, else its own [m]."""
+    """Return the centre of a gear's carrier, else its own [m]."""
     on = next((each["on"] for each in mechanism["carried"] if each["rotor"] == gear["rotor"]), None)
     hub = gear_on(mechanism, on) if on is not None else gear
     return hub["x"], hub["y"]
 
 
 def arm_of(mechanism: Mechanism, gear: Gear) -> float:
-    """Return how far from its carrier's axis a gear's centre lies [m]."""
+    """Return the distance of a gear's centre from its carrier's axis [m]."""
     return math.dist(axis_of(mechanism, gear), (gear["x"], gear["y"]))
 
 
@@ -183,7 +183,7 @@ def whole_look(mechanism: Mechanism) -> Look:
 
 
 def sleeve_look(mechanism: Mechanism, name: str | None, factor: float) -> Look | None:
-    """Return the close-up of a sleeve, the first if none is named; ``factor`` is how many times larger its clearance is drawn."""
+    """Return the close-up of a sleeve, the first if none is named; its clearance is magnified by ``factor``."""
     sleeves = mechanism["sleeves"]
     if not sleeves:
         return None

@@ -16,7 +16,7 @@ Show = Callable[[int], Any]
 
 
 def has_mp4() -> bool:
-    """Return whether films can be written: ffmpeg is there."""
+    """Return whether MP4 can be written: whether ffmpeg is installed."""
     from matplotlib.animation import FFMpegWriter
 
     return bool(FFMpegWriter.isAvailable())
@@ -44,7 +44,7 @@ def gif_bytes(figure: Any, count: int, show: Show, *, typical: int = 0) -> bytes
 
 
 def mp4_bytes(figure: Any, count: int, show: Show) -> bytes:
-    """Return a film (H.264) of a figure that ``show(i)`` changes; ffmpeg must be there."""
+    """Return a film (H.264) of a figure that ``show(i)`` changes; ffmpeg must be installed."""
     from matplotlib.animation import FFMpegWriter
 
     _grabber(figure)
@@ -59,7 +59,7 @@ def mp4_bytes(figure: Any, count: int, show: Show) -> bytes:
 
 
 def _grabber(figure: Any) -> Callable[[], Any]:
-    """Return what draws the figure and returns its pixels; its layout is found once, then it stays."""
+    """Return a function that draws the figure and returns its pixels; the layout is computed once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure.set_dpi(DPI)

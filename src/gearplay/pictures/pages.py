@@ -79,13 +79,13 @@ def html_table(rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str
     return f"<table>{''.join(lines)}</table>"
 
 
-def sparkline(values: NDArray[np.float64], title: str, *, width: int = 320, height: int = 44) -> str:
+def sparkline(values: NDArray[np.float64], title: str) -> str:
     """Return a small curve as SVG, its extremes kept; nothing for fewer than two finite values.
 
     >>> sparkline(np.array([0.0, 2.0, 1.0]), "speed")[-43:]
     '22.0"><title>speed</title></polyline></svg>'
     """
-    known = values[np.isfinite(values)]
+    width, height, known = 320, 44, values[np.isfinite(values)]
     if known.size < 2:
         return ""
     x, y = extremes(np.linspace(2.0, width - 2.0, known.size), known, width)

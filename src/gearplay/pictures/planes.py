@@ -75,7 +75,7 @@ def _planes(mechanism: Mapping[str, Any], *, joined: bool) -> list[int]:
 
 
 def _box(gears: Sequence[Gear]) -> Box:
-    """Return left, right, low and high end [m] of what gears cover."""
+    """Return left, right, low and high end [m] of the drawn gears."""
     rims = [rim_radius(gear) for gear in gears]
     ends = [
         pick(gear[axis] + sign * rim for gear, rim in zip(gears, rims, strict=True))

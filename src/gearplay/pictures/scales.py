@@ -13,7 +13,7 @@ WIDE = 1.5  # decades from which on a scale is logarithmic
 
 
 def is_logarithmic(values: Floats) -> bool:
-    """Return whether an axis's values, in order, stand more evenly in logarithms than as they are.
+    """Return whether an axis's values, in order, are spaced more evenly in logarithms.
 
     >>> is_logarithmic(np.geomspace(1e-5, 1e-3, 7)), is_logarithmic(np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]))
     (True, True)

@@ -42,7 +42,7 @@ AROUND = np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)])
 
 
 class _Pane(NamedTuple):
-    """One view: its axes, its window, whether carriers turn in it, what moves in it."""
+    """One view: its axes, its window, whether carriers turn in it, its moving artists."""
 
     ax: Any
     look: Look
@@ -174,7 +174,7 @@ class Stage:
 
     @staticmethod
     def _focus(ax: Any, look: Look, x: float, y: float) -> None:
-        """Have a view show its window about a middle [m]."""
+        """Set the window of a view about a middle [m]."""
         ax.set_xlim(MM * (x - look.half_x), MM * (x + look.half_x))
         ax.set_ylim(MM * (y - look.half_y), MM * (y + look.half_y))
 
@@ -210,13 +210,13 @@ class Stage:
         return Path.make_compound_path(Path(rim, closed=True), teeth)
 
     def _place(self, pane: _Pane, i: int) -> None:
-        """Move everything in a view to where it is at frame ``i``."""
+        """Move everything in a view to its place at frame ``i``."""
         from matplotlib.transforms import Affine2D
 
         frames, M = self.frames, self.factor
 
         def set_of(gear: Gear) -> Any:
-            """Return how a gear's set is turned with its carrier."""
+            """Return the rotation of a gear's set with its carrier."""
             if not pane.turning:
                 return Affine2D()
             angle = float(frames["orbit"][gear["index"], i])

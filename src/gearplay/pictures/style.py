@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 COUPLED, UNCOUPLED, TEST, CLEARANCE = "#0b5fa5", "#c8641b", "#222222", "#8a8f98"
 MOST_POINTS = 20_000
 LONGEST_NUMBER = 8  # characters at an axis
+APART = 0.035  # least distance of two names of lines, as a share of the width
 DOT = 0.1  # of the clearance: a path that is smaller is drawn magnified too
 
 
@@ -36,8 +37,8 @@ def is_still(values: Floats, unit: str) -> bool:
     return unit in STILL and bool(known.size) and float(np.ptp(known)) <= STILL[unit]
 
 
-def say_still(ax: "Axes", unit: str, what: str = "motion") -> None:
-    """Write into axes that nothing above `STILL` is there."""
+def note_still(ax: "Axes", unit: str, what: str = "motion") -> None:
+    """Note in axes that nothing above `STILL` is drawn."""
     ax.text(
         0.5, 0.56, plain(f"no {what} above {STILL[unit]:.0e} {unit}".replace("e-0", "e-").replace("^2", "²")),
         transform=ax.transAxes, ha="center", va="center", fontsize=8,
@@ -45,14 +46,14 @@ def say_still(ax: "Axes", unit: str, what: str = "motion") -> None:
 
 
 def widen_still(ax: "Axes", values: Floats, least: float) -> None:
-    """Let the ordinate of a curve that is still show its level, not its rounding; a level below ``least`` is 0, as drawn."""
+    """Scale the ordinate of a constant curve by its level, not by its rounding; a level below ``least`` counts as 0."""
     level = float(np.nanmean(values)) if np.isfinite(values).any() else 0.0
     reach = 0.5 * abs(level) if abs(level) > least else 1.0
     ax.set_ylim(level - reach, level + reach)
 
 
 def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
-    """Return axes of a new figure [inches] in the house style, without touching matplotlib's global state."""
+    """Return axes of a new figure [inches] in the common style, without touching matplotlib's global state."""
     ax: Axes = tidy(blank_figure(width, height).subplots())
     return ax
 
@@ -68,7 +69,7 @@ def blank_figure(width: float, height: float) -> Any:
 
 
 def tidy(ax: Any) -> Any:
-    """Give axes the house style."""
+    """Apply the common style to axes."""
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(True, color="#e4e6ea", linewidth=0.6)
     ax.set_axisbelow(True)
@@ -85,7 +86,7 @@ def plain_numbers(ax: Any) -> None:
 
 @cache
 def _whole_numbers() -> Any:
-    """Return the class of these formatters; made when a picture is, since matplotlib loads slowly."""
+    """Return the class of these formatters; made on first use, since matplotlib loads slowly."""
     from matplotlib.ticker import ScalarFormatter
 
     class WholeNumbers(ScalarFormatter):
@@ -101,29 +102,29 @@ def _whole_numbers() -> Any:
 
 
 def draw_circle(ax: "Axes", radius: float) -> None:
-    """Draw a clearance circle, dashed and on top: seen over a path that fills it, and a path that lies on it is seen between."""
+    """Draw a clearance circle, dashed and on top, so that both it and a path on it are visible."""
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = radius * np.cos(angle), radius * np.sin(angle)
     ax.plot(*circle, color=CLEARANCE, linewidth=0.7, dashes=(4, 5), zorder=3)
 
 
-def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str = COUPLED) -> "Axes":
+def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float) -> "Axes":
     """Draw the path x, y [m] of a shaft's centre in its circle of radius ``clearance`` [m], in µm; a dot is magnified."""
     x, y = thinned_path(np.asarray(x), np.asarray(y), MOST_POINTS)
     still = is_still(x, "m") and is_still(y, "m")
     x, y, c = 1e6 * x, 1e6 * y, 1e6 * clearance
     if c > 0.0:
         draw_circle(ax, c)
-    ax.plot(x, y, color=color, linewidth=0.8)
+    ax.plot(x, y, color=COUPLED, linewidth=0.8)
     if c > 0.0:  # both axes about the circle, whatever the path
         reach = 1.06 * max(c, float(np.max(np.abs([x, y]), initial=0.0)))
         if x.size and not still and max(np.ptp(x), np.ptp(y)) < DOT * reach:
-            _magnify(ax, x, y, reach, color)
+            _magnify(ax, x, y, reach)
         ax.set_xlim(-reach, reach)
         ax.set_ylim(-reach, reach)
     if still:
-        ax.plot(x[:1], y[:1], "o", color=color, markersize=4)
-        say_still(ax, "m")
+        ax.plot(x[:1], y[:1], "o", color=COUPLED, markersize=4)
+        note_still(ax, "m")
         if c <= 0.0:
             ax.set_xlim(x[0] - 1.0, x[0] + 1.0)
             ax.set_ylim(y[0] - 1.0, y[0] + 1.0)
@@ -134,7 +135,7 @@ def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float, *, color: str
     return ax
 
 
-def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None:
+def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float) -> None:
     """Draw a path [µm] that is a dot in axes up to ``reach`` again, magnified, where it leaves room."""
     middle = np.array([0.5 * (x.min() + x.max()), 0.5 * (y.min() + y.max())])
     away = float(np.hypot(*middle))
@@ -143,7 +144,7 @@ def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None
     left, low = (0.5 + 0.42 * float(each) - 0.5 * size for each in shift)
     close = ax.inset_axes((left, low, size, size))
     tidy(close).tick_params(labelsize=6)
-    close.plot(x, y, color=color, linewidth=0.6)
+    close.plot(x, y, color=COUPLED, linewidth=0.6)
     half = 0.6 * max(np.ptp(x), np.ptp(y), 1e-6 * reach)
     close.set_xlim(middle[0] - half, middle[0] + half)
     close.set_ylim(middle[1] - half, middle[1] + half)
@@ -152,13 +153,13 @@ def _magnify(ax: "Axes", x: Floats, y: Floats, reach: float, color: str) -> None
     for spine in close.spines.values():
         spine.set_color(CLEARANCE)
     close.set_title(f"{float(f'{size * reach / half:.2g}'):g} times larger [µm]", fontsize=6.5, pad=3)
-    ax.plot(*middle, "o", color=color, markersize=4, markerfacecolor="none", markeredgewidth=0.8)
+    ax.plot(*middle, "o", color=COUPLED, markersize=4, markerfacecolor="none", markeredgewidth=0.8)
 
 
 def plot_curve(
     ax: "Axes", time: Floats, values: Floats, words: str, *, color: str = COUPLED, label: str | None = None
 ) -> "Axes":
-    """Draw values over time [s]; of many the lowest and the highest of each stretch, so that no impact is lost."""
+    """Draw values over time [s]; of many the minimum and maximum of each segment, so that no impact is lost."""
     t, v = extremes(np.asarray(time), np.asarray(values), MOST_POINTS // 2)
     ax.plot(t, v, color=color, linewidth=0.7, label=plain(label) if label else None)
     ax.set_xlabel("time [s]", fontsize=8)
@@ -166,8 +167,8 @@ def plot_curve(
     return ax
 
 
-def mark_lines(ax: "Axes", marks: "Mapping[str, float]", *, apart: float = 0.035) -> None:
-    """Mark frequencies with thin lines, named at the top of the axes as far as names do not meet; ``apart`` is of the width."""
+def mark_lines(ax: "Axes", marks: "Mapping[str, float]") -> None:
+    """Mark frequencies with thin lines, named at the top where names do not overlap."""
     low, high = ax.get_xlim()
     taken: list[float] = []
     for name, at in marks.items():
@@ -175,7 +176,7 @@ def mark_lines(ax: "Axes", marks: "Mapping[str, float]", *, apart: float = 0.035
             continue
         ax.axvline(at, color=CLEARANCE, linewidth=0.6, linestyle=":", zorder=0.8)
         share = (at - low) / (high - low)
-        if name and share < 0.98 and all(abs(share - each) >= apart for each in taken):
+        if name and share < 0.98 and all(abs(share - each) >= APART for each in taken):
             taken.append(share)
             ax.text(
                 share + 0.004, 0.985, plain(name), transform=ax.transAxes, rotation=90, fontsize=6.5, color="#555a66",

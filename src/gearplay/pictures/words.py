@@ -46,7 +46,7 @@ def wrapped(text: str, width: int) -> str:
 
 
 def shown_unit(unit: str) -> str:
-    """Return a unit as a picture shows it.
+    """Return a unit with typographic characters for pictures.
 
     >>> shown_unit("(m/s^2)^2/Hz"), shown_unit(""), shown_unit("um")
     ('(m/s²)²/Hz', '1', 'µm')
@@ -59,7 +59,7 @@ CELSIUS = "°C"
 
 
 def offset_in(shown: str) -> float:
-    """Return what 0 in SI is in a unit that is shown, -273.15 for degrees Celsius.
+    """Return the value of 0 in SI in a display unit, -273.15 for degrees Celsius.
 
     >>> offset_in("°C"), offset_in("mm")
     (-273.15, 0.0)
@@ -71,7 +71,7 @@ DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 
 
 def shown_in(unit: str, largest: float) -> tuple[str, float]:
-    """Return the unit in which values up to ``largest`` [unit] are shown, and how many of it are one ``unit``.
+    """Return the display unit of values up to ``largest`` [unit], and how many of it are one ``unit``.
 
     To temperatures, in °C, comes `offset_in`.
 

@@ -65,7 +65,7 @@ class LoadSharing(OfDataset):
     force averaged over places of the carrier's turn.
     """
 
-    answer = "load sharing"
+    result_kind = "load sharing"
 
     @property
     def message(self) -> str:

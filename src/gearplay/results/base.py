@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class Answer(ABC):
+class AnalysisResult(ABC):
     """Base class of the results of public functions.
 
     Attributes: ``ds``, the numbers as an `xarray.Dataset` with units and provenance; ``message``, a summary as text;
     ``plot()``, a picture; `save`, whose file `gearplay.read_result` turns into the same object again.
     """
 
-    answer: ClassVar[str]
+    result_kind: ClassVar[str]
 
     @property
     @abstractmethod
@@ -52,7 +52,7 @@ class Answer(ABC):
         """Return the object whose ``ds`` it was."""
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return further lines of the table that a notebook shows: name and value as text."""
+        """Return further rows of the table in notebooks: name and value as text."""
         return ()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -77,11 +77,11 @@ class Answer(ABC):
     def _write(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float = math.inf
     ) -> None:
-        marked = self.ds.assign_attrs({KIND: self.answer})
+        marked = self.ds.assign_attrs({KIND: self.result_kind})
         write_dataset(marked, Path(path), overwrite=overwrite, within=within)
 
     def __repr__(self) -> str:
-        return f"<gearplay {self.answer}: {self.message}>"
+        return f"<gearplay {self.result_kind}: {self.message}>"
 
     def _repr_html_(self) -> str:
         return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}{self._picture()}"
@@ -90,11 +90,11 @@ class Answer(ABC):
         """Return the picture of `plot` as HTML."""
         drawn = self.plot()  # type: ignore[attr-defined]
         png = drawn.png if hasattr(drawn, "png") else to_png(getattr(drawn, "figure", drawn))
-        return f'<img alt="{html.escape(self.answer)}" style="max-width: 42em" src="{data_uri(png)}">'
+        return f'<img alt="{html.escape(self.result_kind)}" style="max-width: 42em" src="{data_uri(png)}">'
 
 
 @dataclass(frozen=True, repr=False)
-class OfDataset(Answer):
+class OfDataset(AnalysisResult):
     """A result that consists of its dataset, with a summary and a picture."""
 
     dataset: xr.Dataset
@@ -107,7 +107,7 @@ class OfDataset(Answer):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the object whose ``ds`` it was; `InputError` for that of another kind."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         return cls(dataset)
 
 
@@ -125,7 +125,7 @@ def case_in(dataset: xr.Dataset) -> Case:
 
 
 def check_kind(dataset: xr.Dataset, kind: str) -> None:
-    """Raise `InputError` where a dataset is not the ``ds`` of an answer of this kind."""
+    """Raise `InputError` where a dataset is not the ``ds`` of a result of this kind."""
     found = dataset.attrs.get(KIND, kind)
     if found != kind:
         rule = f"must be that of a {kind}"
@@ -140,7 +140,7 @@ class Column(NamedTuple):
     words: str
 
 
-class Tabled(Answer):
+class Tabled(AnalysisResult):
     """A result with a ``case``: fields named in ``VARIABLES`` are arrays of its dataset, those in ``SCALARS`` attributes.
 
     ``SCALARS`` holds for each field the function that makes it of the attribute; fields that are no number or text are written as
@@ -173,7 +173,7 @@ class Tabled(Answer):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the object whose ``ds`` it was; `InputError` where something is missing."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         fields: dict[str, Any] = {}
         try:
             for name in cls.VARIABLES:
@@ -182,7 +182,7 @@ class Tabled(Answer):
                 fields[name] = values[..., 0] + 1j * values[..., 1] if is_complex else values
             fields |= {name: make(dataset.attrs[name]) for name, make in cls.SCALARS.items()}
         except (KeyError, ValueError) as error:
-            rule = f"must be what is written of a {cls.answer}"
+            rule = f"must be what is written of a {cls.result_kind}"
             raise InputError(Fault("dataset", str(error), rule, "Write it again")) from None
         return cls(**fields | {"case": case_in(dataset)})
 

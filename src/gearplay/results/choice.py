@@ -114,10 +114,10 @@ def moves(result: "Result", signal: str, label: str) -> bool:
     return not is_still(known, RESULT_VARIABLES[signal].unit)
 
 
-def stretch(result: "Result", window: tuple[float | None, float | None] | None) -> tuple[float, float]:
+def time_window(result: "Result", window: tuple[float | None, float | None] | None) -> tuple[float, float]:
     """Return the two ends [s] of a window, by default those of the result.
 
-    Raises `InputError` for a window that is no stretch of the result.
+    Raises `InputError` for a window that does not lie in the result.
     """
     time = result.time()
     if time.size < 2:

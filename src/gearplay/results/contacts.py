@@ -92,9 +92,8 @@ def contact_table(
         warnings.simplefilter("ignore", RuntimeWarning)  # of fewer than two members there is no spread
         spread = {name: np.std(table[lasting], axis=0, ddof=1) for name, table in each.items()}
     turns = np.zeros(len(labels), dtype=bool) if angular is None else angular
-    return ContactTable(
-        tuple(labels), len(spans), {n: values[n] for n in CONTACT_STATISTICS}, spread, total, turns
-    )
+    ordered = {name: values[name] for name in CONTACT_STATISTICS}
+    return ContactTable(tuple(labels), len(spans), ordered, spread, total, turns)
 
 
 def contacts_of(runs: Sequence[Trajectory]) -> ContactTable:

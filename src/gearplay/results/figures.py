@@ -19,9 +19,9 @@ from gearplay.pictures.style import (
     UNCOUPLED,
     is_still,
     mark_lines,
+    note_still,
     plot_curve,
     plot_orbit,
-    say_still,
     tidy,
     widen_still,
 )
@@ -79,7 +79,7 @@ def draw_history(
     ax.set_xlim(*window)
     if is_still(v, quantity.unit):
         widen_still(ax, factor * v, factor * STILL[quantity.unit])
-        say_still(ax, quantity.unit, "change")
+        note_still(ax, quantity.unit, "change")
     _name(ax, signal, label, unit)
     ax.locator_params(axis="x", nbins=5)
 
@@ -117,7 +117,7 @@ def history_figure(result: "Result", chosen: Chosen, window: Window, *, whole: b
 
 
 def close_up(result: "Result", one: tuple[str, str], window: Window, member: int = 0) -> Window | None:
-    """Return the stretch of some mesh periods about a signal's largest deviation; None where the window is not much longer."""
+    """Return a window of some mesh periods about a signal's largest deviation; None where the given one is not much longer."""
     lines = mesh_lines(result.case)
     length = PERIODS / max(lines.values()) if lines else 0.02 * (window[1] - window[0])
     if window[1] - window[0] < LONG * length:
@@ -173,16 +173,16 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
-    frame = "\nbeside its pin, axes of the carrier" if on else ""
+    frame = "\nrelative to its pin, axes of the carrier" if on else ""
     circle = f"\nclearance circle {1e6 * clearance:.4g} µm" if clearance > 0.0 else ""
     _heading(ax, f"{rotor}{frame}{circle}")
 
 
-def spectrum_figure(result: "Result", chosen: Chosen, window: Window, *, highest: float | None = None) -> Any:
-    """Return a figure of amplitude spectra, one below the other, mesh orders and shafts marked; ``highest`` [Hz] ends them."""
+def spectrum_figure(result: "Result", chosen: Chosen, window: Window) -> Any:
+    """Return a figure of amplitude spectra, one below the other, mesh orders and shafts marked."""
     figure, axes = make_figure(len(chosen), 1, 0.9 + 2.5 * len(chosen))
     for ax, (signal, label) in zip(axes[:, 0], chosen, strict=True):
-        draw_spectrum(ax, result, signal, label, window, highest=highest)
+        draw_spectrum(ax, result, signal, label, window)
     for ax in axes[:-1, 0]:
         ax.set_xlabel("")
     average = f", rms average of {result.members} members" if result.members > 1 else ""
@@ -213,7 +213,7 @@ def draw_spectrum(
     if still:
         ax.set_ylim(0.0, 1.0)
         if largest > 0.0:
-            say_still(ax, quantity.unit, "line")
+            note_still(ax, quantity.unit, "line")
     else:
         ax.semilogy(*extremes(f, a, MOST_POINTS // 2), color=COUPLED, linewidth=0.7)
         low, high = ax.get_ylim()
@@ -237,7 +237,7 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
         least = max(least, round(SEGMENT_PERIODS / min(lines.values()) * result.sampling))
     count = min(MOST_SEGMENTS, t.size // least)
     if count < 2:
-        rule = f"must hold two stretches of {least / result.sampling:.3g} s for a waterfall"
+        rule = f"must hold two segments of {least / result.sampling:.3g} s for a waterfall"
         raise InputError(Fault("window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run"))
     size = t.size // count
     parts = [v[k * size : (k + 1) * size] for k in range(count)]
@@ -259,7 +259,7 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
     ax.set_ylim(float(t[0]), float(t[0]) + (count + HEIGHT + 0.5) * between)
     mark_lines(ax, line_marks(result.case))
     ax.set_xlabel("frequency [Hz]", fontsize=SMALL)
-    ax.set_ylabel("middle of the stretch [s]", fontsize=SMALL)
+    ax.set_ylabel("middle of the segment [s]", fontsize=SMALL)
     _heading(ax, f"{label}: {quantity.long_name}; the highest line is {factor * peak:.3g} {unit}")
     title_figure(figure, result, f"amplitude spectra of {between:.3g} s each", window, key_of(result.case))
     return figure

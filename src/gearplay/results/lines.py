@@ -10,7 +10,7 @@ MOST_HARMONICS = 12
 
 
 def spectrum_lines(case: Case) -> dict[str, float]:
-    """Return the lines that are marked [Hz]: mesh frequencies and their doubles, orders of planetary sets, shaft speeds.
+    """Return the expected lines [Hz]: mesh frequencies and their doubles, orders of planetary sets, shaft speeds.
 
     >>> from gearplay.model.reading import load_case
     >>> list(spectrum_lines(load_case("two-stage-reducer")))[:4]

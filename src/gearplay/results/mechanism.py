@@ -36,15 +36,13 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 
 
 def placed(case: Case) -> dict[str, Any]:
-    """Return the same with the gears where they are, one stage behind the other."""
+    """Return the same with the gears at their actual places, one stage behind the other."""
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
-    module: dict[str, float] = {}
-    angle: dict[str, float] = {}
+    first: dict[str, Any] = {}
     for mesh in case.meshes:
         for called in (mesh.driver, mesh.driven):
-            module.setdefault(full_name(case, called), mesh.module)
-            angle.setdefault(full_name(case, called), mesh.pressure_angle)
+            first.setdefault(full_name(case, called), mesh)
     alone = next(iter(case.planetary), "") if len(case.planetary) == 1 else ""
     gears = [
         {
@@ -57,8 +55,8 @@ def placed(case: Case) -> dict[str, Any]:
             "sense": float(turning[i]),
             "teeth": gear.teeth,
             "internal": gear.internal,
-            "module": module.get(name),
-            "pressure_angle": angle.get(name),
+            "module": getattr(first.get(name), "module", None),
+            "pressure_angle": getattr(first.get(name), "pressure_angle", None),
             "addendum": ADDENDUM,
             "dedendum": DEDENDUM,
         }

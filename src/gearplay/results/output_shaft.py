@@ -101,7 +101,7 @@ class OutputShaft:
 
     @property
     def note(self) -> str:
-        """What the efficiency leaves out; empty where the case has friction of teeth or sleeves."""
+        """Note on the efficiency; empty where the case has friction of teeth or sleeves."""
         if not (math.isfinite(self.values["efficiency"]) and self.frictionless):
             return ""
         return "The efficiency is of damping alone: the case has no friction of teeth and sleeves."
@@ -118,7 +118,7 @@ class OutputShaft:
 
 
 def scale_of(unit: str, largest: float) -> tuple[str, float]:
-    """Return the display unit of angles [rad] or powers [W] up to ``largest``, and how many of it are one SI unit."""
+    """Return the display unit of angles [rad] or powers [W] up to ``largest``, and its number in one SI unit."""
     return next((each for each in SCALES[unit] if largest * each[1] >= 1.0), SCALES[unit][-1])
 
 
@@ -214,7 +214,7 @@ def shaft_of_runs(case: Case, rotor: str | None, runs: Sequence[Trajectory]) -> 
 
 
 def wanted_of(packed: Packed, at: str, lead: str) -> list[tuple[str, str]]:
-    """Return the signals, as (signal, element), that the statistics of a shaft follow from."""
+    """Return the signals, as (signal, element), behind the statistics of a shaft."""
     losses = [(c.signal, c.label) for c in all_columns(packed) if c.signal.endswith("_power_loss")]
     own = [(name, at) for name in ("omega", "theta", "load_torque", "drive_torque")]
     return [*own, ("theta", lead), *losses]

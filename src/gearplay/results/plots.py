@@ -8,7 +8,7 @@ from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.pictures.canvas import SMALL, set_title
 from gearplay.pictures.style import new_axes
-from gearplay.results.choice import free_rotors, stretch
+from gearplay.results.choice import free_rotors, time_window
 from gearplay.results.figures import Window, close_up, draw_history, draw_orbit, draw_spectrum, key_of
 from gearplay.results.titles import case_words, window_words
 from gearplay.vocabulary.errors import Fault, InputError
@@ -70,7 +70,7 @@ class Plotter:
 
         """
         signal, label = self._result.only(signal, label)
-        whole = stretch(self._result, window)
+        whole = time_window(self._result, window)
         span = (close_up(self._result, (signal, label), whole, member) if window is None else None) or whole
         axes = ax if ax is not None else new_axes()
         draw_history(axes, self._result, signal, label, span, member)
@@ -89,7 +89,7 @@ class Plotter:
             rule = "must be a rotor whose centre can move, for an orbit"
             cure = f"Choose from: {', '.join(free)}" if free else "Draw a history"
             raise InputError(Fault("rotor", rotor, rule, cure))
-        axes, span = ax if ax is not None else new_axes(5.0, 5.4), stretch(self._result, None)
+        axes, span = ax if ax is not None else new_axes(5.0, 5.4), time_window(self._result, None)
         draw_orbit(axes, self._result, rotor, span, member)
         return self._titled(axes, "path of the centre", span, "", member, own=ax is None)
 
@@ -101,7 +101,7 @@ class Plotter:
         It goes up to ``highest`` [Hz], if not given to a dozen mesh orders.
         """
         signal, label = self._result.only(signal, label)
-        axes, span = ax if ax is not None else new_axes(), stretch(self._result, None)
+        axes, span = ax if ax is not None else new_axes(), time_window(self._result, None)
         draw_spectrum(axes, self._result, signal, label, span, highest=highest)
         what = f"amplitude spectrum of the {RESULT_VARIABLES[signal].long_name}"
         return self._titled(axes, what, span, key_of(self._result.case), None, own=ax is None)

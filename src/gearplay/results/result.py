@@ -19,7 +19,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
 from gearplay.pictures.pages import html_table, sparkline
-from gearplay.results.base import Answer, case_in, check_kind
+from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
 from gearplay.results.dataset import to_dataset
 from gearplay.results.output_shaft import OutputShaft, Wanted, output_shaft, shaft_of_runs, stride_of
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-class Result(Answer):
+class Result(AnalysisResult):
     """A finished simulation: every member's trajectory, and the same as one labelled dataset.
 
     Parameters
@@ -68,7 +68,7 @@ class Result(Answer):
 
     """
 
-    answer = "run"
+    result_kind = "run"
 
     def __init__(self, case: Case, runs: list[Trajectory]) -> None:
         self.case, self._runs = case, runs
@@ -76,7 +76,7 @@ class Result(Answer):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the result whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         made = cls(case_in(dataset), [])
         check_run(dataset, made.case)
         made.__dict__["ds"] = dataset
@@ -85,7 +85,7 @@ class Result(Answer):
     def save(
         self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float | None = None
     ) -> None:
-        """Write all signals, as `Answer.save` does; after Ctrl-C nothing is written.
+        """Write all signals, as `AnalysisResult.save` does; after Ctrl-C nothing is written.
 
         Compressed where that takes no longer than ``within`` [s]; `ResourceError` beyond ``run.max_wall_time``.
         """
@@ -207,7 +207,7 @@ class Result(Answer):
         return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:
-        """Return the signals that were kept, as (signal, element), or those elements that have a signal."""
+        """Return the kept signals, as (signal, element); only those of one name if given."""
         if self._runs:
             found = [(c.signal, c.label) for c in self._runs[0].columns]
         else:

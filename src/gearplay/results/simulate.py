@@ -15,7 +15,7 @@ from gearplay.vocabulary.progress import Progress, ticking
 
 
 def _numbers(members: Sequence[int], ensemble: int | None) -> list[int]:
-    """Return the numbers of members; `InputError` for none, a negative, broken or repeated one, or ``ensemble`` given, too."""
+    """Return the numbers of members; `InputError` for none, a negative or repeated one, or ``ensemble`` given as well."""
     numbers = [int(member) for member in members]
     if ensemble is not None:
         rule = "must be left out where members are given, which it would number"
@@ -38,7 +38,7 @@ def case_of(source: Source, **run: Any) -> Case:
 
 
 def record(case: Case, *, progress: Progress | None = None, stop: threading.Event | None = None) -> Result:
-    """Simulate a case and return its `Result`, all signals written on the way: of a run that ends early they are there at once.
+    """Simulate a case and return its `Result`, with all signals sampled during the run: one that ends early has them at once.
 
     Raises as `simulate` does.
     """

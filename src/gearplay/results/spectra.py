@@ -72,7 +72,7 @@ def amplitude_spectrum(
     sampling
         Sampling rate [Hz].
     window
-        Window that scipy.signal knows by name.
+        Name of a window of `scipy.signal`.
     normalisation
         "amplitude" or "unnormalised".
     unit
@@ -135,7 +135,7 @@ def ensemble_spectrum(
     sampling
         Sampling rate [Hz].
     window
-        Window that scipy.signal knows by name.
+        Name of a window of `scipy.signal`.
     normalisation
         "amplitude" or "unnormalised".
     unit

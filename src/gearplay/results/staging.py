@@ -55,7 +55,7 @@ def motion_in(
 
 
 def stage_of(motion: Motion, times: float = 1.0) -> Stage:
-    """Return the drawing of a motion; ``times`` larger than usual small motions are drawn."""
+    """Return the drawing of a motion; small motions are drawn ``times`` larger than usual."""
     mechanism, frames, title, look, start = motion
     return Stage(mechanism, frames, title=title, times=times, start=start, **look)
 

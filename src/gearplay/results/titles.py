@@ -21,7 +21,7 @@ MOST_CHANGES = 4
 
 
 def words_of(dataset: "xr.Dataset", otherwise: str) -> str:
-    """Return the title of the case behind a dataset and what was changed of it; ``otherwise`` where it names no case."""
+    """Return the title of the case behind a dataset, with its changes; ``otherwise`` where it names no case."""
     if "case" not in dataset.attrs:
         return str(dataset.attrs.get("title") or otherwise)
     case = case_in(dataset)
@@ -29,7 +29,7 @@ def words_of(dataset: "xr.Dataset", otherwise: str) -> str:
 
 
 def case_words(case: Case) -> str:
-    """Return the title of a case and what differs from the bundled case of that title or was set, but for how long it ran.
+    """Return the title of a case and its changes, except for those of the run, from the bundled case of that title or since read.
 
     >>> from gearplay.model.reading import load_case
     >>> case_words(load_case("han2021", ["meshes.0.backlash=200um", "run.duration=1s"]))
@@ -45,7 +45,7 @@ def changes_of(case: Case) -> list[str]:
     """Return the changes of a bundled case, as ``path = value``; of any other those that were set since it was read."""
     name = _titles().get(case.title)
     if name is None:
-        return _set(case)
+        return _changed(case)
     before = dict(_leaves(load_case(name).resolved()))
     after = dict(_leaves(case.resolved()))
     paths = [path for path in {**before, **after} if before.get(path) != after.get(path)]
@@ -56,7 +56,7 @@ def changes_of(case: Case) -> list[str]:
     ]
 
 
-def _set(case: Case) -> list[str]:
+def _changed(case: Case) -> list[str]:
     leaves = dict(_leaves(case.resolved()))
     found = []
     for path in case.changed:

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from gearplay.files.record import Channel, Record
 from gearplay.rig.instruments import (
     convert,
-    filter_response,
     keep_back_aliases,
     noise_voltage,
-    sensor_response,
     sensor_voltage,
     thin_out,
 )
@@ -22,7 +20,6 @@ from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 LEAST_FACTOR: Final = 4
 """Fewest internal samples per sample of the collector: the ideal acceleration is thinned out from them."""
@@ -32,19 +29,6 @@ PER_BAND_EDGE: Final = 32
 
 PER_RESONANCE: Final = 16
 """Least internal samples per period of a sensor's resonance, where they cost 5e-4 of the response."""
-
-
-def chain_response(sensor: Accelerometer, collector: Collector, frequency: Floats) -> Complex:
-    """Return the analytic response of sensor and filter, recorded over true acceleration, at each frequency [Hz].
-
-    >>> sensor = Accelerometer.model_validate({"kind": "356A02"})
-    >>> round(float(abs(chain_response(sensor, Collector(), np.array([40e3]))[0])), 3)
-    0.453
-
-    Past the resonance at 25 kHz, 1 / (1.6^2 - 1) = 0.641 without damping, and 3 dB down at the filter's corner.
-    """
-    response: Complex = sensor_response(sensor, frequency) * filter_response(collector, frequency)
-    return response
 
 
 def internal_factor(rig: Rig) -> int:

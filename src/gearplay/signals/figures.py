@@ -52,7 +52,7 @@ def _folded(text: str, width: int) -> str:
 
 
 def _decades(ax: "Axes", x: Floats, y: Floats) -> None:
-    """Draw on a logarithmic ordinate, at most so many decades; a signal at rest has none."""
+    """Draw on a logarithmic ordinate of at most `DECADES`; a signal at rest has none."""
     x, y = extremes(x, y, MOST_POINTS // 2)
     top = float(np.max(y, initial=0.0))
     if top > 0.0:

@@ -89,21 +89,21 @@ def _bands(expected: Floats, search: float, resolution: float, last: int) -> lis
 
 
 def _check_expected(expected: Sequence[float], channel: Channel) -> Floats:
-    asked = np.array([check_positive(f"expected[{i}]", f, "Hz") for i, f in enumerate(expected)])
-    if asked.size == 0:
+    wanted = np.array([check_positive(f"expected[{i}]", f, "Hz") for i, f in enumerate(expected)])
+    if wanted.size == 0:
         cure = "Give the frequencies to look for [Hz]"
         refuse("expected", "none", "must name at least one frequency", cure)
     resolution = 1.0 / channel.duration
     low, high = 3.0 * resolution, 0.5 * channel.sampling - 2.0 * resolution
-    for i in np.flatnonzero((asked < low) | (asked > high)):
+    for i in np.flatnonzero((wanted < low) | (wanted > high)):
         rule = f"must lie from {low:.4g} to {high:.6g} Hz, within what the record resolves"
-        refuse(f"expected[{i}]", float(asked[i]), rule, "Take a longer record or sample faster")
-    gaps = np.diff(np.sort(asked))
+        refuse(f"expected[{i}]", float(wanted[i]), rule, "Take a longer record or sample faster")
+    gaps = np.diff(np.sort(wanted))
     if gaps.size and float(np.min(gaps)) < CLOSEST * resolution:
         rule = f"must lie at least {CLOSEST * resolution:.4g} Hz apart, {CLOSEST:g} lines of the record"
         found = f"{float(np.min(gaps)):.4g} Hz apart"
         refuse("expected", found, rule, "Take a longer record or name one of them")
-    return asked
+    return wanted
 
 
 def line_table(
@@ -120,7 +120,7 @@ def line_table(
     the windowed transform (see `fit_tones`), so that neighbours bias nothing. The uncertainty comes from the noise
     density around the line, what is left after the fit (see `covariance`). A tone counts where its line stands so far over
     the local noise that noise alone does so with probability ``false_alarm`` in the band searched, and where a tone explains at
-    least half of the power around it, beside no unexpected neighbours of like height: a broad hump is no line.
+    least half of the power around it, without unexpected neighbours of like height: a broad hump is no line.
 
     Parameters
     ----------
@@ -163,10 +163,10 @@ def line_table(
         refuse("search", search, "must be a share above 0 and at most 0.5", "0.03 is usual")
     if not 0.0 < false_alarm < 1.0:
         refuse("false_alarm", false_alarm, "must be a probability between 0 and 1", "0.001 is usual")
-    asked = _check_expected(expected, channel)
+    wanted = _check_expected(expected, channel)
     resolution = channel.sampling / values.size
     transform = windowed_transform(values, window)
-    bands = _bands(asked, search, resolution, transform.lines.size - 3)
+    bands = _bands(wanted, search, resolution, transform.lines.size - 3)
     tones, noise = find_tones(transform, bands, false_alarm)
     rows = []
     for i, band in enumerate(bands):
@@ -181,7 +181,7 @@ def line_table(
         least = math.sqrt(power_threshold(band[1] - band[0] + 1, false_alarm) * power)
         limit = 2.0 * least / (transform.n * transform.cosines[0])
         found = best is not None and _sharp(best, unexpected)
-        rows.append(_row(float(asked[i]), best, found, power, limit, transform, channel))
+        rows.append(_row(float(wanted[i]), best, found, power, limit, transform, channel))
     return LineTable(tuple(rows), channel.unit, window, resolution, values.size, channel.sampling, search, false_alarm,
                      channel.name)  # fmt: skip
 
@@ -214,7 +214,7 @@ def _row(
     if tone is None or not found:
         remark = f"no line above {limit:.3g} {channel.unit}".rstrip()
         if tone is not None:
-            remark = "content that stands out, but no single sharp line: a hump, a wandering tone, or close lines not asked for"
+            remark = "content that stands out, but no single sharp line: a hump, a wandering tone, or close unexpected lines"
         no = math.nan
         return LineRow(expected, False, no, no, no, no, no, no, prominence, limit, density, remark)
     resolution = channel.sampling / transform.n

@@ -152,7 +152,7 @@ def order_spectrum(
     revolutions
         Revolutions of a segment; all whole ones if not given.
     window
-        Window that scipy.signal knows by name.
+        Name of a window of `scipy.signal`.
     overlap
         Share of a segment that the next one takes again, 0 to 0.95.
     averaging
@@ -213,7 +213,7 @@ def order_map(
     revolutions
         Revolutions of a segment, 8 if not given.
     window
-        Window that scipy.signal knows by name.
+        Name of a window of `scipy.signal`.
     overlap
         Share of a segment that the next one takes again, 0 to 0.95.
 

@@ -15,7 +15,7 @@ COSINES = {"boxcar": (1.0,), "hann": (0.5, 0.5), "blackman": (0.42, 0.5, 0.08)}
 """Windows as sums of c_j cos(2 pi j n' / N), n' counted from the middle of the record."""
 
 REACH = 16
-"""Lines on each side of a tone that its fit sees."""
+"""Lines on each side of a tone that its fit uses."""
 
 STEP = 1e-3  # of a line, for the derivative of the window's transform
 
@@ -65,14 +65,14 @@ def kernel(d: Floats, n: int, cosines: tuple[float, ...]) -> Complexes:
 
 
 def shapes(places: Floats, at: Indices, transform: Transform) -> tuple[Complexes, Complexes]:
-    """Return what unit tones and their mirror images at negative frequency have on the lines ``at``, [tone, line] each."""
+    """Return the transforms of unit tones and of their mirror images at negative frequency on the lines ``at``, [tone, line]."""
     direct = kernel(places[:, None] - at, transform.n, transform.cosines)
     mirror = kernel(-places[:, None] - at, transform.n, transform.cosines)
     return direct, mirror
 
 
 def model(places: Floats, amplitudes: Complexes, at: Indices, transform: Transform) -> Complexes:
-    """Return what real tones at ``places`` [lines] of complex half ``amplitudes`` have each on the lines, [tone, line]."""
+    """Return the transform of each real tone at ``places`` [lines] with complex half ``amplitudes``, shape [tone, line]."""
     direct, mirror = shapes(places, at, transform)
     result: Complexes = amplitudes[:, None] * direct + np.conj(amplitudes)[:, None] * mirror
     return result
@@ -116,9 +116,8 @@ def fit_tones(
         jacobian = _jacobian(found, amplitudes, at, transform)
         norm = _norms(jacobian)
         real = np.vstack([jacobian.real, jacobian.imag]) / norm
-        step = (np.linalg.lstsq(real, np.concatenate([left.real, left.imag]), rcond=None)[0] / norm)[
-            : found.size
-        ]
+        best = np.linalg.lstsq(real, np.concatenate([left.real, left.imag]), rcond=None)[0]
+        step = (best / norm)[: found.size]
         moved = np.clip(found + np.clip(step, -0.5, 0.5), start - 2.0, start + 2.0)
         change = float(np.max(np.abs(moved - found)))
         found = moved

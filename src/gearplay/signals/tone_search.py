@@ -45,7 +45,7 @@ class Tone:
 
 
 class _Zone:
-    """A stretch of lines that is searched: its tones, and its part of what all zones' tones leave of the transform."""
+    """A searched range of lines: its tones, and its part of the residual of the transform after all zones' tones."""
 
     def __init__(self, transform: Transform, left: Complexes, first: int, last: int, floor: float) -> None:
         low, high = max(1, first - SIDE), min(transform.lines.size - 2, last + SIDE)
@@ -90,7 +90,7 @@ class _Zone:
         return np.flatnonzero(inside & top & (masked > 1e-6 * masked.max()))
 
     def _near(self, place: float, reach: int) -> slice:
-        """Return where in ``at`` the lines lie that are at most so many from a place."""
+        """Return the slice of ``at`` with the lines at most ``reach`` from a place."""
         low, high = math.ceil(place - reach) - self.at[0], math.floor(place + reach) - self.at[0]
         return slice(int(max(0, low)), int(max(0, high + 1)))
 
@@ -99,9 +99,8 @@ class _Zone:
         reach, middle = LOBES[len(self.transform.cosines)], round(self.places[member])
         low, high = max(1, middle - reach), min(self.transform.lines.size - 2, middle + reach)
         place, amplitude = np.array([self.places[member]]), np.array([self.amplitudes[member]])
-        self.everywhere[low : high + 1] += (
-            sign * model(place, amplitude, np.arange(low, high + 1), self.transform)[0]
-        )
+        tone = model(place, amplitude, np.arange(low, high + 1), self.transform)[0]
+        self.everywhere[low : high + 1] += sign * tone
 
     def take(self, index: int) -> None:
         """Add a tone at a line and fit it again together with its neighbours."""
@@ -112,7 +111,7 @@ class _Zone:
         self.fit(self.group(len(self.places) - 1), steps=6)
 
     def search(self, threshold: float, most: int) -> None:
-        """Take tones until none stands out, at most so many."""
+        """Take tones until none stands out, at most ``most``."""
         while len(self.places) < most:
             indices = self.candidates(threshold)[: most - len(self.places)]
             if indices.size == 0:
@@ -126,10 +125,9 @@ class _Zone:
         return [i for i, other in enumerate(self.places) if abs(other - place) <= 2 * REACH]
 
     def lines_of(self, group: list[int]) -> Indices:
-        """Return the places in ``at`` of the lines that the fit of a group sees."""
-        return np.unique(
-            np.concatenate([np.arange(self.at.size)[self._near(self.places[i], REACH)] for i in group])
-        )
+        """Return the indices in ``at`` of the lines that the fit of a group uses."""
+        every = np.arange(self.at.size)
+        return np.unique(np.concatenate([every[self._near(self.places[i], REACH)] for i in group]))
 
     def fit(self, group: list[int], *, steps: int = 30) -> None:
         """Fit a group of tones jointly to the residual of the others."""
@@ -167,7 +165,7 @@ def _between(left: float, peak: float, right: float, transform: Transform) -> fl
 
 
 def _merged(bands: list[tuple[int, int]], last: int) -> list[tuple[int, int, int]]:
-    """Return (first line, last line, number of bands) of the stretches that the bands with their margins make."""
+    """Return (first line, last line, number of bands) of the joined bands with their margins."""
     zones: list[tuple[int, int, int]] = []
     for low, high in sorted(bands):
         low, high = max(2, low - MARGIN), min(last, high + MARGIN)
@@ -191,10 +189,10 @@ def find_tones(
     level, left = np.full(len(bands), floor), transform.lines.copy()
     if floor == 0.0:
         return [], level
-    stretches = _merged(bands, transform.lines.size - 3)
-    zones = [_Zone(transform, left, first, last, floor) for first, last, _ in stretches]
+    ranges = _merged(bands, transform.lines.size - 3)
+    zones = [_Zone(transform, left, first, last, floor) for first, last, _ in ranges]
     for _ in range(2):  # again once the side lobes of the other zones' tones are off
-        for zone, (first, last, count) in zip(zones, stretches, strict=True):
+        for zone, (first, last, count) in zip(zones, ranges, strict=True):
             zone.search(power_threshold(last - first + 1, false_alarm), 6 + 4 * count)
     for zone in zones * 2:
         for i in range(len(zone.places)):

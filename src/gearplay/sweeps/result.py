@@ -29,7 +29,7 @@ class SweepResult(OfDataset):
     ``account`` (how many cases ended how), ``message``.
     """
 
-    answer = "sweep"
+    result_kind = "sweep"
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:

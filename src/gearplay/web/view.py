@@ -18,7 +18,7 @@ import numpy as np
 from gearplay.files.atomic import check_new, write_bytes
 from gearplay.model.reading import Source
 from gearplay.pictures.pages import render_page
-from gearplay.results.choice import stretch
+from gearplay.results.choice import time_window
 from gearplay.results.result import Result
 from gearplay.results.simulate import simulate
 from gearplay.results.staging import Motion, motion_in, stage_of
@@ -149,7 +149,7 @@ def view(
 
     """
     result = source if isinstance(source, Result) else simulate(source)
-    return View(result, motion_in(result, stretch(result, window), at=at, frames=frames), magnify)
+    return View(result, motion_in(result, time_window(result, window), at=at, frames=frames), magnify)
 
 
 def check_form(path: Path) -> str:

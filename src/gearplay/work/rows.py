@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.databases import told_of
+from gearplay.files.databases import sqlite_errors
 
 PATTERN = "rows*.sqlite"
 COLUMNS = "address, status, reason, seconds, row"
@@ -170,4 +170,4 @@ def _has_rows(connection: sqlite3.Connection) -> bool:
 
 
 def _errors_of(path: Path) -> AbstractContextManager[None]:
-    return told_of(path, "be a sweep's readable store", "Choose another folder, or overwrite it")
+    return sqlite_errors(path, "be a sweep's readable store", "Choose another folder, or overwrite it")

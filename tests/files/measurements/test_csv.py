@@ -72,7 +72,7 @@ def test_a_rounded_time_column_is_even(tmp_path: Path) -> None:
         ("t,a\n0,1\n1,2\n2.1,3\n", r"largest jitter is 0.05 s, 4.76 % .* at sample 2"),
         ("t,a\n0,1\n0,2\n", "must rise"),
         ("t,a\n0,1\n", "at least 2 samples"),
-        ("t\n0\n1\n", "a column beside the time"),
+        ("t\n0\n1\n", "a column in addition to the time"),
         ("t,a\n0,1\nnan,2\n2,3\n", r"'t' must hold finite numbers; 1 of 3 .*sample 2"),
         (
             "t,a\n0,1\n1,inf\n2,nan\n",

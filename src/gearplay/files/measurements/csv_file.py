@@ -49,8 +49,8 @@ def _fault(path: Path, row: list[str], line: int, layout: Layout) -> Exception:
     return damaged(path, f"line {line} cannot be read")
 
 
-def _taken_out(rows: list[list[str]], columns: int, place: int) -> list[tuple[int, bool]]:
-    """Return the clock times of a column and leave zeros there."""
+def _clock_column(rows: list[list[str]], columns: int, place: int) -> list[tuple[int, bool]]:
+    """Return the clock times of a column, which is set to zeros."""
     found = []
     for row in rows:
         time = clock_time(row[place]) if len(row) == columns else None
@@ -74,7 +74,7 @@ def _numbers(path: Path, lines: list[str], layout: Layout) -> NDArray[np.float64
         except csv.Error as error:
             raise damaged(path, f"must be a table ({error})") from None
         if layout.clock is not None:
-            clock += _taken_out(rows, layout.columns, layout.clock)
+            clock += _clock_column(rows, layout.columns, layout.clock)
         if layout.decimal == ",":
             rows = [[text.replace(",", ".") for text in row] for row in rows]
         for place, row in zip(places, rows, strict=False):
@@ -151,7 +151,7 @@ def read(request: Request) -> Record:
         declared.append((column, rate))
     places = [k for k in range(layout.columns) if k != time]
     if not places:
-        rule = f"must hold a column beside the time {quoted(layout.names[time or 0])}"
+        rule = f"must hold a column in addition to the time {quoted(layout.names[time or 0])}"
         raise damaged(path, rule, "Export it again")
     about = {key: text for key, text in layout.declared.items() if key not in ("rows", "sampling", "start")}
     return make_record(

@@ -48,7 +48,7 @@ def recognise(path: Path, head: bytes) -> str:
     """
     by_name = next((kind for kind, known in FORMATS.items() if path.suffix.lower() in known.suffixes), "")
     if head.startswith(b"TDSh"):
-        raise damaged(path, "is only the index of a TDMS file", "Give the .tdms file beside it")
+        raise damaged(path, "is only the index of a TDMS file", "Give the .tdms file next to it")
     if head.startswith(FORMATS["netcdf"].marks):
         rule = "must be netCDF-4, classic netCDF found"
         raise damaged(path, rule, "Convert it: nccopy -k nc4 in.nc out.nc")

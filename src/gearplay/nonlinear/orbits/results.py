@@ -19,7 +19,7 @@ from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.orbits.shooting import Orbit
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
-from gearplay.results.base import Answer, Column, Tabled, case_in, check_kind
+from gearplay.results.base import AnalysisResult, Column, Tabled, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class PeriodicOrbit(Orbit, Tabled):
 
     case: Case
 
-    answer = "orbit"
+    result_kind = "orbit"
     VARIABLES = MappingProxyType(
         {
             "states": Column(("section", "state"), "", "state at the section, SI"),
@@ -69,7 +69,7 @@ class PeriodicOrbit(Orbit, Tabled):
 
 
 @dataclass(frozen=True, repr=False)
-class Branches(Answer):
+class Branches(AnalysisResult):
     """Branches of periodic orbits over a field of a case: a sequence of `Branch` with the interface of a result.
 
     ``missed`` are the starts near which no orbit was found, and why; ``family`` is the function of the parameter, which no file
@@ -83,7 +83,7 @@ class Branches(Answer):
     missed: tuple[str, ...] = ()
     family: Family | None = field(default=None, compare=False)
 
-    answer = "branches"
+    result_kind = "branches"
 
     def __len__(self) -> int:
         return len(self.branches)
@@ -179,7 +179,7 @@ class Branches(Answer):
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
         """Return the branches whose ``ds`` it was."""
-        check_kind(dataset, cls.answer)
+        check_kind(dataset, cls.result_kind)
         every, points = _unpacked("orbit", dataset), _unpacked("special", dataset)
         numbers, of = dataset["branch"].values, dataset["special_branch"].values
         orders, kinds = dataset["order"].values, dataset["special_kind"].values
@@ -218,7 +218,7 @@ class Branches(Answer):
 class OneBranch(Branches):
     """One branch of periodic orbits over a field of a case: `Branches` of one, with what its `Branch` has."""
 
-    answer = "branch"
+    result_kind = "branch"
 
     @property
     def orbits(self) -> tuple[Orbit, ...]:
