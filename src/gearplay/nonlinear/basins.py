@@ -234,7 +234,10 @@ def basins(
     )
     prepare(base)
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in grids]
-    starts = [_states(grid, values, pair) for grid, values in zip(grids, axes, strict=True)]
+    starts = [
+        values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
+        for grid, values in zip(grids, axes, strict=True)
+    ]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
     late = np.zeros(total, dtype=bool)
@@ -289,11 +292,6 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
     return state_names(flow.packed).index(name)
 
 
-def _states(grid: Grid, values: Floats, pair: PairCoordinates | None) -> Floats:
-    """Return the values of the state's entry for the values of a grid."""
-    return values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
-
-
 def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[Floats, ...]]:
     """Return the label of each start from its last sections, shape [start, period, state], and the attractors."""
     labels = np.empty(len(sections), dtype=np.int64)
@@ -306,12 +304,9 @@ def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[F
         if order == 0:
             labels[at] = IRREGULAR
             continue
-        same = (k for k, known in enumerate(attractors) if _is_on(seen[0], known, scale))
+        distances = (np.min(np.max(np.abs(known - seen[0]) / scale, axis=1)) for known in attractors)
+        same = (k for k, distance in enumerate(distances) if distance < ALIKE)
         labels[at] = next(same, len(attractors))
         if labels[at] == len(attractors):
             attractors.append(seen[:order].copy())
     return labels, tuple(attractors)
-
-
-def _is_on(state: Floats, attractor: Floats, scale: Floats) -> bool:
-    return bool(np.min(np.max(np.abs(attractor - state) / scale, axis=1)) < ALIKE)
