@@ -55,7 +55,7 @@ class Grid:
 
 @dataclass(frozen=True, repr=False)
 class Basins(Answer):
-    """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
+    """Basins of attraction: for each initial state, shape [second, first], the index of its motion in ``attractors``.
 
     -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed, -3 those that were not reached
     within ``run.max_wall_time``. Each attractor holds its sections, shape [order, entry]: the free states ``entries``, or x
@@ -117,7 +117,7 @@ class Basins(Answer):
 
     @property
     def message(self) -> str:
-        """How many motions there are and how much of the grid leads to each."""
+        """Number of motions, and share of the grid that leads to each."""
         each = zip(self.shares, self.attractors, strict=True)
         shares = ", ".join(f"{100.0 * share:.0f} % (order {len(known)})" for share, known in each)
         count = len(self.attractors)
@@ -177,7 +177,7 @@ def basins(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Basins:
-    """Return which motion each initial state of a grid leads to.
+    """Return the basins of attraction over a grid of initial states.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def basins(
 
 
 def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
-    """Return the place of an entry in the state; `InputError` where it is none, prescribed, or its range is empty."""
+    """Return the index of an entry of the state; `InputError` for an unknown or prescribed one, or an empty range."""
     free = flow.free_names if pair is None else [*NAMES, *flow.free_names]
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"

@@ -205,7 +205,7 @@ def branches(
 
 
 def check_branches(case: Source, path: str) -> None:
-    """Raise `InputError` where branches of a case cannot be followed: before long work begins."""
+    """Raise `InputError` for a case whose branches cannot be followed, before long work begins."""
     base = sharp(case_of(case))
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
@@ -219,7 +219,7 @@ def _sharp_family(varied: Varied, base: Case, *, keep_load: bool = False) -> Fam
 
 
 def _first_value(varied: Varied, base: Case, start: Any) -> float:
-    """Return where a branch begins [SI]."""
+    """Return the value of the field at the first orbit of a branch [SI]."""
     if start is None:
         return _value_now(base, varied.path)
     from gearplay.linear.response import FrequencyResponse
