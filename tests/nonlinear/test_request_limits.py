@@ -133,13 +133,13 @@ def test_motion__is_no_artefact_where_the_comparison_was_cut_short(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr(deadline, "clock", lambda: now[0])
-    compare: Callable[..., Any] = kinds._compare
+    compare: Callable[..., Any] = kinds.compare_methods
 
     def late(*given: Any) -> Any:
         now[0] = 1e6
         return compare(*given)
 
-    monkeypatch.setattr(kinds, "_compare", late)
+    monkeypatch.setattr(kinds, "compare_methods", late)
     found = gp.motion(gp.replace(pair(10.0), {"run.duration": 0.01}), periods=200, ensemble=4)
     assert (found.kind, found.order, found.comparisons) == ("periodic", 1, ())
     assert "Within run.max_wall_time it was not compared with other numbers of the method" in found.reason

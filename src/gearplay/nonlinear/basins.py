@@ -55,7 +55,7 @@ class Grid:
 
 @dataclass(frozen=True, repr=False)
 class Basins(AnalysisResult):
-    """Where each initial state leads, shape [second, first]: the place of its motion in ``attractors``.
+    """Basins of attraction: for each initial state, shape [second, first], the index of its motion in ``attractors``.
 
     -1 marks motions that do not repeat within 8 periods, -2 starts that cannot be followed, -3 those that were not reached
     within ``run.max_wall_time``. Each attractor holds its sections, shape [order, entry]: the free states ``entries``, or x
@@ -117,7 +117,7 @@ class Basins(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """How many motions there are and how much of the grid leads to each."""
+        """Number of motions, and share of the grid that leads to each."""
         each = zip(self.shares, self.attractors, strict=True)
         shares = ", ".join(f"{100.0 * share:.0f} % (order {len(known)})" for share, known in each)
         count = len(self.attractors)
@@ -177,7 +177,7 @@ def basins(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Basins:
-    """Return which motion each initial state of a grid leads to.
+    """Return the basins of attraction over a grid of initial states.
 
     Parameters
     ----------
@@ -234,7 +234,10 @@ def basins(
     )
     prepare(base)
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in grids]
-    starts = [_states(grid, values, pair) for grid, values in zip(grids, axes, strict=True)]
+    starts = [
+        values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
+        for grid, values in zip(grids, axes, strict=True)
+    ]
     start = flow.start()
     sections = np.full((total, 2 * MOST_ORDER, len(flow.free)), np.nan)
     late = np.zeros(total, dtype=bool)
@@ -276,7 +279,7 @@ def basins(
 
 
 def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
-    """Return the place of an entry in the state; `InputError` where it is none, prescribed, or its range is empty."""
+    """Return the index of an entry of the state; `InputError` for an unknown or prescribed one, or an empty range."""
     free = flow.free_names if pair is None else [*NAMES, *flow.free_names]
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
@@ -287,11 +290,6 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
         )
     name = ENTRIES[NAMES.index(grid.name)] if grid.name in NAMES else grid.name
     return state_names(flow.packed).index(name)
-
-
-def _states(grid: Grid, values: Floats, pair: PairCoordinates | None) -> Floats:
-    """Return the values of the state's entry for the values of a grid."""
-    return values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)
 
 
 def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[Floats, ...]]:
@@ -306,12 +304,9 @@ def _labels(sections: Floats, scale: Floats) -> tuple[NDArray[np.int64], tuple[F
         if order == 0:
             labels[at] = IRREGULAR
             continue
-        same = (k for k, known in enumerate(attractors) if _is_on(seen[0], known, scale))
+        distances = (np.min(np.max(np.abs(known - seen[0]) / scale, axis=1)) for known in attractors)
+        same = (k for k, distance in enumerate(distances) if distance < ALIKE)
         labels[at] = next(same, len(attractors))
         if labels[at] == len(attractors):
             attractors.append(seen[:order].copy())
     return labels, tuple(attractors)
-
-
-def _is_on(state: Floats, attractor: Floats, scale: Floats) -> bool:
-    return bool(np.min(np.max(np.abs(attractor - state) / scale, axis=1)) < ALIKE)

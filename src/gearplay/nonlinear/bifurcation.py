@@ -45,7 +45,7 @@ def _penetrations(flow: Flow, state: Floats) -> tuple[Floats, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _Last:
-    """Where the value before ended: its flow, the state at the end of a common period, and stored impact speeds."""
+    """Final state of the previous value: its flow, the state at the end of a common period, and stored impact speeds."""
 
     flow: Flow
     state: Floats
@@ -53,7 +53,7 @@ class _Last:
 
 
 def _carried(last: _Last | None, flow: Flow) -> tuple[Floats | None, str]:
-    """Return the start that the end of the value before is for a changed case, or None and why it can be none.
+    """Return the start of a changed case from the final state of the previous value, or None and the reason.
 
     Rotations and speeds relative to the nominal ones are continued; a prescribed shaft with a ramp begins at its start speed. The
     returned text reports a change that itself presses contacts deeper by more than `REMARKABLE`.
@@ -167,7 +167,7 @@ def bifurcation(
     stopping = stop or threading.Event()
 
     def value(way: int, at: int, flow: Flow, state: Floats, impact_speeds: Floats | None) -> _Last:
-        """Fill the sections of a value from a start; return its end."""
+        """Compute the sections of a value from a start; return its final state."""
         step, observe = section_period(flow.packed, period), Observables(flow.packed, signals)
         integration = flow.begin(state, impact_speeds=impact_speeds, stop=stopping)
         for n in range(settle + keep):
@@ -228,7 +228,7 @@ def bifurcation(
 
 
 def _whole(flow: Flow, time: float) -> float:
-    """Return the end [s] of the common period that holds a time; the time itself where there is none."""
+    """Return the end [s] of the common period that contains a time; the time itself without a common period."""
     try:
         period = common_period(flow.packed)
     except InputError:

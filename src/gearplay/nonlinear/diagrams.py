@@ -90,13 +90,13 @@ class Diagram(AnalysisResult):
 
     @property
     def account(self) -> Account:
-        """How many values were followed, each way, and why some were not."""
+        """Number of computed values, each way, and reasons of failures."""
         reasons = np.array(self.reasons, dtype=object)
         return Account.of(np.array(reasons != "", dtype=np.int64), reasons)
 
     @property
     def interruptions(self) -> tuple[str, ...]:
-        """Texts, one per value, where a state could not be carried or the step itself pressed a contact deeper."""
+        """A text for each value whose start is not the final state of the previous value, or presses a contact deeper."""
         unit = unit_at(self.case, self.path)
         return tuple(
             f"{way} at {value:.6g} {unit}: {start}"
@@ -107,7 +107,7 @@ class Diagram(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """Range of the field, how many values failed, and where the state was not carried."""
+        """Range of the field, number of failures, and the first value at which the state was not carried."""
         unit, (low, high) = unit_at(self.case, self.path), self.parameters[[0, -1]]
         ways = " and ".join(self.directions)
         text = f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"

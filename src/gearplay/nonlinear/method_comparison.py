@@ -68,7 +68,7 @@ def compare_methods(
 
 
 def _changes(flow: Flow) -> dict[str, tuple[Mapping[str, Any], float]]:
-    """Return how the method of a case is changed, and which relative difference of a statistic means nothing then."""
+    """Return the changes of the method of a case, each with the insignificant relative difference of a statistic."""
     run = flow.case.run
     output: dict[str, tuple[Mapping[str, Any], float]] = {
         "a third of the output step": ({"run.sampling": 3.0 * run.sampling}, SAMPLED)

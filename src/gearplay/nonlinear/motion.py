@@ -159,7 +159,7 @@ def motion(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> Motion:
-    """Return what kind of motion a case settles to, with the evidence: periodic, quasi-periodic, chaotic, at rest, an artefact.
+    """Classify the settled motion of a case: periodic, quasi-periodic, chaotic, at rest or a numerical artefact.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def motion(
 def _section(
     flow: Flow, step: float, periods: int, settle: int, report: Progress, stop: threading.Event | None
 ) -> tuple[Floats, Floats]:
-    """Return the free states once per period, shape [period, state], and their swing within a period, shape [state]."""
+    """Return the free states once per period, shape [period, state], and their peak-to-peak values within one, shape [state]."""
     integration = flow.begin(flow.start(), stop=stop)
     for at in range(1, settle + 1):
         integration.advance(at * step)

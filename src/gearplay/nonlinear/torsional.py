@@ -1,4 +1,4 @@
-"""`torsional_pair`: the torsional gear pair of the literature as a case."""
+"""The torsional gear pair of the literature as a case."""
 
 import math
 
@@ -22,13 +22,9 @@ def torsional_pair(
 ) -> Case:
     """Return the torsional pair as a case, from dimensionless numbers.
 
-    Its numbers are fields of the case, ``torsional_pair.frequency`` and the like: over them all functions run, and the signal
-    ``x`` is the displacement in half backlashes. The speed of a drive alone cannot be changed, since torque and error belong to
-    it.
-
-    ``frequency`` is Omega, mesh over natural frequency; ``mean_force`` F_m and ``force`` F_a are over ``k_m b``;
-    ``stiffness_amplitude`` is that of kappa = 1 + a cos(Omega tau), or with ``square`` of a wave 1 + a over ``duty`` of the
-    period, then 1 - a. Without ``backlash`` the mesh is linear, in contact to both sides.
+    They are fields of the case, ``torsional_pair.frequency`` and so on, over which sweeps and diagrams run; the speed of
+    the drive alone cannot be changed, since torque and error depend on it. The signal ``x`` is the displacement in half
+    backlashes.
 
     Parameters
     ----------
@@ -43,7 +39,7 @@ def torsional_pair(
     stiffness_amplitude
         a of kappa = 1 + a cos(Omega tau) [1].
     square, duty
-        Whether kappa is 1 + a over ``duty`` of the period, then 1 - a.
+        Whether kappa is a square wave: 1 + a over ``duty`` of the period, then 1 - a.
     backlash
         Whether there is any; without, the mesh is linear, in contact to both sides.
     tolerance

@@ -119,7 +119,7 @@ def join_path(parts: Iterable[object]) -> str:
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong with an input.
+    """A fault of an input.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ class InputError(GearplayError):
 
 
 class TakenError(InputError):
-    """What is there already is kept: the cure is another place, or to overwrite it.
+    """An output exists already and is kept: the cure is another name, or to overwrite it.
 
     Examples
     --------
@@ -221,7 +221,7 @@ class TakenError(InputError):
 
 
 class SimulationError(GearplayError):
-    """A simulation could not be carried to its end.
+    """A simulation could not be completed.
 
     Examples
     --------
@@ -255,7 +255,7 @@ class ResourceError(GearplayError):
 
 
 class MeasurementError(GearplayError):
-    """A measurement file cannot be read, or does not hold what it declares.
+    """A measurement file cannot be read, or differs from its own declarations.
 
     Examples
     --------

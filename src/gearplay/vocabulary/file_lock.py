@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def try_lock(file: Path, *, shared: bool = False) -> int | None:
-    """Take the lock of a file, made where it is missing; return a handle to close, None where another process holds it.
+    """Take the lock of a file, which is created if missing; return a handle to close, None if another process holds it.
 
     Raises ``OSError`` where the file cannot be made, or its file system has no locks.
     """

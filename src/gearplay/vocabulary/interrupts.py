@@ -25,7 +25,7 @@ SPOILT_BY_IT = "llvmlite"
 
 
 def would_harm(frame: FrameType | None) -> bool:
-    """Return whether an exception raised at a frame would meet code that cannot propagate it, or leave a state half changed.
+    """Return whether an exception at a frame would reach code that cannot propagate it, or leave a state half changed.
 
     So would a partial import of a numba module: imported again, it finds its types registered and fails.
     """
@@ -40,7 +40,7 @@ def would_harm(frame: FrameType | None) -> bool:
 
 
 class Again:
-    """Repetition of an interrupt that could not be raised yet: one at a time, and none after the work."""
+    """Repetition of a deferred interrupt: one at a time, and none after the work."""
 
     def __init__(self) -> None:
         self.timer: threading.Timer | None = None
@@ -71,9 +71,9 @@ class Again:
 
 @contextmanager
 def raised_without_harm() -> Iterator[None]:
-    """Let a Ctrl-C within the block wait for a moment where it does no harm, if Python itself would raise it anywhere.
+    """Defer Ctrl-C within the block to a safe point, if Python's own handler is installed.
 
-    A handler of somebody else's stays: the command line has its own, which does the same and more.
+    Another handler stays: the command line has its own, which does the same and more.
     """
     if (
         threading.current_thread() is not threading.main_thread()

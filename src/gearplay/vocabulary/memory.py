@@ -1,4 +1,4 @@
-"""Too little memory, in one sentence."""
+"""Errors of refused memory as one sentence."""
 
 import errno
 from collections.abc import Iterator

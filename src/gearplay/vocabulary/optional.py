@@ -25,7 +25,7 @@ def load_optional(module: str, extra: str) -> ModuleType:
 
 
 def cure_for(extra: str) -> str:
-    """Return the one command that adds an optional part where gearplay runs: that of the clone which has made its environment."""
+    """Return the command that installs an optional part: make extras in a clone with its own environment, else pip."""
     environment = Path(sys.prefix)
     clone = environment.parent
     if environment.name == ".venv" and (clone / "Makefile").is_file() and (clone / "src/gearplay").is_dir():

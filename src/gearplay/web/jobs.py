@@ -1,7 +1,7 @@
-"""Parsing and limits of a job: case, axes, numbers; heading and checks of its result."""
+"""Parsing and limits of a job: case, axes, numbers; heading of its result."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,9 +9,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import load_case, replace
-from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import Fault, InputError
 
 Job = Mapping[str, Any]
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
@@ -84,17 +82,6 @@ def heading(kind: str, job: Job, case: Case) -> dict[str, Any]:
         "sha256": case.sha256,
         "case": case.resolved(),
     }
-
-
-def check_runs(runs: Iterable[Trajectory], *, complete: bool = True) -> None:
-    """Raise `KeyboardInterrupt` for an interrupted run, `SimulationError` for one without samples, or not ``complete``."""
-    for run in runs:
-        if run.status == Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        if not len(run.values) or (complete and not run.success):
-            raise SimulationError(
-                f"member {run.member}: {run.message}" if complete else f"run: {run.message}"
-            )
 
 
 def failures_of(reasons: Any) -> list[list[Any]]:

@@ -86,7 +86,7 @@ def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
             "duration": seconds,
             "transient": case.run.transient,
             "few": FEW,
-            "failures": failures_of(_first_said(reasons)),
+            "failures": failures_of(_first_reasons(reasons)),
             **found.account.as_document(),
         }
     )
@@ -162,7 +162,7 @@ def _by_member(values: Any, members: int) -> Any:
     return values if members > 1 else values[..., None]
 
 
-def _first_said(reasons: Any) -> Any:
+def _first_reasons(reasons: Any) -> Any:
     """Return the first reason of each cell's members, "" where none failed."""
     texts = reasons.astype(str)
     flat = [next(filter(None, row), "") for row in texts.reshape(-1, texts.shape[-1])]

@@ -90,7 +90,7 @@ class Pool:
     async def start(self) -> None:
         """Start the workers; they compile, or load, the kernels in the background."""
         for _ in range(self.size):
-            self._keep(self._tend())
+            self._keep(self._keep_alive())
 
     def _keep(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)
@@ -129,9 +129,9 @@ class Pool:
         elif job.worker is not None and job.worker.job is job:
             with contextlib.suppress(ConnectionError):
                 await job.worker.send({"stop": True})
-            self._keep(_insist(job, job.worker))
+            self._keep(_kill_late(job, job.worker))
 
-    async def _tend(self) -> None:
+    async def _keep_alive(self) -> None:
         """Keep one worker alive and busy."""
         while True:
             try:
@@ -221,7 +221,7 @@ def _report(fault: Exception) -> None:
     )
 
 
-async def _insist(job: Job, worker: Worker) -> None:
+async def _kill_late(job: Job, worker: Worker) -> None:
     """Kill a worker that does not stop within `GRACE` after cancellation."""
     await asyncio.sleep(GRACE)
     if worker.job is job and not job.done.done() and worker.process.returncode is None:

@@ -1,6 +1,7 @@
 """The server: address, access, uvicorn."""
 
 import asyncio
+import re
 import secrets
 import socket
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.optional import load_optional
 
 SHORTEST_TOKEN = 16
+TOKEN = re.compile(rf"[A-Za-z0-9_-]{{{SHORTEST_TOKEN},}}")
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 
@@ -53,7 +55,7 @@ def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] =
     if not local and token is None:
         cure = f"Add for example --token {secrets.token_urlsafe(18)}"
         raise InputError(Fault("--token", "none", "is required for an address that others can reach", cure))
-    if token is not None and (len(token) < SHORTEST_TOKEN or not token.isascii() or not _is_plain(token)):
+    if token is not None and not TOKEN.fullmatch(token):
         rule = f"must be {SHORTEST_TOKEN} or more letters, digits, - and _"
         raise InputError(Fault("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}"))
     called = {f"[{host}]" if ":" in host else host, *names, *(LOOPBACK if local else ())}
@@ -61,10 +63,6 @@ def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] =
     known = frozenset(name.lower() for name in (*bare, *(f"{name}:{port}" for name in called)))
     proxied = frozenset(name.lower() for name in (*names, *(f"{name}:{port}" for name in names)))
     return Address(host, port, known, token, proxied)
-
-
-def _is_plain(token: str) -> bool:
-    return all(letter.isalnum() or letter in "-_" for letter in token)
 
 
 def serve(

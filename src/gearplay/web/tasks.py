@@ -1,7 +1,7 @@
 """Tasks of a worker: runs of both models, bifurcation diagrams, maps, ensemble averages, downloads."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -12,8 +12,9 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.lines import spectrum_lines
 from gearplay.results.mechanism import mechanism_of
 from gearplay.solver.simulate import run_batch
+from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import (
@@ -22,7 +23,6 @@ from gearplay.web.jobs import (
     Job,
     averaged_case,
     axis_of,
-    check_runs,
     failures_of,
     heading,
     limited_case,
@@ -46,7 +46,7 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
     cases = models_of(job, case)
     members = list(range(case.run.ensemble))
     done = run_batch([(each, members) for each in cases], progress=report, stop=stop, threads=1)
-    check_runs((run for runs in done for run in runs), complete=False)
+    _check_runs((run for runs in done for run in runs), complete=False)
     document = {
         **heading("run", job, case),
         "members": len(members),
@@ -59,6 +59,17 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
         "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
     }
     return pack_frame(document)
+
+
+def _check_runs(runs: Iterable[Trajectory], *, complete: bool = True) -> None:
+    """Raise `KeyboardInterrupt` for an interrupted run, `SimulationError` for one without samples, or not ``complete``."""
+    for run in runs:
+        if run.status == Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if not len(run.values) or (complete and not run.success):
+            raise SimulationError(
+                f"member {run.member}: {run.message}" if complete else f"run: {run.message}"
+            )
 
 
 def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
@@ -132,7 +143,7 @@ def average(job: Job, report: Tick, stop: threading.Event) -> bytes:
         stop=stop,
         threads=1,
     )
-    check_runs(run for runs in (*contacts, *records) for run in runs)
+    _check_runs(run for runs in (*contacts, *records) for run in runs)
     found = {
         each.backlash_model: {"statistics": statistics_of(long), "spectra": spectra_of(each, brief)}
         for each, long, brief in zip(models, contacts, records, strict=True)

@@ -39,15 +39,17 @@ def edited(source: str, changes: Mapping[str, Any]) -> str:
         parts = tuple(path.split("."))
         if parts[-1].isdecimal() and _at(done, parts[:-1]) is None:  # a list that the file leaves out
             path, value = ".".join(parts[:-1]), _at(wanted, parts[:-1])
-        kept = next((each for each in _candidates(text, done, path, value) if _says(each, wanted)), None)
+        kept = next(
+            (each for each in _candidates(text, done, path, value) if _is_text_of(each, wanted)), None
+        )
         if kept is None:
             return to_toml(replace(before, changes))
         text, done = kept, wanted
     return text
 
 
-def _says(text: str, wanted: Case) -> bool:
-    """Return whether a text is a case, but for rounding."""
+def _is_text_of(text: str, wanted: Case) -> bool:
+    """Return whether a text is that of a case, apart from rounding."""
     try:
         return _close(load_case(parse_toml(text, "edited")).resolved(), wanted.resolved())
     except InputError:

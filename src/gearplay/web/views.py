@@ -85,22 +85,16 @@ def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
 def _strip(run: Trajectory) -> list[dict[str, Any]]:
     """Return when each contact was closed: pairs of times [s], shape [interval, 2]."""
     found = []
-    end = run.reached
+    log = run.log.reshape(-1, 4)
     for at, label in enumerate(run.statistics.labels):
-        rows = run.log[run.log[:, 1] == at] if len(run.log) else np.zeros((0, 4))
-        spans: list[tuple[float, float]] = []
-        begun: float | None = None if len(rows) == 0 or rows[0, 2] == 1.0 else run.first_sample
-        if len(rows) == 0 and run.statistics.share_of_time[at] > 0.5:
-            begun = run.first_sample
-        for t, _, closes, _ in rows:
-            if closes == 1.0:
-                begun = t
-            elif begun is not None:
-                spans.append((begun, t))
-                begun = None
-        if begun is not None:
-            spans.append((begun, end))
-        found.append({"label": label, "spans": merged(np.array(spans).reshape(-1, 2)) - run.first_sample})
+        rows = log[log[:, 1] == at]
+        begins, ends = (rows[rows[:, 2] == closes, 0] for closes in (1.0, 0.0))
+        begun = rows[0, 2] == 0.0 if len(rows) else run.statistics.share_of_time[at] > 0.5
+        if begun:
+            begins = np.r_[run.first_sample, begins]
+        if len(begins) > len(ends):
+            ends = np.r_[ends, run.reached]
+        found.append({"label": label, "spans": merged(np.column_stack([begins, ends])) - run.first_sample})
     return found
 
 

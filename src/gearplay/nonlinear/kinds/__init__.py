@@ -1,1 +1,1 @@
-"""What kind of motion it is, with the evidence."""
+"""Classification of motions, with the evidence."""

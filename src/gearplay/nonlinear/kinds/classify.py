@@ -66,7 +66,7 @@ def classify(
     exponent: tuple[float, float] | None = None,
     swing: ArrayLike | None = None,
 ) -> Response:
-    """Return the kind of motion that a section shows.
+    """Classify the motion of a section.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def _unsettled(scaled: Floats, evidence: Evidence) -> Response | None:
 
 
 def _unclear(scaled: Floats, evidence: Evidence) -> Response | None:
-    """Return undecided where a cycle repeats too seldom, or a motion is too small, to be sure of it."""
+    """Return undecided for a cycle that repeats too few times, or a motion near the resolution."""
     found = find_order(scaled, 3)
     if found is not None:
         evidence |= {"order": float(found.order), "misfit": found.spread}

@@ -61,7 +61,7 @@ def settled_orbits(
 def whole_branch(
     period_map: StrobeMap, start: Orbit, settings: Settings, *, progress: Tick | None = None
 ) -> Branch:
-    """Return the branch through ``start``, followed both ways."""
+    """Return the branch through ``start`` in both directions."""
     down = follow_branch(period_map, start, settings, upwards=False, progress=progress)
     if down.ended == CLOSED:
         return down
@@ -70,7 +70,7 @@ def whole_branch(
 
 
 def joined(one: Branch, other: Branch) -> Branch:
-    """Return one branch of two that begin with the same orbit and lead opposite ways: ``one`` backwards, then ``other``."""
+    """Join two branches from one orbit in opposite directions: ``one`` backwards, then ``other``."""
     last = len(one.orbits) - 1
     special = [replace(each, place=last - each.place - 1) for each in reversed(one.special)]
     special += [replace(each, place=each.place + last) for each in other.special]

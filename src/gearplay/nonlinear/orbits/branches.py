@@ -39,7 +39,7 @@ FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "Neimark-Sacker", "g
 
 @dataclass(frozen=True)
 class Special:
-    """A point of a branch where its kind changes: what happens there, where on the branch, and the orbit."""
+    """A special point of a branch: its kind, its position on the branch, and the orbit."""
 
     kind: str
     place: int  # the orbit of the branch after which it lies
@@ -48,7 +48,7 @@ class Special:
 
 @dataclass(frozen=True)
 class Branch:
-    """Periodic orbits in the order of the branch, the special points on it, and why it ends."""
+    """Periodic orbits in the order of the branch, its special points, and the reason for its end."""
 
     orbits: tuple[Orbit, ...]
     special: tuple[Special, ...] = ()
@@ -68,7 +68,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Settings:
-    """How a branch is followed. Steps are in natural sizes of state and parameter together.
+    """Settings of continuation. Steps are in natural sizes of state and parameter together.
 
     ``low`` and ``high`` bound the parameter, ``size`` is its natural size.
     """
@@ -133,7 +133,7 @@ class _Follower:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where the branch is: scaled unknowns, its unit tangent, and the orbit there."""
+    """A point of the branch: scaled unknowns, unit tangent, orbit."""
 
     unknowns: Floats
     tangent: Floats
@@ -207,7 +207,7 @@ def follow_branch(
 
 
 def _passes(one: Orbit, other: Orbit, start: Orbit, scale: Floats) -> bool:
-    """Return whether the line between two neighbours of a branch leads by an orbit, wherever in its cycle that begins."""
+    """Return whether the line between two neighbours of a branch passes an orbit, at any of its sections."""
     a, b = (np.append(orbit.states[0], orbit.parameter) / scale for orbit in (one, other))
     for state in start.states:
         goal = np.append(state, start.parameter) / scale
@@ -233,7 +233,7 @@ def _tests(place: _Place) -> dict[str, float]:
 
 
 def _between(follower: _Follower, here: _Place, there: _Place, step: float) -> list[tuple[str, Orbit]]:
-    """Return the special points between two places a step apart, located."""
+    """Locate the special points between two points of the branch a step apart."""
     found = []
     before, after_ = _tests(here), _tests(there)
     for kind in (FOLD, DOUBLING, TORUS):
@@ -254,7 +254,7 @@ def _is_torus(orbit: Orbit) -> bool:
 
 
 def _same_contacts(one: Orbit, other: Orbit) -> bool:
-    """Return whether two orbits pass the same contacts, wherever in the cycle they begin."""
+    """Return whether two orbits have the same contact changes, from any section on."""
     a, b = ([tuple(row) for row in orbit.contacts.tolist()] for orbit in (one, other))
     return len(a) == len(b) and sorted(a) == sorted(b)
 

@@ -133,10 +133,7 @@ def branch(
     (3, 1)
 
     """
-    varied = Varied(case, path)
-    settings = _settings(varied, low, high, size, orbits)
-    base = sharp(varied.case(settings.low))
-    prepare(base, derivative=True)
+    varied, settings, base = _prepared(case, path, low, high, size, orbits)
     first = settings.low if varied.is_function and start is None else _first_value(varied, base, start)
     family = StrobeMap(_sharp_family(varied, base, keep_load=keep_load), first)
     with limited(base.run.max_wall_time):
@@ -195,10 +192,7 @@ def branches(
     (1, 'meshes.0.transmission_error.0.amplitude')
 
     """
-    varied = Varied(case, path)
-    settings = _settings(varied, low, high, size, orbits)
-    base = sharp(varied.case(settings.low))
-    prepare(base, derivative=True)
+    varied, settings, base = _prepared(case, path, low, high, size, orbits)
     now = settings.low if varied.is_function else _value_now(base, path)
     places = [now] if settings.low <= now <= settings.high else []
     places += [end for end in (settings.low, settings.high) if end != now]
@@ -211,7 +205,7 @@ def branches(
 
 
 def check_branches(case: Source, path: str) -> None:
-    """Raise `InputError` where branches of a case cannot be followed: before long work begins."""
+    """Raise `InputError` for a case whose branches cannot be followed, before long work begins."""
     base = sharp(case_of(case))
     now = _value_now(base, path)
     flow = StrobeMap(along(base, path), now).member(now).flow
@@ -225,7 +219,7 @@ def _sharp_family(varied: Varied, base: Case, *, keep_load: bool = False) -> Fam
 
 
 def _first_value(varied: Varied, base: Case, start: Any) -> float:
-    """Return where a branch begins [SI]."""
+    """Return the value of the field at the first orbit of a branch [SI]."""
     if start is None:
         return _value_now(base, varied.path)
     from gearplay.linear.response import FrequencyResponse
@@ -264,10 +258,15 @@ def _value_now(base: Case, path: str) -> float:
     return number_in_si(base, (path,), value_at(base, path), path)
 
 
-def _settings(varied: Varied, low: Any, high: Any, size: float | None, orbits: int) -> Settings:
+def _prepared(
+    case: Source | Family, path: str, low: Any, high: Any, size: float | None, orbits: int
+) -> tuple[Varied, Settings, Case]:
+    """Return the family of cases, the settings of its branches, and its first case at the tolerance of derivatives, compiled."""
+    varied = Varied(case, path)
     ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
-    return Settings(
-        low=ends[0], high=ends[1], size=0.1 * (ends[1] - ends[0]) if size is None else size, orbits=orbits
-    )
+    natural = 0.1 * (ends[1] - ends[0]) if size is None else size
+    base = sharp(varied.case(ends[0]))
+    prepare(base, derivative=True)
+    return varied, Settings(low=ends[0], high=ends[1], size=natural, orbits=orbits), base

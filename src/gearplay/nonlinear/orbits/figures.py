@@ -20,7 +20,7 @@ def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0, of
     """
     size = 5.0 / branch.order**0.5
     for y in np.asarray(values).reshape(len(branch.orbits), -1).T:
-        for x, level, whole in _stretches(branch, y):
+        for x, level, whole in _lines_of(branch, y):
             ax.plot(
                 factor * np.asarray(x) + offset, level, "-" if whole else ":", color=BRANCH, linewidth=1.2
             )
@@ -35,8 +35,8 @@ def draw_branch(ax: Any, branch: Branch, values: Any, *, factor: float = 1.0, of
             )
 
 
-def _stretches(branch: Branch, y: Any) -> list[tuple[Any, Any, bool]]:
-    """Return the parts of a branch that are stable or not as lines x, y; they change at the special points between orbits."""
+def _lines_of(branch: Branch, y: Any) -> list[tuple[Any, Any, bool]]:
+    """Return the stable and unstable parts of a branch as lines x, y, separated at the special points between orbits."""
     turns = {s.place: s for s in branch.special if s.kind != GRAZING}
     lines: list[tuple[list[float], list[float], bool]] = []
     x, stable = branch.parameters, branch.stable

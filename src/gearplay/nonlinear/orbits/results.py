@@ -96,7 +96,7 @@ class Branches(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """How many there are, how many of their orbits are stable, and what happens on the way."""
+        """Number of branches and orbits, of stable orbits and of special points."""
         orbits = sum(len(branch.orbits) for branch in self)
         stable = sum(int(branch.stable.sum()) for branch in self)
         kinds: dict[str, int] = {}
@@ -232,7 +232,7 @@ class OneBranch(Branches):
 
     @property
     def ended(self) -> str:
-        """Why the branch ends."""
+        """Reason for the end of the branch."""
         return self.branches[0].ended
 
     @property

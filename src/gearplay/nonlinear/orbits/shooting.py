@@ -19,7 +19,7 @@ MOST_STEPS = 30
 
 @dataclass(frozen=True)
 class Orbit:
-    """A periodic orbit: its states at the section, shape [order, state], and what becomes of small changes over its period.
+    """A periodic orbit: its states at the section, shape [order, state], and the derivative of the map over its period.
 
     ``multipliers`` are the Floquet multipliers, the largest first, complex, shape [state less constants]: the impact speed of a
     sleeve that stays closed is a constant of the orbit and no direction that could grow. ``residual`` is in natural sizes;
@@ -67,7 +67,7 @@ def after(period_map: PeriodMap, state: Floats, parameter: float, order: int) ->
 
 
 def constants(matrix: Floats) -> NDArray[np.bool_]:
-    """Return which states a map keeps, whatever the others do: rows of its derivative that are those of the identity.
+    """Return the states that a map keeps unchanged: rows of its derivative that are those of the identity.
 
     >>> constants(np.array([[0.5, 0.1], [0.0, 1.0]])).tolist()
     [False, True]
@@ -126,7 +126,7 @@ def find_orbit(period_map: PeriodMap, guess: Floats, parameter: float, *, order:
 
 
 def order_of(states: Floats, scale: Floats) -> int:
-    """Return after how many periods sections, shape [order, state], repeat: their number, or a divisor of it.
+    """Return the period of sections, shape [order, state]: their number, or a divisor of it.
 
     >>> order_of(np.array([[1.0], [2.0], [1.0], [2.0]]), np.ones(1)), order_of(np.array([[1.0], [2.0]]), np.ones(1))
     (2, 2)
@@ -158,7 +158,7 @@ def _size(difference: Floats, scale: Floats) -> float:
 
 
 def orbit_of(found: Return, parameter: float, residual: float, scale: Floats) -> Orbit:
-    """Return the orbit behind a return map that closes."""
+    """Return the orbit of a closed return map."""
     free = np.flatnonzero(~constants(found.matrix))
     matrix = found.matrix * scale[None, :] / scale[:, None]
     multipliers = np.linalg.eigvals(matrix[np.ix_(free, free)]).astype(np.complex128)

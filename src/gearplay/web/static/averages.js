@@ -1,4 +1,4 @@
-// Averages behind the one run that is shown: a short run of a chaotic motion says little.
+// Ensemble averages for the run shown: a short run of a chaotic motion is not representative.
 
 import { state } from "./page.js";
 
@@ -6,7 +6,7 @@ const MEMBERS = [16, 8]; // the fewer where more would take long
 const RECORDED = 5; // s of each member, where that is soon done
 const SHORTEST = 0.5; // s
 const BEFORE = 1; // s, at least
-const PATIENT = 10; // s that the averages may take
+const LONGEST = 10; // s that the averages may take
 const STEP = 6.5e-6; // s that a step takes on a usual machine
 const SECOND = 3e-4; // s for what else a simulated second costs
 let running = null;
@@ -17,34 +17,34 @@ export function paceOf({ models, case: { run } }) {
   return SECOND + (STEP * view.steps) / ((run.transient + run.duration) * run.ensemble);
 }
 
-/** Stop what is not wanted any more. */
+/** Cancel a running average. */
 export function dropAverage() {
   if (running) state.wire.cancel(running.number);
   running = null;
 }
 
-/** Ask for the averages of a result, once at a time, and put them into it; false where they say nothing more, would take long or do not come. */
+/** Request the averages of a result, once at a time, and add them to it; false where they add nothing, would take long or fail. */
 export function averageOf(result) {
-  result.averaging ??= ask(result).finally(() => { result.averaging = null; });
+  result.averaging ??= average(result).finally(() => { result.averaging = null; });
   return result.averaging;
 }
 
-async function ask(result) {
+async function average(result) {
   const { run, sleeves } = result.case;
   const rattles = Object.values(sleeves).some((each) => each.radial_clearance > 0);
   if (result.average || result.members > 1 || !rattles || !state.wire.ready) return false;
   const models = Object.keys(result.models);
   const transient = Math.max(BEFORE, run.transient);
-  const affordable = (count) => PATIENT / (count * models.length * paceOf(result)) - transient - run.duration;
+  const affordable = (count) => LONGEST / (count * models.length * paceOf(result)) - transient - run.duration;
   const members = MEMBERS.find((count) => affordable(count) >= SHORTEST);
   if (!members) return false;
   const duration = Math.min(RECORDED, Number(affordable(members).toPrecision(1)));
-  const job = state.wire.ask("average", { case: result.case, models, members, duration, transient });
+  const job = state.wire.submit("average", { case: result.case, models, members, duration, transient });
   running = job;
   try {
     result.average = await job;
     return true;
-  } catch { // the run itself is shown, with what it is worth
+  } catch { // the run alone is shown
     return false;
   } finally {
     if (running === job) running = null;

@@ -80,13 +80,13 @@ export class Controls {
   }
 
   /** Return the rows of a part that are seldom changed, folded. */
-  folded(controls, open, name, beside) {
+  folded(controls, open, name, isRest) {
     const more = document.createElement("details");
     more.className = "more";
     more.dataset.group = name;
     more.open = open;
     const summary = document.createElement("summary");
-    summary.textContent = beside ? `${controls.length} more` : `${controls.length} fields`;
+    summary.textContent = isRest ? `${controls.length} more` : `${controls.length} fields`;
     more.append(summary, ...controls.map((control) => this.row(control)));
     return more;
   }

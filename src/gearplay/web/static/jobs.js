@@ -1,9 +1,9 @@
-// Bifurcation diagrams and maps: asked for, shown, and what a click on them does.
+// Bifurcation diagrams and maps: requests, drawing, clicks.
 
 import { paceOf } from "./averages.js";
 import { drawBifurcation, drawMap } from "./diagrams.js";
 import { diagramWords, faultOf, mapWords, sayCost } from "./forms.js";
-import { $, current, note, state, tell } from "./page.js";
+import { $, current, note, state, showMessage } from "./page.js";
 import { hideProgress, showProgress } from "./runs.js";
 
 const named = (path) => state.controls.find((each) => each.path === path);
@@ -12,7 +12,7 @@ const pathsOf = (result) => result.paths ?? [result.path];
 /** Ask for a diagram or a map from its form. */
 export function submit(kind, form) {
   const fault = faultOf(form, state.controls);
-  if (fault) { tell(fault); return; }
+  if (fault) { showMessage(fault); return; }
   longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
 }
 
@@ -21,23 +21,23 @@ export function estimate() {
   if (state.result) sayCost($("map-form"), paceOf(state.result), state.result.case.run);
 }
 
-/** Do a long job; one that goes with the server is asked for again when that is back. */
+/** Do a long job; one that is lost with the server is submitted again once that is back. */
 export async function longJob(kind, words) {
-  if (state.job) { tell("One diagram or map at a time: cancel the one that runs."); return; }
-  tell("");
+  if (state.job) { showMessage("One diagram or map at a time: cancel the one that runs."); return; }
+  showMessage("");
   const { generation } = state;
   const began = performance.now();
-  const job = state.wire.ask(kind, words, (done) => showProgress(done, job.number, began));
+  const job = state.wire.submit(kind, words, (done) => showProgress(done, job.number, began));
   state.job = job;
   showProgress(0, job.number, began);
   try {
     const result = await job;
     state.kept();
     if (generation === state.generation) await showDiagram(result, JSON.stringify(words.case));
-    else tell(`The ${kind} that ran is of another case: see Results.`);
+    else showMessage(`The ${kind} that ran is of another case: see Results.`);
   } catch (error) {
     if (error.kind === "gone") state.lost = { kind, words };
-    else tell(error.message);
+    else showMessage(error.message);
   } finally {
     state.job = null;
     hideProgress();

@@ -3,7 +3,7 @@
 import { fillForms } from "./forms.js";
 import { showDiagram } from "./jobs.js";
 import { offerOverlays } from "./overlays.js";
-import { $, ask, askJson, current, note, showTitle, state, tell } from "./page.js";
+import { $, request, requestJson, current, note, showTitle, state, showMessage } from "./page.js";
 import { style } from "./colors.js";
 import { plain } from "./plotting.js";
 import { magnified, models, outdate, run, showRun, stage, takeOver } from "./runs.js";
@@ -40,17 +40,17 @@ function adopt(described, name, note = "") {
   outdate();
   showSource(name);
   showTitle();
-  tell("");
+  showMessage("");
 }
 
 /** Do something that may fail, and say so. */
 export async function attempt(act) {
-  try { await act(); } catch (error) { tell(error.message); } finally { if (state.name) $("case").value = state.name; }
+  try { await act(); } catch (error) { showMessage(error.message); } finally { if (state.name) $("case").value = state.name; }
 }
 
 export async function choose(name) {
   if (name === state.name) return;
-  adopt(await askJson(`/api/cases/${encodeURIComponent(name)}`), name);
+  adopt(await requestJson(`/api/cases/${encodeURIComponent(name)}`), name);
   run();
 }
 
@@ -63,7 +63,7 @@ async function textOf(file) {
 export async function upload(file) {
   if (!file) return;
   if (file.size > MOST_FILE || !/\.toml$/i.test(file.name)) throw new Error(`${file.name}: must be a case file, TOML of at most 256 kB. Choose another.`);
-  adopt(await askJson("/api/case", { toml: await textOf(file) }), file.name);
+  adopt(await requestJson("/api/case", { toml: await textOf(file) }), file.name);
   run();
 }
 
@@ -83,7 +83,7 @@ export async function fromLink() {
     if (text.length > MOST_LINK) throw new Error("too long");
     given = JSON.parse(unpackText(text));
   } catch { throw new Error("The link is damaged or cut off: its case cannot be read. Ask for it again."); }
-  try { adopt(await askJson("/api/case", { case: given }), "case of a link"); } catch (error) { throw new Error(`The link's case cannot be used. ${error.message}`); }
+  try { adopt(await requestJson("/api/case", { case: given }), "case of a link"); } catch (error) { throw new Error(`The link's case cannot be used. ${error.message}`); }
   run();
   return true;
 }
@@ -92,7 +92,7 @@ export async function fromLink() {
 
 export async function listResults() {
   try {
-    const found = await askJson("/api/results");
+    const found = await requestJson("/api/results");
     const words = ({ kind, title, note, written }) => [kind, title || "untitled", note, new Date(1000 * written).toLocaleTimeString()].filter(Boolean).join(", ");
     offerOverlays(found.filter(({ kind }) => kind === "run").map((each) => [each.key, words(each)]));
     $("history").replaceChildren(new Option("earlier ones", ""), ...found.map((each) => new Option(words(each), each.key)));
@@ -102,17 +102,17 @@ export async function listResults() {
 /** Show a result that is kept, and put its case back. */
 export async function recall(key) {
   if (!key) return;
-  const result = { ...decode(await (await ask(`/api/results/${key}`)).arrayBuffer()), key };
-  adopt(await askJson("/api/case", { case: result.case }), "an earlier result", result.note);
+  const result = { ...decode(await (await request(`/api/results/${key}`)).arrayBuffer()), key };
+  adopt(await requestJson("/api/case", { case: result.case }), "an earlier result", result.note);
   state.select(result.kind);
   if (result.kind !== "run") { await showDiagram(result, JSON.stringify(current())); run(); return; }
   $("compare").checked = Object.keys(result.models).length > 1;
   await showRun(result);
 }
 
-async function download(answer, name) {
+async function download(response, name) {
   const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(await answer.blob());
+  anchor.href = URL.createObjectURL(await response.blob());
   anchor.download = name;
   anchor.click();
   setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
@@ -128,10 +128,10 @@ function titled({ data, layout }, title) {
 /** Save what the tab shows: both models of a run, each as a file; a diagram; pictures; or the case. */
 export async function save(form) {
   if (!form) return;
-  tell("");
+  showMessage("");
   const name = ((state.base.title || "gearplay").toLowerCase().match(/[a-z0-9]+/g) ?? ["gearplay"]).join("-").slice(0, 48);
   const { [state.tab]: shown } = state.diagrams;
-  if (form === "toml") await download(await ask("/api/export/toml", { case: current(), ...(state.source && { source: state.source, changes: Object.fromEntries(state.changes) }) }), `${name}.toml`);
+  if (form === "toml") await download(await request("/api/export/toml", { case: current(), ...(state.source && { source: state.source, changes: Object.fromEntries(state.changes) }) }), `${name}.toml`);
   else if (form === "png" || form === "svg") {
     if (state.tab === "run") await takeOver();
     const plots = state.tab === "run" ? ["orbit", "spectrum", "backlash", "forces"] : [state.tab];
@@ -141,7 +141,7 @@ export async function save(form) {
     if (state.tab === "run" && form === "png") await download(new Response(await stage.picture(title)), `${name}-mechanism.png`);
     for (const each of drawn) await Plotly.downloadImage(titled($(each), title), { format: form, filename: `${name}-${each}`, width: 900, height: 540, scale: form === "png" ? 2 : 1 });
   } else if (state.tab === "run") {
-    for (const model of models()) await download(await ask(`/api/export/${form}`, { case: { ...current(), backlash_model: model } }), `${name}-${model}.${form}`);
-  } else if (shown) await download(await ask(`/api/results/${shown.key}/${form}`), `${name}-${state.tab}.${form}`);
+    for (const model of models()) await download(await request(`/api/export/${form}`, { case: { ...current(), backlash_model: model } }), `${name}-${model}.${form}`);
+  } else if (shown) await download(await request(`/api/results/${shown.key}/${form}`), `${name}-${state.tab}.${form}`);
   else throw new Error("There is nothing to save here yet: compute it first.");
 }

@@ -3,7 +3,7 @@
 import { Controls } from "./controls.js";
 import { estimate, longJob, markDiagrams, showDiagram, submit } from "./jobs.js";
 import { attempt, choose, fromLink, link, listResults, recall, save, upload } from "./keeping.js";
-import { $, askJson, current, showTitle, state, tell } from "./page.js";
+import { $, requestJson, current, showTitle, state, showMessage } from "./page.js";
 import { plotly } from "./plotting.js";
 import { measured, overlay } from "./overlays.js";
 import { magnified, moved, redraw, redrawSpectrum, run, stage, toNextImpact } from "./runs.js";
@@ -41,9 +41,9 @@ state.panel = new Controls($("controls"), (path, value) => {
   state.changes.set(path, value);
   if (value === state.panel.startOf(path)) state.changes.delete(path);
   state.moved = performance.now();
-  tell("");
+  showMessage("");
   changed();
-}, tell);
+}, showMessage);
 
 /** Show that the case has changed, and run it. */
 function changed() {
@@ -130,12 +130,12 @@ state.wire = new Wire((open) => {
   const { lost } = state;
   state.lost = null;
   if (lost) longJob(lost.kind, lost.words);
-}, (ready) => { $("warming").hidden = ready; }, (reason) => { tell(reason); state.unkept = true; });
+}, (ready) => { $("warming").hidden = ready; }, (reason) => { showMessage(reason); state.unkept = true; });
 
-setTimeout(() => { if (!$("warming").hidden) plotly().catch((error) => tell(error.message)); }, 1500); // while kernels compile
+setTimeout(() => { if (!$("warming").hidden) plotly().catch((error) => showMessage(error.message)); }, 1500); // while kernels compile
 await attempt(async () => {
-  for (const name of (await askJson("/api/about")).cases) $("case").append(new Option(name, name));
+  for (const name of (await requestJson("/api/about")).cases) $("case").append(new Option(name, name));
 });
 let [opened, fault] = [false, ""];
 try { opened = await fromLink(); } catch (error) { fault = error.message; }
-if (!opened) await attempt(async () => { await choose("han2021"); if (fault) tell(fault); });
+if (!opened) await attempt(async () => { await choose("han2021"); if (fault) showMessage(fault); });

@@ -1,6 +1,6 @@
-// What lies beside a run in its plots: an earlier run, or a measurement of one's own.
+// Overlays in the plots of a run: an earlier run, or an uploaded measurement.
 
-import { $, ask, state } from "./page.js";
+import { $, request, state } from "./page.js";
 import { redraw } from "./runs.js";
 import { decode } from "./wire.js";
 
@@ -14,21 +14,21 @@ export function offerOverlays(runs) {
   $("overlay").value = state.overlay?.key ?? "";
 }
 
-/** Lay an earlier run or a channel of a measurement beside, by its key; "" takes away what is there. */
+/** Overlay an earlier run or a channel of a measurement, by its key; "" removes the overlay. */
 export async function overlay(key) {
   if (key.startsWith(OWN)) {
     const channel = state.measured[Number(key.slice(OWN.length))];
     state.overlay = { measured: channel, name: channel.name, key };
-  } else state.overlay = key ? { ...decode(await (await ask(`/api/results/${key}`)).arrayBuffer()), key } : null;
+  } else state.overlay = key ? { ...decode(await (await request(`/api/results/${key}`)).arrayBuffer()), key } : null;
   redraw();
 }
 
-/** Read a measurement, as `gearplay analyze` does, and lay its first channel beside. */
+/** Read a measurement, as `gearplay analyze` does, and overlay its first channel. */
 export async function measured(file) {
   if (!file) return;
   if (file.size > MOST_BYTES) throw new Error(`${file.name}: must have at most 64 MB. Shorten it.`);
   const query = new URLSearchParams({ name: file.name, unit: $("measured-unit").value });
-  const { channels } = decode(await (await ask(`/api/measurement?${query}`, file)).arrayBuffer());
+  const { channels } = decode(await (await request(`/api/measurement?${query}`, file)).arrayBuffer());
   const runs = [...$("overlay").options].filter(({ value }) => value && !value.startsWith(OWN)).map(({ value, text }) => [value, text]);
   state.measured = channels;
   state.overlay = { measured: channels[0], name: channels[0].name, key: `${OWN}0` };

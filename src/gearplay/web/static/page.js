@@ -1,20 +1,20 @@
-// What the parts of the page share: the case as it stands, what is shown, and words to the user.
+// State shared by the parts of the page: the current case, the results shown, messages to the user.
 
 import { micro } from "./plotting.js";
 
 export const $ = (name) => document.getElementById(name);
 
 export const state = {
-  base: null, changes: new Map(), controls: [], note: "", // the case, its changed fields (SI), their controls, what was changed before
+  base: null, changes: new Map(), controls: [], note: "", // the case, its changed fields (SI), their controls, earlier changes
   result: null, diagrams: {}, measured: [], // what is shown, and channels of the user's own
-  told: false, unkept: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
-  moved: 0, began: 0, asked: 0, whole: false, // times [ms] of the last move and run, and whether all its plots are drawn
+  ofRun: false, unkept: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
+  moved: 0, began: 0, requested: 0, whole: false, // times [ms] of the last move and run, and whether all its plots are drawn
 };
 window.gearplay = { state, latencies: [], whole: [] }; // times of runs [ms]: to the plots in view, to all of them
 
-/** Tell the user something, "" to take it back; what a run says is taken back by the next one. */
-export function tell(words, ofRun = false) {
-  state.told = ofRun;
+/** Show a message, or none for ""; that of a run is removed by the next run. */
+export function showMessage(words, ofRun = false) {
+  state.ofRun = ofRun;
   $("message").textContent = words;
   $("message").hidden = !words;
 }
@@ -41,15 +41,15 @@ export function current() {
   return made;
 }
 
-/** Show a fault of the page itself, wherever it comes from; everything else goes on. */
+/** Show a fault of the page itself, wherever it comes from; everything else continues. */
 export function confess(error) {
   const words = error?.message ?? String(error);
-  tell(`The page has a fault: ${words}. This is a fault of the program, not of your input. What you see may be of the case before; load the page again if it stays.`);
+  showMessage(`The page has a fault: ${words}. This is a fault of the program, not of your input. What you see may be of the case before; load the page again if it stays.`);
 }
 window.addEventListener("error", ({ error, message }) => confess(error ?? message));
 window.addEventListener("unhandledrejection", ({ reason }) => confess(reason));
 
-/** What has been changed, in words; the first few fields. */
+/** Return the first few changes as text. */
 export function note() {
   const words = [...state.changes].map(([path, value]) => {
     const { owner, label, unit, factor, offset, kind } = state.controls.find((each) => each.path === path);
@@ -67,15 +67,15 @@ export function showTitle() {
 }
 
 /** Fetch from the server, a file as it is; errors are sentences for the user. */
-export async function ask(path, body) {
+export async function request(path, body) {
   const [kind, sent] = body instanceof Blob ? ["application/octet-stream", body] : ["application/json", JSON.stringify(body)];
   const options = body === undefined ? {} : { method: "POST", body: sent, headers: { "content-type": kind } };
-  let answer;
-  try { answer = await fetch(path, options); } catch { throw new Error("The server is gone. Try again when it is back."); }
-  if (answer.ok) return answer;
-  let words = `The server answered ${answer.status}.`;
-  try { words = (await answer.json()).error ?? words; } catch { /* no words came with it */ }
+  let response;
+  try { response = await fetch(path, options); } catch { throw new Error("The server is gone. Try again when it is back."); }
+  if (response.ok) return response;
+  let words = `The server returned status ${response.status}.`;
+  try { words = (await response.json()).error ?? words; } catch { /* no words came with it */ }
   throw new Error(words);
 }
 
-export const askJson = async (path, body) => (await ask(path, body)).json();
+export const requestJson = async (path, body) => (await request(path, body)).json();

@@ -36,8 +36,8 @@ export async function plotly() {
 
 const HURRIES = ["pointerover", "pointerdown", "focusin", "wheel"];
 
-/** Wait until plotly.js is wanted: somebody points at a plot, or the browser has nothing else to do. */
-export function asked() {
+/** Wait until plotly.js is needed: a pointer on a plot, or an idle browser. */
+export function plotsWanted() {
   return new Promise((resolve) => {
     const done = () => {
       for (const kind of HURRIES) document.removeEventListener(kind, hurry);

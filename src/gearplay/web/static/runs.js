@@ -3,11 +3,11 @@
 import { averageOf, dropAverage } from "./averages.js";
 import { moveCursors } from "./cursors.js";
 import { Stage } from "./mechanism.js";
-import { $, confess, current, note, showTitle, state, tell } from "./page.js";
+import { $, confess, current, note, showTitle, state, showMessage } from "./page.js";
 import { drawRun, drawSpectrum, fillOutput, fillStatistics } from "./plots.js";
-import { asked, plotly } from "./plotting.js";
+import { plotly, plotsWanted } from "./plotting.js";
 
-const PATIENCE = 1000; // ms before a run gives way to a newer one
+const LONGEST_RUN = 1000; // ms before a run gives way to a newer one
 export const stage = new Stage($("stage"), moved);
 
 export const models = () => ($("compare").checked ? ["coupled", "uncoupled"] : [current().backlash_model]);
@@ -18,31 +18,31 @@ export async function run() {
   if (!wire?.ready || !state.base) return;
   if (state.running) {
     const { running } = state;
-    if (!state.again) setTimeout(() => { if (state.running === running && state.again) wire.cancel(running.number); }, state.began + PATIENCE - performance.now());
+    if (!state.again) setTimeout(() => { if (state.running === running && state.again) wire.cancel(running.number); }, state.began + LONGEST_RUN - performance.now());
     state.again = true;
     return;
   }
   dropAverage();
-  if (state.unkept) { state.unkept = false; tell(""); }
+  if (state.unkept) { state.unkept = false; showMessage(""); }
   const { generation } = state;
   const began = state.moved || performance.now();
   state.moved = 0;
   state.began = performance.now();
   const words = { case: current(), models: models(), note: note() }; // before anything is noted as running: it may fail
-  const job = wire.ask("run", words, (done) => showProgress(done, job.number, state.began));
+  const job = wire.submit("run", words, (done) => showProgress(done, job.number, state.began));
   state.running = job;
   try {
     const result = await job;
     if (generation !== state.generation) return; // of a case that is no longer there
-    state.asked = began;
+    state.requested = began;
     await showRun(result);
     window.gearplay.latencies.push(performance.now() - began);
     state.kept();
-    if (state.told) tell("");
+    if (state.ofRun) showMessage("");
   } catch (error) {
     if (error.kind === "full") setTimeout(() => { state.again = true; next(); }, 500);
     else if (!error.kind) { confess(error); outdate(); }
-    else if (error.kind !== "cancelled" && wire.ready) { tell(error.message, true); if (generation === state.generation) outdate(); }
+    else if (error.kind !== "cancelled" && wire.ready) { showMessage(error.message, true); if (generation === state.generation) outdate(); }
   } finally {
     state.running = null;
     if (!state.job) hideProgress();
@@ -135,19 +135,19 @@ async function drawOthers(drawRest, result) {
     if (!(await drawRest(wanted))) return;
     moved();
     if (!window.Plotly) {
-      await asked();
+      await plotsWanted();
       await plotly();
       if (!wanted()) return;
       if (!(await (await drawRun(result, stage.look))(wanted))) return;
       moved();
     }
     state.whole = true;
-    window.gearplay.whole.push(performance.now() - state.asked);
+    window.gearplay.whole.push(performance.now() - state.requested);
     if (await averageOf(result) && wanted()) {
       redrawSpectrum();
       $("few").textContent = fillStatistics($("statistics"), result);
     }
-  } catch (error) { tell(error.message); }
+  } catch (error) { showMessage(error.message); }
 }
 
 /** Have plotly.js draw what was only sketched, now. */
@@ -157,10 +157,10 @@ export async function takeOver() {
   await (await drawRun(state.result, stage.look))(() => true);
 }
 
-export const redraw = () => { if (state.result) showRun(state.result).catch((error) => tell(error.message)); };
-export const redrawSpectrum = () => { if (state.result) drawSpectrum(state.result, lookAt(state.result)).catch((error) => tell(error.message)); };
+export const redraw = () => { if (state.result) showRun(state.result).catch((error) => showMessage(error.message)); };
+export const redrawSpectrum = () => { if (state.result) drawSpectrum(state.result, lookAt(state.result)).catch((error) => showMessage(error.message)); };
 
-/** Show how far a job is that began when asked, and an estimate once there is something to estimate from. */
+/** Show the progress of a job, and an estimate of its end once there is one. */
 export function showProgress(done, number, began) {
   if (state.job && state.job.number !== number) return; // a diagram keeps the bar
   $("progress").value = done;
@@ -190,7 +190,7 @@ export function toNextImpact() {
   const onsets = strips.flatMap(({ spans }) => Array.from(spans).filter((_, i) => i % 2 === 0)).filter((t) => t > begin && t <= end).sort((a, b) => a - b);
   const frame = (end - begin) / 900;
   const next = onsets.find((t) => t > stage.time + 0.5 * frame) ?? onsets[0];
-  if (next === undefined) { tell("No contact that is looked at closes in this run.", true); return; }
+  if (next === undefined) { showMessage("No contact that is looked at closes in this run.", true); return; }
   stage.at = Math.min(0.9999, (next - begin) / (end - begin));
   stage.draw();
   moved();

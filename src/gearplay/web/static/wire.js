@@ -22,7 +22,7 @@ const MOST_TEXT = 512 * 1024; // letters of a message that the server takes
 const gone = () => Object.assign(new Error("The server is gone."), { kind: "gone" });
 
 export class Wire {
-  /** `onOpen` is told when the server comes and goes, `onReady` whether it can do jobs at once, `onUnkept` why a result is not kept. */
+  /** `onOpen` is called when the server comes and goes, `onReady` whether it can do jobs at once, `onUnkept` why a result is not kept. */
   constructor(onOpen, onReady, onUnkept) {
     Object.assign(this, { onOpen, onReady, onUnkept });
     this.jobs = new Map();
@@ -47,8 +47,8 @@ export class Wire {
 
   get ready() { return this.socket.readyState === WebSocket.OPEN; }
 
-  /** Ask for a job; `onProgress` gets its share done. The promise has `number` for `cancel`. */
-  ask(kind, words, onProgress = () => {}) {
+  /** Submit a job; `onProgress` gets its share done. The promise has `number` for `cancel`. */
+  submit(kind, words, onProgress = () => {}) {
     const number = this.next++;
     const promise = new Promise((resolve, reject) => {
       if (!this.ready) { reject(gone()); return; }
