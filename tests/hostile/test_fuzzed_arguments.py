@@ -31,19 +31,10 @@ PLAN = {
     "title": "small",
     "case": "han2021",
     "sensor": {"rotor": "ring"},
-    "parameters": [
-        {"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"}
-    ],
+    "parameters": [{"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"}],
     "models": [{"name": "coupled", "set": {"backlash_model": "coupled"}}],
     "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
-    "effort": {
-        "evaluations": 8,
-        "startup": 8,
-        "polish": 0,
-        "polish_members": 2,
-        "check_members": 2,
-        "seed": 3,
-    },
+    "effort": {"evaluations": 8, "startup": 8, "polish": 0, "polish_members": 2, "check_members": 2, "seed": 3},
     "targets": [{"kind": "line", "name": "mesh", "order": 1, "search": 0.1}],
     "conditions": [
         {
@@ -52,7 +43,7 @@ PLAN = {
             "measured": {"mesh": {"amplitude": 0.004}},
         }
     ],
-}
+}  # fmt: skip
 
 
 def valid(folder: Path) -> dict[str, dict[str, Any]]:

@@ -171,23 +171,14 @@ def test_a_wish_to_stop_is_heard() -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (
-            lambda: stroboscopic_section(case_of(), ["ring.ax"], keep=1),
-            'signals = "ax": must follow from the state alone',
-        ),
+        (lambda: stroboscopic_section(case_of(), ["ring.ax"], keep=1), 'signals = "ax": must follow from the state alone'),
         (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period="tooth"), 'period = "tooth"'),
         (lambda: stroboscopic_section(case_of(), ["ring.x"], keep=1, period=-1.0), "period = -1"),
         (lambda: contact_section(case_of(), ["ring.x"], "rng", duration=1.0), 'contact = "rng"'),
-        (
-            lambda: contact_section(case_of(), ["ring.x"], "ring", change="hit", duration=1.0),
-            'change = "hit"',
-        ),
+        (lambda: contact_section(case_of(), ["ring.x"], "ring", change="hit", duration=1.0), 'change = "hit"'),
         (lambda: contact_section(case_of(), ["ring.x"], "ring", duration=0.0), "duration = 0"),
         (lambda: bifurcation_diagram(pair, [0.5, 0.4], ["wheel.theta"]), "must have values that rise"),
-        (
-            lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], directions=["left"]),
-            "must be up, down or both",
-        ),
+        (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], directions=["left"]), "must be up, down or both"),
         (lambda: bifurcation_diagram(pair, [0.5], ["wheel.theta"], keep=0), "keep = 0: must be 1 or more"),
         (
             lambda: stroboscopic_section(gp.load_case("external-pair"), ["output.x"], keep=1),
@@ -195,7 +186,7 @@ def test_a_wish_to_stop_is_heard() -> None:
         ),
         (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_told(call: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()
