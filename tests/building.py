@@ -13,9 +13,9 @@ from gearplay.kernels import stepper
 from gearplay.kernels.active_set import make_active_set
 from gearplay.kernels.elements.sleeve import DELTA, sleeve_geometry
 from gearplay.kernels.elements.table import MESH, SLEEVE
-from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, PENETRATION
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.kernels.mesh_geometry import P_B, P_D, PSI, mesh_geometry
-from gearplay.kernels.right_hand_side import make_loads, right_hand_side
+from gearplay.kernels.right_hand_side import make_loads
 from gearplay.kernels.switches import make_branch
 from gearplay.kernels.tooth_stiffness import mesh_stiffness
 from gearplay.model.case import Case
@@ -170,18 +170,6 @@ class Instant:
     def contacts(self) -> Floats:
         """The contact table, shape [contact, column]."""
         return self.loads.contacts
-
-    def generalised_forces(self, t: float, y: Floats) -> Floats:
-        """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (self.system, self.active_set, t, y, self.branch, self.dy, self.loads)
-        touching = self.branch.modes[: len(self.contacts)]
-        touching[:] = 0
-        assert right_hand_side(*args) == 0
-        touching[:] = np.where(self.contacts[:, PENETRATION] > 0.0, LOADED, 0)
-        assert right_hand_side(*args) == 0
-        storing = self.system.contacts["impact_slot"] >= 0
-        assert np.all(self.contacts[storing, MARGIN] > 0.0)
-        return self.loads.rotors.ravel().copy()
 
     def potential(self, t: float, y: Floats) -> float:
         """Return the elastic energy [J] of all point contacts, written apart from the forces."""
