@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from gearplay.integrate import run as kernel
 from gearplay.integrate import stepper
 from gearplay.integrate.active_set import make_active_set
-from gearplay.integrate.right_hand_side import make_loads, right_hand_side
+from gearplay.integrate.right_hand_side import make_loads
 from gearplay.integrate.switches import make_branch
-from gearplay.kernels.layout import LOADED, MARGIN, OUT_SIZE, PENETRATION
+from gearplay.kernels.layout import OUT_SIZE
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed, pack
@@ -170,18 +170,6 @@ class Instant:
     def contacts(self) -> Floats:
         """The contact table, shape [contact, column]."""
         return self.loads.contacts
-
-    def generalised_forces(self, t: float, y: Floats) -> Floats:
-        """Return all forces and torques [N, N m], shape [3 rotor]."""
-        args = (self.system, self.active_set, t, y, self.branch, self.dy, self.loads)
-        touching = self.branch.modes[: len(self.contacts)]
-        touching[:] = 0
-        assert right_hand_side(*args) == 0
-        touching[:] = np.where(self.contacts[:, PENETRATION] > 0.0, LOADED, 0)
-        assert right_hand_side(*args) == 0
-        storing = self.system.contacts["impact_slot"] >= 0
-        assert np.all(self.contacts[storing, MARGIN] > 0.0)
-        return self.loads.rotors.ravel().copy()
 
     def potential(self, t: float, y: Floats) -> float:
         """Return the elastic energy [J] of all point contacts, written apart from the forces."""

@@ -12,41 +12,46 @@ from gearplay.calibration.trials import Problem, Seen, TrialError
 NOISE = 0.02  # decades, of one member
 
 
+PLAN: dict[str, Any] = {
+    "title": "small",
+    "case": "han2021",
+    "set": {"run.tolerance": 1e-6},
+    "sensor": {"rotor": "ring"},
+    "parameters": [
+        {"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"},
+        {"name": "error", "path": "meshes.0.transmission_error.0.amplitude", "low": "0.1 um", "high": "2 um"},
+    ],
+    "models": [{"name": name, "set": {"backlash_model": name}} for name in ("coupled", "uncoupled")],
+    "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
+    "effort": {"evaluations": 40, "startup": 16, "polish": 8, "polish_members": 2, "check_members": 2, "seed": 3},
+    "targets": [
+        {"kind": "hump", "name": "radial", "band": ["1 Hz", "8 Hz"]},
+        {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},
+    ],
+    "conditions": [
+        {"name": "slow", "set": {"rotors.pinion.drive.speed": "60 rpm"},
+         "measured": {"radial": {"amplitude": 0.002, "frequency": 1.6}, "mesh": {"amplitude": 0.004}}},
+        {"name": "fast", "set": {"rotors.pinion.drive.speed": "120 rpm"},
+         "measured": {"radial": {"amplitude": 0.004, "frequency": 2.8}, "mesh": {"amplitude": 0.008}}},
+    ],
+}  # fmt: skip
+"""A plan that is simulated within seconds: two parameters, models and conditions, a hump and a line."""
+
+
 def small_plan(**changes: Any) -> Plan:
-    """Return a plan of two parameters, two conditions, a hump and a line."""
-    document: dict[str, Any] = {
-        "case": "han2021",
+    """Return the plan of a `KnownProblem`."""
+    spans = (("1e-4 N m s/rad", "1e-2 N m s/rad"), ("10 nm", "1 um"))
+    document = {
+        **{name: PLAN[name] for name in ("case", "sensor")},
         "uncertainty": 0.02,
         "frequency_uncertainty": 0.02,
         "discrepancy": False,
-        "sensor": {"rotor": "ring"},
-        "parameters": [
-            {"name": "drag", "path": "rotors.ring.load.drag", "low": 1e-4, "high": "1e-2 N m s/rad"},
-            {
-                "name": "error",
-                "path": "meshes.0.transmission_error.0.amplitude",
-                "low": "10 nm",
-                "high": "1 um",
-            },
-        ],
+        "parameters": [each | {"low": low, "high": high} for each, (low, high) in zip(PLAN["parameters"], spans, strict=True)],
         "simulation": {"members": 4, "duration": "0.5 s", "transient": "0.05 s", "sampling": "500 Hz"},
-        "effort": {
-            "evaluations": 60,
-            "startup": 16,
-            "polish": 12,
-            "polish_members": 8,
-            "check_members": 16,
-            "seed": 5,
-        },
-        "targets": [
-            {"kind": "hump", "name": "radial", "band": [2.0, 12.0]},
-            {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},
-        ],
-        "conditions": [
-            {"name": "slow", "set": {"rotors.pinion.drive.speed": "60 rpm"}, "measured": MEASURED},
-            {"name": "fast", "set": {"rotors.pinion.drive.speed": "120 rpm"}, "measured": FAST},
-        ],
-    }
+        "effort": {"evaluations": 60, "startup": 16, "polish": 12, "polish_members": 8, "check_members": 16, "seed": 5},
+        "targets": [PLAN["targets"][0] | {"band": [2.0, 12.0]}, PLAN["targets"][1]],
+        "conditions": [each | {"measured": seen} for each, seen in zip(PLAN["conditions"], (MEASURED, FAST), strict=True)],
+    }  # fmt: skip
     return load_plan({**document, **changes})
 
 

@@ -21,10 +21,7 @@ from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.report import write_calibration
 from gearplay.calibration.result import Calibration
-from gearplay.calibration.spans import Span, unit_at
 from gearplay.calibration.trials import Problem
-from gearplay.model.reading import load_case, replace
-from gearplay.pictures.words import short, wrapped
 from gearplay.work.pieces import with_digest
 
 SCRIPT = "<script>alert(1)</script> of $ 5"
@@ -303,41 +300,6 @@ def test_a_prediction_that_does_not_exist_is_drawn_nowhere() -> None:
     assert left_out_figure(plan, [absent], colors) == left_out_figure(plan, [nothing], colors)
 
 
-@pytest.mark.parametrize(
-    ("path", "unit"),
-    [
-        ("gravity.1", "m/s^2"),
-        ("rotors.pinion.drive.speed", "rad/s"),
-        ("meshes.0.transmission_error.0.amplitude", "m"),
-        ("meshes.0.stiffness.mean", "N/m"),
-        ("sleeves.ring.stiffness", "N/m^2"),
-        ("rotors.pinion.teeth", "1"),
-    ],
-)
-def test_units_come_from_the_fields_of_the_case(path: str, unit: str) -> None:
-    stiff = {"material": None, "exponent": 2.0, "stiffness": 1e10}  # whose unit follows the exponent
-    case = replace(load_case("han2021"), {f"sleeves.ring.{name}": value for name, value in stiff.items()})
-    assert unit_at(case, path) == unit
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "scale", "labels"),
-    [
-        (1e-4, 1e-2, "log", ["$10^{-4}$", "$10^{-3}$", "$10^{-2}$"]),
-        (0.5, 2.0, "log", ["0.5", "1", "2"]),
-        (1.01, 1.02, "log", ["1.01", "1.02"]),
-        (0.0, 1.0, "linear", ["0", "0.5", "1"]),
-    ],
-)
-def test_ticks_are_round_and_lie_where_the_values_are(
-    low: float, high: float, scale: str, labels: list[str]
-) -> None:
-    places, found = Span("p", "1", low, high, scale).ticks(3)
-    assert found == labels
-    assert all(-1e-9 <= place <= 1.0 + 1e-9 for place in places)
-    assert places == sorted(places)
-
-
 def test_a_density_is_one_for_the_prior_and_integrates_to_one() -> None:
     at, density = density_of(np.random.default_rng(0).uniform(size=4000))
     assert np.abs(density - 1.0).max() < 0.2
@@ -353,12 +315,6 @@ def test_a_pair_plot_of_many_parameters_shows_those_told_best() -> None:
     sample = 0.5 + spread * np.random.default_rng(1).normal(size=(400, 10))
     many = dataclasses.replace(fit, sample=tuple(map(tuple, sample)))
     assert pairs_of(many) == [0, 1, 3, 4, 6, 7, 8, 9]
-
-
-def test_long_names_are_broken_or_shortened() -> None:
-    assert max(map(len, wrapped("a_very_long_name_of_a_parameter" + "x" * 40, 15).splitlines())) <= 15
-    assert len(short("x" * 200)) == 44
-    assert short("_hidden") == " _hidden"  # matplotlib would leave it out of the legend
 
 
 def test_the_written_document_is_read_again(written: Any) -> None:

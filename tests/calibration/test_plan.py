@@ -59,34 +59,19 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     ({"parameters": [{**DRAG, "path": "rotors.ring.load.drgg"}]}, "Did you mean 'drag'"),
     ({"parameters": [{**DRAG, "path": "title"}]}, "parameters.0.low: title"),
     ({"parameters": [{**DRAG, "mode": "scale", "low": "1 N"}]}, "must be a plain number, as a factor"),
-    (
-        {"sensor": {"rotor": "rng"}},
-        'sensor.rotor = "rng": must be a rotor of the case. Rotors: pinion, ring.',
-    ),
+    ({"sensor": {"rotor": "rng"}}, 'sensor.rotor = "rng": must be a rotor of the case. Rotors: pinion, ring.'),
     ({"targets": [{"kind": "line", "name": "mesh"}]}, "targets.0.order: must be given, or near"),
-    (
-        {"targets": [{**HUMP, "kind": "bump"}]},
-        'targets.0.kind = "bump": must be one of line, hump, level, statistic',
-    ),
+    ({"targets": [{**HUMP, "kind": "bump"}]}, 'targets.0.kind = "bump": must be one of line, hump, level, statistic'),
     ({"targets": [{**HUMP, "bnd": 1}]}, "targets.0.bnd: unknown field"),
     ({"targets": [{"kind": "statistic", "name": "s", "statistic": "peak_force"}]}, "targets.0.contact"),
     ({"conditions": [{"name": "a"}]}, "conditions.0.measured"),
-    (
-        {"conditions": [{"name": "a", "measured": {"radal": {"amplitude": 1.0}}}]},
-        "must be the name of a target",
-    ),
+    ({"conditions": [{"name": "a", "measured": {"radal": {"amplitude": 1.0}}}]}, "must be the name of a target"),
     ({"conditions": [{"name": "a", "measured": {"radial": {"value": 1.0}}}]}, "does not belong to a hump"),
-    (
-        {"conditions": [{"name": "a", "set": {"x": 1}, "measured": MEASURED}]},
-        "conditions.0.set: x: unknown field",
-    ),
-    (
-        {"effort": {"evaluations": 10, "startup": 9, "polish": 9}},
-        "effort.evaluations = 10: must be at least startup",
-    ),
+    ({"conditions": [{"name": "a", "set": {"x": 1}, "measured": MEASURED}]}, "conditions.0.set: x: unknown field"),
+    ({"effort": {"evaluations": 10, "startup": 9, "polish": 9}}, "effort.evaluations = 10: must be at least startup"),
     ({"case": "han2022"}, "Did you mean 'han2021'"),
     ({"redings": ["absolute"]}, "redings: unknown field. Did you mean 'readings'?"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("changes", "words"), FAULTS, ids=[words[:40] for _, words in FAULTS])

@@ -1,15 +1,18 @@
-"""`gearplay analyze`: statistics and lines of a record, figures, and what happens to bad input."""
+"""`gearplay analyze`: statistics, lines and figures of a record; units, speeds and the band of an envelope; refusals."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 import gearplay as gp
 from gearplay.cli.main import run
+from gearplay.signals import figures
 
 RATE, SECONDS = 2000.0, 20.0
+FINE, TURNS, FAULT = 10_000.0, 25.0, 81.0  # of the record of a modulated carrier
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +28,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_lines_come_with_their_uncertainty(record: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_lines__have_their_uncertainty(record: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["analyze", str(record), "--channel", "acc", "--line", "40", "--line", "90", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     line, nothing = document["lines"]
@@ -37,7 +40,7 @@ def test_lines_come_with_their_uncertainty(record: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.slow
-def test_people_get_sentences_and_figures(
+def test_summary__sentences_and_figures(
     record: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["analyze", str(record), "--channel", "acc", "--line", "40", "--line", "90", "--speed", "speed"]
@@ -45,30 +48,100 @@ def test_people_get_sentences_and_figures(
     shown = capsys.readouterr().out
     assert "rms 1.41" in shown
     assert "90 Hz: no line above" in shown
-    assert len(list(tmp_path.glob("*.png"))) == 8
+    names = ("history", "spectrum", "density", "spectrogram", "envelope_spectrum", "order_spectrum", "order_map",
+             "synchronous_average")  # fmt: skip
+    drawn = sorted(tmp_path.glob("*.png"))
+    assert {path.stem for path in drawn} == {*names}
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in drawn)
 
 
-@pytest.mark.slow
+@pytest.fixture
+def carrier(tmp_path: Path) -> Path:
+    """Write a carrier of 3 kHz that a fault modulates with depth 0.5, a tacho of two pulses a turn, and scalars."""
+    time = np.arange(20_000) / FINE
+    acc = (1.0 + 0.5 * np.cos(2 * np.pi * FAULT * time)) * np.cos(2 * np.pi * 3000.0 * time) + np.cos(
+        2 * np.pi * TURNS * time
+    )
+    tacho = (np.sin(2 * np.pi * 2 * TURNS * time) > 0.0).astype(float)
+    path = tmp_path / "run.mat"
+    savemat(
+        path, {"acc": acc, "tacho": tacho, "fs": FINE, "X097RPM": 60.0 * TURNS, "bearing": {"rate": TURNS}}
+    )
+    return path
+
+
+def document(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, object]:
+    assert run(["analyze", *map(str, words), "--json"]) == 0
+    found: dict[str, object] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_band__lines_of_its_envelope(carrier: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        run(["analyze", str(carrier), "--channel", "acc", "--band", "2.5kHz", "3500", "--unit", "acc=g"]) == 0
+    )
+    shown = capsys.readouterr().out
+    assert "envelope from 2500 to 3500 Hz" in shown
+    assert "81 Hz: 0.5 g" in shown
+    assert run(["analyze", str(carrier), "--channel", "acc", "--band", "2.5kHz", "3500"]) == 0
+    assert "81 Hz: 0.5 ?" in capsys.readouterr().out  # no unit is known
+    found = document(capsys, carrier, "--channel", "acc", "--band", "2500", "3500")["envelope"]
+    assert found["lines"][0] == {"frequency": pytest.approx(FAULT), "amplitude": pytest.approx(0.5, rel=1e-3)}  # type: ignore[index]
+
+
 @pytest.mark.parametrize(
-    ("more", "code", "words"),
+    "speed", [["1500 rpm"], ["X097RPM"], ["bearing.rate Hz"], ["tacho", "--pulses", "2"]]
+)
+def test_speed__a_quantity_a_scalar_or_pulses(
+    speed: list[str], carrier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each gives the line of the turns at order 1, of the fault at 81 / 25."""
+    found = []
+
+    def draw(channel: gp.Channel, out: Path, *, speed: object, **more: object) -> list[Path]:
+        found.append(gp.signals.order_spectrum(channel, speed, highest=150.0))
+        return []
+
+    monkeypatch.setattr(figures, "draw_record", draw)
+    words = [
+        "analyze",
+        str(carrier),
+        "--channel",
+        "acc",
+        "--speed",
+        *speed,
+        "--out",
+        str(tmp_path / "figures"),
+    ]
+    assert run(words) == 0
+    order, amplitude = found[0].order, found[0].amplitude
+    low, high = order < 2.0, order > 100.0
+    assert order[low][np.argmax(amplitude[low])] == pytest.approx(1.0, abs=0.03)
+    assert order[high][np.argmax(amplitude[high])] == pytest.approx(3000.0 / TURNS, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
     [
-        ([], 2, "must be a channel of the record"),
-        (["--channel", "ac"], 2, "Did you mean 'acc'?"),
-        (["--channel", "acc", "--speed", "12 kg"], 2, "--speed"),
-        (["--channel", "acc", "--line", "5000"], 2, "5000"),
+        (
+            ["--speed", "1490"],
+            'Write "1490 rpm" or "1490 rad/s", or name a channel or a scalar: acc, tacho, fs, X097RPM, bearing.rate',
+        ),
+        (["--channel", "ac"], "Did you mean 'acc'?"),
+        (["--speed", "12 kg"], "--speed"),
+        (["--line", "50000"], "50000"),
+        (["--speed", "nothing", "--pulses", "2"], "must name the channel of the pulses"),
+        (["--speed", "bearing.rate"], "or name a channel or a scalar"),
+        (["--unit", "acc"], "Write --unit acc=g"),
+        (["--unit", "ac=g"], "must be a channel that is read"),
+        (["--sampling", "12 rpm"], "--sampling"),
+        (["--sampling", "300"], "must agree with 10000 Hz"),
     ],
 )
-def test_faults(
-    record: Path, more: list[str], code: int, words: str, capsys: pytest.CaptureFixture[str]
+def test_refusals__one_sentence(
+    words: list[str], sentence: str, carrier: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["analyze", str(record), *more]) == code
-    assert words in capsys.readouterr().err
-
-
-def test_an_unreadable_record_has_its_own_exit_code(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "cut.wav"
-    path.write_bytes(b"RIFF\xff\xff\x00\x00WAVEfmt ")
-    assert run(["analyze", str(path)]) == 6
-    assert "cut.wav" in capsys.readouterr().err
+    assert (
+        run(["analyze", str(carrier), *words, *([] if "--channel" in words else ["--channel", "acc"])]) == 2
+    )
+    assert sentence in " ".join(capsys.readouterr().err.split())

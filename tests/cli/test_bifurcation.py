@@ -102,35 +102,3 @@ def test_what_cannot_be_is_one_sentence(
     assert told in complaint
     assert complaint.count("\n") == 1
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_an_orbit_and_a_branch_of_a_case_file(tmp_path: Path) -> None:
-    """Over the drag of the wheel, which is the damping: the multipliers' product is exp(-c T / m) all along."""
-    pair = gp.torsional_pair(0.8, mean_force=0.1, force=0.2, damping_ratio=0.1)
-    orbit = gp.periodic_orbit(pair, order=2, settle=300)
-    assert (orbit.order, orbit.stable) == (2, True)
-    file = tmp_path / "pair.toml"
-    file.write_text(to_toml(pair), encoding="utf-8")
-    drag = pair.rotors["wheel"].load.drag
-    found = gp.branch(file, "rotors.wheel.load.drag", drag, 1.2 * drag, order=2, settle=300, orbits=12)
-    assert len(found.orbits) > 3
-    period = 2.0 * math.pi / 8000.0
-    for each in found.orbits:
-        damping = each.parameter / pair.rotors["wheel"].inertia
-        assert np.prod(each.multipliers).real == pytest.approx(math.exp(-2.0 * damping * period), rel=1e-6)
-
-
-@pytest.mark.slow
-def test_sections_and_exponents_of_a_bundled_case() -> None:
-    once = gp.section("han2021", ["ring.x", "ring.vx"], keep=5, settle=2, period="mesh")
-    assert once.values.shape == (5, 2)
-    assert once.times == pytest.approx(0.025 * np.arange(2, 7))
-    hits = gp.impacts("han2021", ["ring.x", "ring.y"], "ring", duration=0.5, transient=0.1)
-    radius = np.hypot(hits.values[:, 0], hits.values[:, 1])
-    assert len(hits.times) > 0
-    assert radius == pytest.approx(100e-6, rel=1e-6)
-    found = gp.lyapunov("han2021", count=2, duration=60.0, transient=5.0)
-    assert found.values.shape == (2,)
-    assert found.blocks.shape == (20, 2)
-    assert found.largest[0] >= found.values[1]

@@ -14,52 +14,13 @@ from typing import Any
 
 import pytest
 
+from calibration_problems import PLAN
 from depth import sized
 from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import InputError
 from programs import run_command
 
 KILLS = sized(6, 2, torture=20)
-
-PLAN: dict[str, Any] = {
-    "title": "small",
-    "case": "han2021",
-    "set": {"run.tolerance": 1e-6},
-    "sensor": {"rotor": "ring"},
-    "parameters": [
-        {"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"},
-        {"name": "error", "path": "meshes.0.transmission_error.0.amplitude", "low": "0.1 um", "high": "2 um"},
-    ],
-    "models": [
-        {"name": "coupled", "set": {"backlash_model": "coupled"}},
-        {"name": "uncoupled", "set": {"backlash_model": "uncoupled"}},
-    ],
-    "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
-    "effort": {
-        "evaluations": 40,
-        "startup": 16,
-        "polish": 8,
-        "polish_members": 2,
-        "check_members": 2,
-        "seed": 3,
-    },
-    "targets": [
-        {"kind": "hump", "name": "radial", "band": ["1 Hz", "8 Hz"]},
-        {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},
-    ],
-    "conditions": [
-        {
-            "name": "slow",
-            "set": {"rotors.pinion.drive.speed": "60 rpm"},
-            "measured": {"radial": {"amplitude": 0.002, "frequency": 1.6}, "mesh": {"amplitude": 0.004}},
-        },
-        {
-            "name": "fast",
-            "set": {"rotors.pinion.drive.speed": "120 rpm"},
-            "measured": {"radial": {"amplitude": 0.004, "frequency": 2.8}, "mesh": {"amplitude": 0.008}},
-        },
-    ],
-}
 
 
 def command(plan: Path, out: Path, *more: str) -> list[str]:

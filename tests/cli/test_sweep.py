@@ -922,10 +922,7 @@ DRAWN = {"name": "gap", "path": "meshes.0.backlash", "mean": "50 um"}
         ({"axes": [{**AXIS, "path": "meshes.7.backlash"}]}, "axes.0.values.0: meshes.7"),
         ({"axes": [{**AXIS, "values": ["50 um", "50 kg"]}]}, "axes.0.values.1: meshes.0.backlash"),
         ({"axes": [{**AXIS, "values": ["50 um", -1e-4]}]}, "axes.0.values.1: meshes.0.backlash"),
-        (
-            {"axes": [{**AXIS, "values": ["50 um", 5e-5]}]},
-            "axes.0.values.1 = 5e-05: must not be a value that gap",
-        ),
+        ({"axes": [{**AXIS, "values": ["50 um", 5e-5]}]}, "axes.0.values.1 = 5e-05: must not be a value that gap"),
         ({"axes": [{**SPEED, "high": "20 rpm"}]}, 'axes.0.high = "20 rpm": must not be a value that speed'),
         ({"axes": [{**AXIS, "mode": "scale"}]}, "must be a plain number, as a factor"),
         ({"axes": [{**AXIS, "path": "title", "mode": "scale", "values": [2]}]}, "title = "),
@@ -940,10 +937,7 @@ DRAWN = {"name": "gap", "path": "meshes.0.backlash", "mean": "50 um"}
         ({"case": "nowhere/case.toml"}, "nowhere/case.toml"),
         ({"reduce": []}, "reduce"),
         ({"reduce": [{**RMS, "at": "rng"}]}, "reduce.rms.at"),
-        (
-            {"reduce": [{**RMS, "signal": "contact_state"}]},
-            "must have the signal contact_state. Choose from: pinion-ring.",
-        ),
+        ({"reduce": [{**RMS, "signal": "contact_state"}]}, "must have the signal contact_state. Choose from: pinion-ring."),
         ({"reduce": [{**RMS, "signal": "axx"}]}, "reduce.rms.signal"),
         ({"reduce": [{**RMS, "kind": "statistics"}]}, "reduce.0.kind"),
         ({"reduce": [{"kind": "jam", "name": "jam", "mesh": "nowhere"}]}, "reduce.jam.mesh"),
@@ -968,7 +962,7 @@ DRAWN = {"name": "gap", "path": "meshes.0.backlash", "mean": "50 um"}
             'design.parameters.0 = "gap": must leave at least 0.001 of its distribution between low and high',
         ),
     ],
-)
+)  # fmt: skip
 def test_plans_at_fault_are_told_before_anything_runs(
     change: dict[str, Any], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

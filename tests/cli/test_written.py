@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import gearplay as gp
+from calibration_problems import PLAN
 from gearplay.cli.main import run
 from gearplay.cli.study import _address
 from gearplay.model.toml_files import write_toml
@@ -20,19 +21,7 @@ SWEEP: dict[str, Any] = {
     "axes": [{"name": "speed", "path": "rotors.pinion.drive.speed", "low": "60 rpm", "high": "200 rpm", "count": 3}],
     "reduce": [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}],
 }  # fmt: skip
-CALIBRATION: dict[str, Any] = {
-    "case": "han2021",
-    "sensor": {"rotor": "ring"},
-    "parameters": [{"name": "drag", "path": "rotors.ring.load.drag", "low": "1e-4 N m s/rad", "high": "1e-3 N m s/rad"}],
-    "models": [{"name": name, "set": {"backlash_model": name}} for name in ("coupled", "uncoupled")],
-    "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
-    "effort": {"evaluations": 12, "startup": 8, "polish": 2, "polish_members": 2, "check_members": 2, "seed": 3},
-    "targets": [{"kind": "line", "name": "mesh", "order": 1, "search": 0.1}],
-    "conditions": [
-        {"name": "slow", "set": {"rotors.pinion.drive.speed": "60 rpm"}, "measured": {"mesh": {"amplitude": 0.004}}},
-        {"name": "fast", "set": {"rotors.pinion.drive.speed": "120 rpm"}, "measured": {"mesh": {"amplitude": 0.008}}},
-    ],
-}  # fmt: skip
+CALIBRATION = PLAN | {"effort": PLAN["effort"] | {"evaluations": 12, "startup": 8, "polish": 2}}
 
 
 @pytest.fixture

@@ -50,10 +50,9 @@ Choices where the conventions leave room
 ----------------------------------------
 * *Transmission error and the driver's torque.*  ``e`` depends on the driver's rotation.  "-F dp/dq" read to
   the letter gives the driver the additional torque ``-(F_d - F_b) z e'(psi)``; the torques printed as
-  ``r_b (F_d - F_b)`` do not have it.  The default leaves it out (``e`` is treated like ``K(psi)``, as a
-  parametric excitation: linear and angular momentum of a free pair are conserved, the energy is not).
-  ``error_gradient=True`` includes it (energy conserved, angular momentum not).  ``dp/dt`` always contains
-  ``de/dt``.  The two agree wherever the driver's speed is prescribed.
+  ``r_b (F_d - F_b)`` do not have it.  It is left out (``e`` is treated like ``K(psi)``, as a parametric
+  excitation: linear and angular momentum of a free pair are conserved, the energy is not).  ``dp/dt`` always
+  contains ``de/dt``.
 * *Square stiffness*: the double-contact value holds for ``0 <= psi + phase < 2 pi (contact_ratio - 1)``
   (modulo 2 pi), the single-contact value for the rest.
 * *Runout* displaces the centre of the toothing everywhere a mesh uses centres: ``A``, ``phi``, and ``d`` of
@@ -88,7 +87,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import DOP853, quad
+from scipy.integrate import DOP853
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
@@ -289,7 +288,6 @@ class _Mesh:
 @dataclass(slots=True)
 class _MeshMotion:
     psi: float
-    slope_e: float  # de/dpsi, m/rad
     p_d: float  # m; g of as_published
     rate_d: float  # m/s
     p_b: float
@@ -345,16 +343,14 @@ def _root(function: Callable[[float], float], begin: float, end: float) -> float
 class Reference:
     """Simulate one resolved case (see the module's docstring for its form).
 
-    ``relative_tolerance`` (the absolute ones go with it) and ``max_step`` (s) govern the integration;
-    ``error_gradient`` is explained in the module's docstring.  ``events`` lists (time, indicator, new sign)
-    of the last trajectory.
+    ``relative_tolerance`` (the absolute ones go with it) and ``max_step`` (s) govern the integration.
+    ``events`` lists (time, indicator, new sign) of the last trajectory.
     """
 
     def __init__(
         self,
         case: Any,
         *,
-        error_gradient: bool = False,
         relative_tolerance: float = 1e-13,
         max_step: float = 2e-5,
     ) -> None:
@@ -363,7 +359,6 @@ class Reference:
         self.formulation = case.get("formulation", "geometric")
         self.coupled = case.get("backlash_model", "coupled") == "coupled"
         self.published = self.formulation == "as_published"
-        self.error_gradient = error_gradient
         self.relative_tolerance = relative_tolerance
         self.max_step = max_step
         gravity = case.get("gravity") or (0.0, 0.0)
@@ -966,7 +961,7 @@ class Reference:
                 b_t += 2.0 * opening
                 b_rate = 2.0 * opening_rate
             return _MeshMotion(
-                psi, slope, w, rate, -w - b_t, -rate - b_rate, b_t, b_rate, distance, alpha,
+                psi, w, rate, -w - b_t, -rate - b_rate, b_t, b_rate, distance, alpha,
                 (gx, gy), (-gx, -gy), arm_a, arm_b, by_frame,
             )  # fmt: skip
 
@@ -985,7 +980,7 @@ class Reference:
         # d(phi)/d(centre of b) = n / A and -(rho_a + rho_b) / A = s cos(alpha_w)
         across_x, across_y = -uy * sigma * cos_a, ux * sigma * cos_a
         return _MeshMotion(
-            psi, slope, p_d, rate_d, p_b, rate_b, mesh.backlash - 2.0 * s * opening, -2.0 * s * opening_rate,
+            psi, p_d, rate_d, p_b, rate_b, mesh.backlash - 2.0 * s * opening, -2.0 * s * opening_rate,
             distance, alpha,
             (s * (sin_a * ux + across_x), s * (sin_a * uy + across_y)),
             (s * (sin_a * ux - across_x), s * (sin_a * uy - across_y)),
@@ -1241,8 +1236,6 @@ class Reference:
                 self._push(force, mesh.a, about(self._centre(mesh.a, z), point, (-px, -py)))
             if mesh.frame is not None:
                 force[3 * mesh.frame + 2] -= (f_d - f_b) * motion.by_frame
-            if self.error_gradient:
-                force[3 * mesh.driver + 2] -= (f_d - f_b) * motion.slope_e * mesh.teeth
         for k, sleeve in enumerate(self.sleeves):
             damping = self.rotors[sleeve.journal].radial_damping if sleeve.carrier >= 0 else 0.0
             if self.signs[("sleeve", k, "contact")] < 0.0 and damping == 0.0:
@@ -1667,8 +1660,6 @@ class Reference:
             "ax": rate[:, :, 0],
             "ay": rate[:, :, 1],
             "alpha": rate[:, :, 2],
-            "theta_rel": motion[:, 0, :, 2],
-            "omega_rel": motion[:, 1, :, 2],
             "state": table,
             "impact_speed": np.array(speeds).reshape(times.size, len(self.sleeves)),
         }
@@ -1726,41 +1717,3 @@ class Reference:
         finally:
             self.signs, self.impact_speeds, self._armed = saved
         return {"mesh": meshes, "sleeve": sleeves}
-
-    def energy(self, y: ArrayLike, t: float) -> float:
-        """Return the mechanical energy (J) in the inertial frame: kinetic, elastic and of weight.
-
-        It is constant where nothing drives or dissipates and the stiffness is constant.
-        """
-        state = np.asarray(y, float)
-        z = state.tolist()
-        n3 = 3 * self.n
-        total = 0.0
-        for i, rotor in enumerate(self.rotors):
-            vx, vy, omega = z[n3 + 3 * i : n3 + 3 * i + 3]
-            omega += rotor.nominal_speed
-            ux, uy = self._moment(i, rotor.nominal_speed * t + z[3 * i + 2])
-            total += 0.5 * rotor.mass * (vx**2 + vy**2) + 0.5 * rotor.inertia * omega**2
-            total += omega * (ux * vy - uy * vx)
-            total -= self.gravity[0] * (rotor.mass * z[3 * i] + ux)
-            total -= self.gravity[1] * (rotor.mass * z[3 * i + 1] + uy)
-        total += sum(each.energy(*self._support_motion(each, t, z)) for each in self.supports)
-        for coupling in self.couplings:
-            one, two = self.body(coupling.a, t, z), self.body(coupling.b, t, z)
-            total += coupling.energy(one, two, self._twist(coupling, z)[0])
-        stiffness = {label: m["K"] for label, m in self.forces(t, state)["mesh"].items()}
-        for mesh in self.meshes:
-            motion = self._mesh_motion(mesh, t, z)
-            depths = [max(motion.p_d, 0.0), max(motion.p_b, 0.0)]
-            if self.published and motion.p_d >= 0.0:
-                depths[1] = 0.0
-            total += 0.5 * stiffness[mesh.label] * (depths[0] ** 2 + depths[1] ** 2)
-        for sleeve in self.sleeves:
-            delta = self._sleeve_motion(sleeve, t, z).delta
-            if delta <= 0.0:
-                continue
-            if sleeve.bed is not None:
-                total += quad(sleeve.bed.elastic, 0.0, delta, epsabs=0.0, epsrel=1e-12)[0]
-            else:
-                total += sleeve.stiffness * delta ** (sleeve.exponent + 1.0) / (sleeve.exponent + 1.0)
-        return total

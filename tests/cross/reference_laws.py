@@ -204,13 +204,6 @@ class Support:
         arm_x, arm_y = turned(carrier.theta, self.pin[0] + place[0], self.pin[1] + place[1])
         return (fx, fy, torque), (-fx, -fy, -torque - (arm_x * fy - arm_y * fx))
 
-    def energy(self, own: Body, carrier: Body | None) -> float:
-        """Return the elastic energy [J]."""
-        x, y = self.strain(self.offset(own, carrier)[0])
-        theta = own.theta - (carrier.theta if carrier is not None else 0.0)
-        total = self.torsional_stiffness * theta**2
-        return 0.5 * (total + self.stiffness[0] * x**2 + self.stiffness[1] * y**2)
-
 
 # ---------------------------------------------------------------------- couplings
 
@@ -238,12 +231,6 @@ class Coupling:
         fx = -self.lateral_stiffness * (a.x - b.x) - self.lateral_damping * (a.vx - b.vx)
         fy = -self.lateral_stiffness * (a.y - b.y) - self.lateral_damping * (a.vy - b.vy)
         return fx, fy
-
-    def energy(self, a: Body, b: Body, phi: float) -> float:
-        """Return the elastic energy [J]."""
-        depth = max(abs(phi) - self.half_play, 0.0)
-        lateral = self.lateral_stiffness * ((a.x - b.x) ** 2 + (a.y - b.y) ** 2)
-        return 0.5 * (self.stiffness * depth**2 + lateral)
 
 
 def coupling_of(table: Mapping[str, Any], index: Mapping[str, int]) -> Coupling:

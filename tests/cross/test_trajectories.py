@@ -6,7 +6,6 @@ from building import Measured
 from cross.comparing import simulated, worst_difference
 from cross.random_systems import random_case
 from cross.reference import Reference
-from cross.staged_systems import staged_case
 
 
 # 43 and 58: a damped flank lets go and takes hold again within one step, just before it opens.
@@ -15,14 +14,6 @@ from cross.staged_systems import staged_case
 def test_trajectory_equals_the_independent_reference(seed: int, measured: Measured) -> None:
     worst = worst_difference(random_case(seed))
     measured("largest difference over 10 ms from an independent SciPy simulator [m]", worst, "1e-9")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
-def test_trains_of_stages_equal_the_independent_reference(seed: int, measured: Measured) -> None:
-    """Shafts with several gears, runouts of each, meshes at angles."""
-    worst = worst_difference(staged_case(seed))
-    measured("largest difference over 10 ms of a train of stages from SciPy's [m]", worst, "1e-9")
 
 
 RIPPLE = [

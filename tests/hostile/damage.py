@@ -109,11 +109,7 @@ TYPOS = {
 
 # old text, new text, what the message names
 REPLACED = {
-    "inner typo drive": (
-        'speed = "120 rpm" }',
-        'sped = "120 rpm" }',
-        ("rotors.pinion.drive.sped", "'speed'"),
-    ),
+    "inner typo drive": ('speed = "120 rpm" }', 'sped = "120 rpm" }', ("rotors.pinion.drive.sped", "'speed'")),
     "inner typo initial": ("{ x = 0.0 }", "{ xx = 0.0 }", ("rotors.pinion.initial.xx", "unknown field")),
     "inner typo runout": ("runout = { amplitude", "runout = { amplitud", ("runout.amplitud", "'amplitude'")),
     "inner typo load": ("load = { drag", "load = { drga", ("rotors.ring.load.drga", "'drag'")),
@@ -124,19 +120,11 @@ REPLACED = {
     "no drive kind": ('kind = "speed", ', "", ("rotors.pinion.drive.kind", "servo")),
     "drive kind number": ('kind = "speed"', "kind = 3", ("rotors.pinion.drive.kind", "servo")),
     "drive kind list": ('kind = "speed"', 'kind = ["speed"]', ("rotors.pinion.drive.kind", "servo")),
-    "drive of another kind": (
-        '"speed", speed',
-        '"torque", speed',
-        ("rotors.pinion.drive.torque", "drive.speed"),
-    ),
+    "drive of another kind": ('"speed", speed', '"torque", speed', ("rotors.pinion.drive.torque", "drive.speed")),
     "drive is text": ('{ kind = "speed", speed = "120 rpm" }', '"fast"', ("rotors.pinion.drive", "table")),
     "drive is a list": ('{ kind = "speed", speed = "120 rpm" }', "[1, 2]", ("rotors.pinion.drive", "table")),
     "wrong stiffness kind": ('"harmonic"', '"harmonik"', ("meshes.0.stiffness.kind", "'harmonic'")),
-    "stiffness of another kind": (
-        '"harmonic"',
-        '"fourier"',
-        ("meshes.0.stiffness.terms", "meshes.0.stiffness.ampl"),
-    ),
+    "stiffness of another kind": ('"harmonic"', '"fourier"', ("meshes.0.stiffness.terms", "meshes.0.stiffness.ampl")),
     "speed in hertz": ('"120 rpm"', '"2 Hz"', ("rotors.pinion.drive.speed", "angular speed")),
     "sampling in rpm": ('"100 kHz"', '"60000 rpm"', ("run.sampling", "frequency")),
     "law": ("lankarani-nikravesh", "lankarani", ("sleeves.ring.law", "flores")),
@@ -164,11 +152,7 @@ REPLACED = {
     "exponent text": ("exponent = 1.5", 'exponent = "1.5"', ("sleeves.ring.exponent", "plain number")),
     "restitution 0": ("restitution = 0.9", "restitution = 0", ("sleeves.ring.restitution", "greater than 0")),
     "restitution 2": ("restitution = 0.9", "restitution = 2", ("sleeves.ring.restitution", "at most 1")),
-    "restitution true": (
-        "restitution = 0.9",
-        "restitution = true",
-        ("sleeves.ring.restitution", "plain number"),
-    ),
+    "restitution true": ("restitution = 0.9", "restitution = true", ("sleeves.ring.restitution", "plain number")),
     "no stiffness": ('stiffness = "1.52e11 N/m^1.5"\n', "", ("sleeves.ring.stiffness", "required")),
     "both stiffnesses": (
         "exponent = 1.5",
@@ -196,11 +180,7 @@ REPLACED = {
         ("sleeves.ring.radial_clearance", "greater than 0"),
     ),
     "conformal": ('"lankarani-nikravesh"', '"conformal"', ("sleeves.ring.shaft_radius", "conformal")),
-    "friction": (
-        "restitution = 0.9",
-        "friction_coefficient = 0.1",
-        ("sleeves.ring.shaft_radius", "friction"),
-    ),
+    "friction": ("restitution = 0.9", "friction_coefficient = 0.1", ("sleeves.ring.shaft_radius", "friction")),
     "on itself": ("exponent = 1.5", 'on = "ring"', ("sleeves.ring.on", "another rotor")),
     "on nothing": ("exponent = 1.5", 'on = "pinoin"', ("sleeves.ring.on", "'pinion'")),
     "floating": ("internal = true", "internal = true\nfloating = true", ("rotors.ring.floating", "sleeve")),
@@ -239,11 +219,7 @@ REPLACED = {
     "duration long": ('"2 s"', '"1e7 s"', ("run.duration", "1e+06 s")),
     "no run": (SOUND[SOUND.index("[run]") :], "", ("run", "required")),
     "run is a number": (SOUND[SOUND.index("[run]") :], "[x]", ("run", "required")),
-    "no rotors": (
-        SOUND[SOUND.index("[rotors.pinion]") : SOUND.index("[sleeves.ring]")],
-        "",
-        ("rotors", "required"),
-    ),
+    "no rotors": (SOUND[SOUND.index("[rotors.pinion]") : SOUND.index("[sleeves.ring]")], "", ("rotors", "required")),
     "meshes a table": ("[[meshes]]", "[meshes]", ("meshes", "list")),
     "rotor name blank": ("[rotors.ring]", '[rotors."the ring"]', ('rotors."the ring"', "letter")),
     "rotor name empty": ("[rotors.ring]", '[rotors.""]', ("rotors", "letter")),
@@ -251,11 +227,7 @@ REPLACED = {
     "rotor name control": ("[rotors.ring]", '[rotors."\\u001b[31m"]', ("rotors", "letter", "\\x1b")),
     "rotor name digit": ("[rotors.ring]", "[rotors.1ring]", ("rotors.1ring", "letter")),
     "rotor a number": ("[rotors.ring]", "[rotors]\nidler = 3\n[rotors.ring]", ("rotors.idler", "table")),
-    "rotor an empty table": (
-        "[rotors.ring]",
-        "[rotors.idler]\n[rotors.ring]",
-        ("rotors.idler.mass", "required"),
-    ),
+    "rotor an empty table": ("[rotors.ring]", "[rotors.idler]\n[rotors.ring]", ("rotors.idler.mass", "required")),
     "title number": ('"sound"', "3", ("title", "text")),
     "title long": ('"sound"', '"' + "t" * 201 + '"', ("title", "200")),
     "title control": ('"sound"', '"\\u001b[31mred"', ("title", "control", "\\x1b")),
@@ -301,7 +273,7 @@ REPLACED = {
         '{ kind = "fourier", mean = 1e8, terms = [{order = 1, amplitude = 6e7}, {order = 2, amplitude = -6e7}] }',
         ("meshes.0.stiffness.terms", "mean"),
     ),
-}
+}  # fmt: skip
 
 # whole files
 BOMBS: dict[str, tuple[Callable[[], bytes], tuple[str, ...]]] = {
@@ -337,29 +309,17 @@ BOMBS: dict[str, tuple[Callable[[], bytes], tuple[str, ...]]] = {
     "many values": (lambda: b"a = [" + b"0," * 120_000 + b"]", ("100000 values",)),
     "long key": (lambda: b"k" * 200_000 + b" = 1\n", ("kkk", "unknown field")),
     "long value": (lambda: SOUND.encode().replace(b"0.235 kg", b"9" * 100_000), ("rotors.pinion.mass", "64")),
-    "long number": (
-        lambda: SOUND.encode().replace(b'"0.235 kg"', b"9" * 4000),
-        ("rotors.pinion.mass", "finite"),
-    ),
-    "long float": (
-        lambda: SOUND.encode().replace(b'"0.235 kg"', b"9" * 100_000 + b".0"),
-        ("rotors.pinion.mass",),
-    ),
+    "long number": (lambda: SOUND.encode().replace(b'"0.235 kg"', b"9" * 4000), ("rotors.pinion.mass", "finite")),
+    "long float": (lambda: SOUND.encode().replace(b'"0.235 kg"', b"9" * 100_000 + b".0"), ("rotors.pinion.mass",)),
     "rotors a list": (lambda: b"rotors = [1, 2]\n[run]\nduration = 1\n", ("rotors", "table")),
     "rotors a number": (lambda: b"rotors = 3\n[run]\nduration = 1\n", ("rotors", "table")),
     "rotors empty": (lambda: b"rotors = {}\n[run]\nduration = 1\n", ("rotors", "1 to 200")),
     "a rotor a number": (lambda: b"rotors = { a = 3 }\n[run]\nduration = 1\n", ("rotors.a", "table")),
     "a rotor a list": (lambda: b"rotors = { a = [] }\n[run]\nduration = 1\n", ("rotors.a", "table")),
-    "sleeves a list": (
-        lambda: b"sleeves = []\n" + SOUND.replace("[sleeves.ring]", "[x]").encode(),
-        ("sleeves", "x"),
-    ),
-    "meshes of numbers": (
-        lambda: b"meshes = [1]\n" + SOUND.replace("[[meshes]]", "[x]").encode(),
-        ("meshes.0", "x"),
-    ),
+    "sleeves a list": (lambda: b"sleeves = []\n" + SOUND.replace("[sleeves.ring]", "[x]").encode(), ("sleeves", "x")),
+    "meshes of numbers": (lambda: b"meshes = [1]\n" + SOUND.replace("[[meshes]]", "[x]").encode(), ("meshes.0", "x")),
     "run a list": (lambda: b"run = []\n" + SOUND.replace("[run]", "[x]").encode(), ("run", "x")),
-}
+}  # fmt: skip
 
 
 SHAFT = """
@@ -406,21 +366,13 @@ DAMAGED_GEARS = {
     "typo": ("teeth = 18", "teeht = 18", (f"{GEARS}.pinion.teeht", "'teeth'")),
     "mass of a gear": ("teeth = 18", 'teeth = 18\nmass = "1 kg"', (f"{GEARS}.pinion.mass", "unknown field")),
     "teeth beside": ('mass = "1 kg"', 'mass = "1 kg"\nteeth = 20', ("rotors.shaft.teeth", "beside gears")),
-    "internal beside": (
-        'mass = "1 kg"',
-        'mass = "1 kg"\ninternal = true',
-        ("rotors.shaft.internal", "beside gears"),
-    ),
+    "internal beside": ('mass = "1 kg"', 'mass = "1 kg"\ninternal = true', ("rotors.shaft.internal", "beside gears")),
     "runout beside": (
         'mass = "1 kg"',
         'mass = "1 kg"\nrunout = { amplitude = "1 um" }',
         ("rotors.shaft.runout", "beside gears"),
     ),
-    "which gear": (
-        '"shaft.wheel"',
-        '"shaft"',
-        ("meshes.1.driven", "must say which gear of shaft", "shaft.wheel"),
-    ),
+    "which gear": ('"shaft.wheel"', '"shaft"', ("meshes.1.driven", "must say which gear of shaft", "shaft.wheel")),
     "unknown gear": ('"shaft.wheel"', '"shaft.whel"', ("meshes.1.driven", "'shaft.wheel'")),
     "unknown shaft": ('"shaft.wheel"', '"shat.wheel"', ("meshes.1.driven", "'shaft'")),
     "gear of a plain rotor": ('"shaft.wheel"', '"ring.wheel"', ("meshes.1.driven", "no table of gears")),
@@ -448,7 +400,7 @@ DAMAGED_GEARS = {
         ("rotors.shaft.gears", "0 to 20 entries"),
     ),
     "angle in mm": ('"90 deg"', '"90 mm"', ("meshes.1.angle", "angle")),
-}
+}  # fmt: skip
 
 
 def _damaged_gears() -> Iterator[Damaged]:

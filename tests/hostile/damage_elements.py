@@ -166,40 +166,20 @@ OF_TWO = {
 REPLACED = {
     "no amount": ('amount = "10 g mm"\n', "", ("rotors.wheel.unbalance.amount", "required")),
     "too unbalanced": ('"10 g mm"', '"1 kg m"', ("rotors.wheel.unbalance.amount", "less than sqrt")),
-    "neither frequency nor order": (
-        "order = 2.5\n",
-        "",
-        (f"{TERMS}.1", "either a frequency or an order"),
-    ),
+    "neither frequency nor order": ("order = 2.5\n", "", (f"{TERMS}.1", "either a frequency or an order")),
     "both frequency and order": (
         "order = 2.5\n",
         'order = 2.5\nfrequency = "1 Hz"\n',
         (f"{TERMS}.1", "either a frequency or an order"),
     ),
-    "terms of a table": (
-        "[[rotors.wheel.load.terms]]\nfrequency",
-        "[rotors.wheel.load.terms]\nfrequency",
-        ("line",),
-    ),
+    "terms of a table": ("[[rotors.wheel.load.terms]]\nfrequency", "[rotors.wheel.load.terms]\nfrequency", ("line",)),
     "no kind of base": ('kind = "harmonic"\n', "", ("base.acceleration.kind", "half-sine")),
     "another kind of base": ('"harmonic"', '"sine"', ("base.acceleration.kind", "harmonic")),
-    "key of another kind": (
-        'kind = "harmonic"',
-        'kind = "half-sine"',
-        ("base.acceleration.duration", "required"),
-    ),
+    "key of another kind": ('kind = "harmonic"', 'kind = "half-sine"', ("base.acceleration.duration", "required")),
     "unknown sensor": ('sensor = "wheel"', 'sensor = "whel"', ("rotors.motor.drive.sensor", "'wheel'")),
     "unknown support": ("[supports.wheel]", "[supports.whel]", ("supports.whel", "'wheel'")),
-    "support on itself": (
-        'torsional_damping = "0.2 N m s/rad"',
-        'on = "wheel"',
-        ("supports.wheel.on", "another rotor"),
-    ),
-    "support on nothing": (
-        'torsional_damping = "0.2 N m s/rad"',
-        'on = "wheal"',
-        ("supports.wheel.on", "'wheel'"),
-    ),
+    "support on itself": ('torsional_damping = "0.2 N m s/rad"', 'on = "wheel"', ("supports.wheel.on", "another rotor")),
+    "support on nothing": ('torsional_damping = "0.2 N m s/rad"', 'on = "wheal"', ("supports.wheel.on", "'wheel'")),
     "supports in a circle": (
         'torsional_damping = "0.2 N m s/rad"\n\n[supports.pinion]\n',
         'on = "pinion"\n\n[supports.pinion]\non = "wheel"\n',
@@ -210,41 +190,21 @@ REPLACED = {
         "",
         ("supports.pinion", "stiffness or a damping"),
     ),
-    "a coupling to itself": (
-        '["motor", "pinion"]',
-        '["motor", "motor"]',
-        ("couplings.0.between", "two rotors"),
-    ),
-    "a coupling to nothing": (
-        '["motor", "pinion"]',
-        '["motor", "pinon"]',
-        ("couplings.0.between.1", "'pinion'"),
-    ),
-    "bending of a ratio": (
-        "ratio = 1.0",
-        "ratio = 2.0",
-        ("couplings.0.lateral_stiffness", "ratio other than 1"),
-    ),
+    "a coupling to itself": ('["motor", "pinion"]', '["motor", "motor"]', ("couplings.0.between", "two rotors")),
+    "a coupling to nothing": ('["motor", "pinion"]', '["motor", "pinon"]', ("couplings.0.between.1", "'pinion'")),
+    "bending of a ratio": ("ratio = 1.0", "ratio = 2.0", ("couplings.0.lateral_stiffness", "ratio other than 1")),
     "a ratio of zero": ("ratio = 1.0", "ratio = 0.0", ("couplings.0.ratio", "must not be 0")),
     "no torque limit": ('torque_limit = "9 N m"\n', "", ("rotors.motor.drive.torque_limit", "required")),
     "no gain": ('"8 N m/rad"', "0.0", ("rotors.motor.drive.proportional_gain", "greater than 0")),
-    "no expansion of the housing": (
-        'expansion = "23.1e-6 1/K"\n',
-        "",
-        ("environment.housing.expansion", "required"),
-    ),
-    "no temperature": (
-        'temperature = "30 degC"\n',
-        "",
-        ("environment.temperature", "required"),
-    ),
+    "no expansion of the housing": ('expansion = "23.1e-6 1/K"\n', "", ("environment.housing.expansion", "required")),
+    "no temperature": ('temperature = "30 degC"\n', "", ("environment.temperature", "required")),
     "below zero": ('"30 degC"', '"-274 degC"', ("environment.temperature", "greater than 0 K")),
     "friction as published": (
         'title = "sound"',
         'formulation = "as_published"',
         ("meshes.0.friction_coefficient", "as published"),
     ),
-}
+}  # fmt: skip
 
 
 def damaged_elements() -> Iterator[Damaged]:

@@ -29,7 +29,6 @@ class Table:
 
 NONE: frozenset[str] = frozenset()
 SIGNED, HEAT = frozenset(["negative"]), frozenset(["other"])
-LONG = frozenset(["negative", "list"])
 TABLES = (
     Table(
         "environment", SOUND, "[environment]", "environment",

@@ -9,8 +9,6 @@ import pytest
 import gearplay as gp
 
 SOURCE = Path(gp.__file__).parent
-WALL = {"time", "time_ns", "now", "utcnow", "today", "ctime", "localtime", "gmtime"}
-"""Functions of `time` and `datetime` that tell the time of day."""
 
 
 @pytest.fixture(autouse=True, params=[3600.0, -3600.0], ids=["forward", "back"])

@@ -307,25 +307,6 @@ def same_samples(found: Record, whole: Record) -> None:
         assert (one.sampling, one.unit, one.start) == (other.sampling, other.unit, other.start)
 
 
-@pytest.mark.parametrize("kind", FORMATS)
-def test_the_sound_files_are_read_and_small(kind: str, sound: dict[str, list[bytes]], tmp_path: Path) -> None:
-    record = sound_record()
-    for content in sound[kind]:
-        path = place_file(tmp_path, kind, "sound", content)
-        found = read_measurement(path)
-        assert found.names in (record.names, ("channel 1", "channel 2"))
-        assert [channel.sampling for channel in found.channels] == [RATE, RATE]
-        assert [channel.values.size for channel in found.channels] == [SAMPLES, SAMPLES]
-        assert len(content) < 80_000
-
-
-def test_the_damages_differ_from_the_sound_files(sound: dict[str, list[bytes]]) -> None:
-    for kind in FORMATS:
-        for number in range(TOTAL - 1):  # the last is another format, whole
-            _, whole, content = damage(kind, number, sound)
-            assert content != whole, (kind, number)
-
-
 def test_a_named_pipe_is_refused_without_waiting(tmp_path: Path) -> None:
     path = tmp_path / "pipe.csv"
     os.mkfifo(path)

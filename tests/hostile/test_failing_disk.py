@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import gearplay as gp
-from cli.test_calibrate import PLAN as CALIBRATION
+from calibration_problems import PLAN as CALIBRATION
 from cli.test_sweep import FEW
 from depth import sized
 from gearplay.model.toml_files import write_toml

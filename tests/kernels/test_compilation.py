@@ -24,16 +24,6 @@ def output_of(program: str, **environment: str) -> Any:
     return json.loads(run_program(program, **environment).stdout)
 
 
-@pytest.mark.slow
-def test_plain_python_gives_the_same_numbers() -> None:
-    compiled, plain = output_of(SHORT), output_of(SHORT, NUMBA_DISABLE_JIT="1")
-    assert compiled["events"] == plain["events"] > 0
-    assert compiled["steps"] == plain["steps"]
-    for row, other in zip(compiled["values"], plain["values"], strict=True):
-        for a, b in zip(row, other, strict=True):
-            assert abs(a - b) <= 1e-9 * max(1.0, abs(a))
-
-
 @pytest.mark.deep
 def test_no_kernel_reads_outside_its_arrays(tmp_path: Path) -> None:
     # With bounds checked numba raises IndexError, which fails the subprocess.

@@ -11,7 +11,6 @@ from building import (
     case_of,
     free_pair_case,
     merged,
-    pair_document,
     simulate_one,
     states_along,
 )
@@ -177,31 +176,3 @@ def momenta(document: Document, rotors: Floats, y: Floats) -> tuple[Floats, floa
         linear += p
         angular += (places[name] + x) * p[1] - y_ * p[0] + rotors.inertia[i] * omega
     return linear, angular
-
-
-# -- forces from the potential -----------------------------------------------------------------------------
-
-
-def planetary_document() -> Document:
-    """Return sun, planet and ring, the planet's bush on a turning carrier whose own bush is on the ground."""
-    document = pair_document()
-    sleeve = document["sleeves"].pop("pinion")
-    common = document["meshes"][0]
-    document["rotors"] = {
-        "sun": {"teeth": 20, "mass": 0.3, "inertia": 2e-4, "drive": {"kind": "torque", "torque": 0.0}},
-        "planet": {"teeth": 20, "mass": 0.235, "inertia": 1.88e-4},
-        "ring": {"teeth": 60, "internal": True, "mass": 0.8, "inertia": 9e-3},
-        "carrier": {"mass": 0.5, "inertia": 2e-3, "position": [0.0, 0.0]},
-    }
-    document["sleeves"] = {
-        "planet": {**sleeve, "on": "carrier"},
-        "ring": sleeve,
-        "carrier": sleeve,
-        "sun": sleeve,
-    }
-    document["meshes"] = [
-        {**common, "driver": "sun", "driven": "planet"},
-        {**common, "driver": "planet", "driven": "ring"},
-    ]
-    document["rotors"]["sun"]["position"] = [0.0, 0.0]
-    return document

@@ -160,21 +160,6 @@ def test_an_uncoupled_backlash_is_what_the_temperature_leaves() -> None:
     assert simulate_one(pair()).signal("backlash", "one-two")[0] == pytest.approx(shown[0], abs=0.1e-6)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"environment": {"temperature": "120 degC"}}, r"environment\.housing.*is required"),
-        ({"environment": {"temperature": "-300 degC"}}, "greater than 0 K"),
-        ({"environment": {"temperature": "120 m"}}, "K"),
-        ({"environment": {"temperatur": 300.0}}, "Did you mean 'temperature'"),
-        ({"environment": {}}, "is required"),
-    ],
-)
-def test_bad_environments_are_refused_in_words(change: Document, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        gp.simulate(gp.load_case(pair() | change))
-
-
 def test_what_expands_must_say_how_much() -> None:
     document = pair()
     del document["rotors"]["two"]["material"]

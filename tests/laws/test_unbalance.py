@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 
-import gearplay as gp
 from building import Document, Measured, case_of, simulate_one
 from gearplay.solver.flow import Flow
-from gearplay.vocabulary.errors import InputError
 
 MASS, INERTIA, AMOUNT, PHASE = 0.5, 1e-3, 2e-3, 0.6  # kg, kg m^2, kg m
 G = 9.80665
@@ -132,16 +130,3 @@ def test_a_heavy_body_turns_about_its_centre_of_mass() -> None:
     run = simulate_one(document)
     about = 5.0 - 10.0**2 / 50.0  # kg m^2, about the centre of mass
     assert np.allclose(run.signal("omega", "disc"), 3.0 / about * run.time, rtol=1e-9, atol=1e-12)
-
-
-def test_an_unbalance_that_no_body_has_is_refused() -> None:
-    """The inertia about the axis includes it: U^2 < m J."""
-    with pytest.raises(InputError, match=r"unbalance\.amount.*less than sqrt"):
-        gp.load_case(disc(unbalance={"amount": "0.03 kg m"}))
-
-
-def test_an_unbalance_has_units() -> None:
-    case = gp.load_case(disc(unbalance={"amount": "2000 g mm", "phase": "90 deg"}))
-    given = case.rotors["disc"].unbalance
-    assert given is not None
-    assert (given.amount, given.phase) == pytest.approx((2e-3, math.pi / 2.0))

@@ -135,15 +135,9 @@ def test_meshes_elsewhere_than_along_x_start_at_their_own_phase() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            {"sun": {"teeth": 27}, "planets": {"teeth": 35, "count": 3}, "ring": {"teeth": 97}},
-            "27 + 97 = 124",
-        ),
+        ({"sun": {"teeth": 27}, "planets": {"teeth": 35, "count": 3}, "ring": {"teeth": 97}}, "27 + 97 = 124"),
         ({"planets": {"count": 8}, "support": None, "pin": SLEEVE}, "must leave neighbours apart"),
-        (
-            {"sun": {"teeth": 21}, "planets": {"teeth": 31}, "ring": {"teeth": 84}},
-            "must be 83, since the planets are",
-        ),
+        ({"sun": {"teeth": 21}, "planets": {"teeth": 31}, "ring": {"teeth": 84}}, "must be 83, since the planets are"),
         ({"planets": {"count": 2, "angles": [0.0, 3.0]}}, "must be a whole number of steps of 360/(20 + 60)"),
         ({"planets": {"count": 2, "angles": [0.0]}}, "must have 2 items, one for each planet"),
         ({"support": None}, "planetary.stage.pin: is required, or support"),
@@ -151,13 +145,10 @@ def test_meshes_elsewhere_than_along_x_start_at_their_own_phase() -> None:
         ({"stiffness": None}, "planetary.stage.sun_planet: is required, or stiffness"),
         ({"pin_errors": [{"planet": 5}]}, "must be at most 4, the number of planets"),
         ({"pin_errors": [{"planet": 1}, {"planet": 1}]}, "must not be named twice"),
-        (
-            {"ring": {"drive": {"kind": "torque", "torque": 1.0}}},
-            "must not be given for a member that is fixed",
-        ),
+        ({"ring": {"drive": {"kind": "torque", "torque": 1.0}}}, "must not be given for a member that is fixed"),
         ({"sun": {"sleeve": {**SLEEVE, "on": "stage.carrier"}}}, "members are held by the ground"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_with_its_reason(changes: dict[str, Any], words: str) -> None:
     text = refusal(planetary_document(**changes))
     assert words in text

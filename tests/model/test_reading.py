@@ -120,17 +120,11 @@ def test_a_case_cannot_be_changed() -> None:
         ("title=a = b", lambda case: case.title == "a = b"),
         ("gravity=[0, -9.81]", lambda case: case.gravity == (0.0, -9.81)),
         ("rotors.pinion.load.drag=1e-3", lambda case: case.rotors["pinion"].load.drag == 1e-3),
-        (
-            "rotors.pinion.drive={kind='torque', torque=5}",
-            lambda case: case.rotors["pinion"].drive.torque == 5.0,
-        ),
-        (
-            "meshes.0.transmission_error.0.amplitude=3um",
-            lambda c: c.meshes[0].transmission_error[0].amplitude == 3e-6,
-        ),
+        ("rotors.pinion.drive={kind='torque', torque=5}", lambda case: case.rotors["pinion"].drive.torque == 5.0),
+        ("meshes.0.transmission_error.0.amplitude=3um", lambda c: c.meshes[0].transmission_error[0].amplitude == 3e-6),
         ("rotors.disc={mass=1, inertia=1}", lambda case: list(case.rotors) == ["pinion", "ring", "disc"]),
     ],
-)
+)  # fmt: skip
 def test_overrides(override: str, read: Any) -> None:
     assert read(load_case("han2021", [override]))
 

@@ -210,7 +210,7 @@ def test_a_wish_to_stop_is_heard() -> None:
         ),
         (lambda: common_period(Flow(case_of(**{SPEED: 0.0})).packed), "must not be 0 for a periodic motion"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_told(call: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()

@@ -25,17 +25,6 @@ def case(**changes: object) -> gp.Case:
     return gp.load_case(document)
 
 
-def test_a_floating_sun_shares_alike() -> None:
-    """1/3, whatever a pin is off: three forces on a free body balance only if they are alike."""
-    floating = gp.replace(
-        case(pin_errors=ERROR, sun={"teeth": 21, "floating": True}), {"backlash_model": "uncoupled"}
-    )
-    found = gp.load_sharing(floating).ds
-    np.testing.assert_allclose(found["share"].values, 1.0 / 3.0, atol=1e-9)
-    assert found["member"].values.tolist() == ["sun"]
-    assert np.hypot(*found["floating"].values[0]) > 1e-5  # it has moved to where they are
-
-
 def test_a_held_sun_shares_as_statics_say() -> None:
     """Planets in line between sun, pin and ring: each path a spring, the late pin's path shortened by its error.
 

@@ -44,9 +44,7 @@ def some_calibration() -> Any:
 MAKERS: dict[str, Callable[[], Any]] = {
     "run": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4),
     "ensemble": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4, ensemble=3),
-    "sweep": lambda: gp.sweep(
-        "han2021", {"rotors.ring.initial.vx": [0.1, 0.2, 0.3]}, set=SHORT, reduce=[RMS]
-    ),
+    "sweep": lambda: gp.sweep("han2021", {"rotors.ring.initial.vx": [0.1, 0.2, 0.3]}, set=SHORT, reduce=[RMS]),
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),
     "portrait": lambda: gp.portrait("han2021", settle=2, keep=3, show=1),
@@ -54,13 +52,11 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "impacts": lambda: gp.impacts("han2021", ["ring.x"], "pinion-ring:drive", duration=0.5, transient=0.0),
     "exponents": lambda: gp.lyapunov(pair(), duration=0.2, transient=0.1),
     "motion": lambda: gp.motion(pair(), periods=120, settle=50, ensemble=4),
-    "basins": lambda: gp.basins(
-        pair(), ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 3), settle=20
-    ),
+    "basins": lambda: gp.basins(pair(), ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 3), settle=20),
     "orbit": lambda: gp.periodic_orbit(pair(), settle=300),
     "branch": lambda: gp.branch(pair(), FORCE, "4 um", "9 um", settle=300, orbits=4),
     "branches": lambda: gp.branches(pair(), FORCE, "4.5 um", "5.5 um", doublings=0, orbits=6),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -28,20 +28,6 @@ def test_members__bitwise_those_of_the_ensemble(tmp_path: Path) -> None:
     assert np.ptp([whole.signal("ring.x", member=m)[-1] for m in range(4)]) > 0.0
 
 
-def test_signals__sampled_during_the_run_equal_those_computed_on_request() -> None:
-    named = gp.simulate("han2021", signals=["ring.vx", "backlash"], **SHORT)
-    assert "values" in vars(named.runs[0].samples)
-    requested = gp.simulate("han2021", **SHORT)
-    assert "values" not in vars(requested.runs[0].samples)
-    for signal in ("ring.vx", "backlash"):
-        np.testing.assert_array_equal(named.signal(signal), requested.signal(signal))
-    window = (0.01, 0.02)
-    np.testing.assert_array_equal(
-        named.signal("ring.vx", sampling=1e5, window=window),
-        requested.signal("ring.vx", sampling=1e5, window=window),
-    )
-
-
 @pytest.mark.parametrize("members", [[], [-1], [1, 1], [1.5]])
 def test_members__refused(members: list[float]) -> None:
     with pytest.raises(gp.InputError, match="members"):

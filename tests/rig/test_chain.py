@@ -151,10 +151,7 @@ def test_internal_rate_follows_the_fastest_sensor() -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (
-            {"sampling": 1e5},
-            "sampling = 100000.0: must be a whole multiple, 4 or more, of the collector's rate, 100000 Hz.",
-        ),
+        ({"sampling": 1e5}, "sampling = 100000.0: must be a whole multiple, 4 or more, of the collector's rate, 100000 Hz."),
         ({"sampling": 8.5e5}, "sampling = 850000.0: must be a whole multiple"),
         ({"sampling": math.nan}, "sampling = nan: must be a whole multiple"),
         ({"settling": -1.0}, "settling = -1.0: must be a finite time, 0 s or more. Give seconds."),
@@ -164,15 +161,12 @@ def test_internal_rate_follows_the_fastest_sensor() -> None:
         ({"start": math.inf}, "start = inf: must be a finite time"),
         ({"seed": -1}, "seed = -1: must be a whole number, 0 or more. Choose another."),
         ({"acceleration": {}}, "acceleration.a: is required. Give an array for every accelerometer."),
-        (
-            {"acceleration": np.zeros((3, 8000))},
-            'acceleration.a = "float64 (3, 8000)": must be numbers of shape',
-        ),
+        ({"acceleration": np.zeros((3, 8000))}, 'acceleration.a = "float64 (3, 8000)": must be numbers of shape'),
         ({"acceleration": np.array(["x"] * 8000)}, "must be numbers of shape [time] or [time, 2]"),
         ({"acceleration": np.full(8000, np.nan)}, "acceleration.a = nan: must hold finite numbers only."),
         ({"rig": {"collector": {"bits": 0}}}, "collector.bits = 0: must be 2 or more."),
     ],
-)
+)  # fmt: skip
 def test_bad_input_is_refused_in_one_sentence(arguments: dict[str, Any], says: str) -> None:
     given = {"acceleration": np.zeros(8000), "sampling": FAST, "rig": rig_of(), **arguments}
     positional = [given.pop(name) for name in ("acceleration", "sampling", "rig")]

@@ -26,16 +26,6 @@ C = Channel(
 )
 
 
-@pytest.mark.slow
-def test_a_record_makes_a_page(tmp_path: Path) -> None:
-    paths = draw_record(C, tmp_path / "new", speed=2 * np.pi * 10.0, expected=(60.0, 333.0), highest=30.0)
-    assert [p.stem for p in paths] == [
-        "history", "spectrum", "density", "spectrogram", "envelope_spectrum", "order_spectrum", "order_map",
-        "synchronous_average",
-    ]  # fmt: skip
-    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
-
-
 def test_labels_carry_units_and_captions_the_settings() -> None:
     ax = plot_averaged_spectrum(new_axes(), power_density(C, segment=1000))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("frequency [Hz]", "power spectral density [(m/s²)²/Hz]")

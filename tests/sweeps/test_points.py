@@ -166,25 +166,16 @@ def test_axes_by_path_are_named_after_it() -> None:
     [
         ([{**GAP, "values": ["1 um", "1 s"]}], r"axes\.0\.values\.1: meshes\.0\.backlash"),
         ([MODEL, {**GAP, "low": "1 um", "high": "1 rpm", "count": 3}], r"axes\.1\.high: meshes\.0\.backlash"),
-        (
-            [{**GAP, "low": 0.0, "high": 1e-4, "count": 3, "scale": "log"}],
-            r"axes\.0\.low = 0\.0: must be above 0",
-        ),
-        (
-            [{**GAP, "low": 1e-4, "high": 0.0, "count": 3, "scale": "log"}],
-            r"axes\.0\.low = .*must be above 0",
-        ),
+        ([{**GAP, "low": 0.0, "high": 1e-4, "count": 3, "scale": "log"}], r"axes\.0\.low = 0\.0: must be above 0"),
+        ([{**GAP, "low": 1e-4, "high": 0.0, "count": 3, "scale": "log"}], r"axes\.0\.low = .*must be above 0"),
         ([{**MODEL, "values": ["couplet"]}], r"axes\.0\.values\.0: backlash_model"),
         ([{"name": "a", "path": "gravity", "low": 0.0, "high": 1.0, "count": 2}], r"axes\.0\.low: gravity"),
         ([{**GAP, "path": "meshes.0", "values": [1.0]}], r"axes\.0\.values\.0: meshes\.0"),
-        (
-            [{**GAP, "path": "meshes.0.backlash.more", "values": [1.0]}],
-            r"axes\.0\.values\.0: meshes\.0\.backlash",
-        ),
+        ([{**GAP, "path": "meshes.0.backlash.more", "values": [1.0]}], r"axes\.0\.values\.0: meshes\.0\.backlash"),
         ([{**GAP, "mode": "scale", "values": ["2"]}], r"axes\.0\.values\.0 = \"2\": must be a plain number"),
         ([{**GAP, "mode": "scale", "values": [True]}], r"axes\.0\.values\.0 = true: must be a plain number"),
     ],
-)
+)  # fmt: skip
 def test_values_that_the_case_does_not_take(axes: list[dict[str, Any]], words: str) -> None:
     with pytest.raises(InputError, match=words):
         points(*axes)

@@ -345,18 +345,12 @@ def test_orders_need_a_mesh() -> None:
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        (
-            {"kind": "line", "near": 2501.0},
-            r'reduce\.kept\.near = "2501 Hz": must be at most 2500 Hz, half of run\.sampling',
-        ),
-        (
-            {"kind": "level", "band": [10.0, 2600.0]},
-            r'reduce\.kept\.band = "2600 Hz": must be at most 2500 Hz',
-        ),
+        ({"kind": "line", "near": 2501.0}, r'reduce\.kept\.near = "2501 Hz": must be at most 2500 Hz, half of run\.sampling'),
+        ({"kind": "level", "band": [10.0, 2600.0]}, r'reduce\.kept\.band = "2600 Hz": must be at most 2500 Hz'),
         ({"kind": "hump", "band": [1.0, 8.0]}, r"must be at least 7\.5 Hz wide: a record of 0\.4 s"),
         ({"kind": "spectrum", "band": [1.0, 101.0], "count": 41}, r"count = 41: must be at most 40"),
     ],
-)
+)  # fmt: skip
 def test_frequencies_that_the_record_does_not_hold_are_refused(wrong: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         made({**reduction(wrong["kind"]), **wrong})

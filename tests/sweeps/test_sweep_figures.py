@@ -12,15 +12,12 @@ import pytest
 import xarray as xr
 
 from gearplay.pictures import panels as panels_module
-from gearplay.sweeps.report import figures as sweep_figures
-from gearplay.sweeps.report.figures import MOST, pictures_of
+from gearplay.sweeps.report.figures import pictures_of
 from gearplay.sweeps.report.page import write_sweep_report
-from gearplay.sweeps.running.product import write_product
 from sweep_products import (
     BACKLASH,
     BOUNCE,
     DESIGN,
-    DRAG,
     HISTORY,
     MODEL,
     PLAY,
@@ -247,14 +244,6 @@ def test_parallel_coordinates_draw_some_of_many_cases_and_always_the_same(figure
     assert "2000 of 2500 cases" in figures[1].get_suptitle()
 
 
-@pytest.mark.slow
-def test_few_cases_are_coloured_by_their_values(figures: list[Any]) -> None:
-    pictures_of(*made(plan_of(design=DESIGN, reduce=[RMS])))
-    (lines,) = panels(figures[1])[0].collections
-    assert len(lines.get_segments()) == 40
-    assert (np.diff(lines.get_array()) >= 0.0).all()  # the highest on top
-
-
 def test_the_band_of_a_curve_is_the_range_of_its_members(figures: list[Any]) -> None:
     pictures_of(
         *made(plan_of(SPEED, members=3, reduce=[RMS]), lambda k, v, member: v["speed"] * (1.0 + member))
@@ -264,29 +253,3 @@ def test_the_band_of_a_curve_is_the_range_of_its_members(figures: list[Any]) -> 
     corners = ax.collections[0].get_paths()[0].vertices
     ratio = corners[:, 1] / (corners[:, 0] * math.pi / 30.0)
     assert (ratio.min(), ratio.max()) == (pytest.approx(1.0), pytest.approx(3.0))
-
-
-def test_many_variables_give_a_bounded_number_of_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    for kind in ("map", "line", "parallel", "hysteresis", "waterfall", "order", "scatter"):
-        monkeypatch.setattr(sweep_figures, f"{kind}_figure", lambda *given: b"png")
-    many = [{**RMS, "name": f"r{at}"} for at in range(40)] + [SPECTRUM, {**SPECTRUM, "name": "t"}]
-    drawn = [{**DRAG, "distribution": "log-uniform"}]
-    plan = plan_of(
-        *(MODEL, {**SPEED, "count": 3}, {**PLAY, "count": 2}, {**BACKLASH, "count": 2}),
-        **{"reduce": many, "carry": {"axis": "speed"}, "set": {**SHORT, "run.transient": 0.2}},
-        design={"count": 4, "parameters": drawn},
-    )
-    names = [picture.name for picture in pictures_of(*made(plan))]
-    assert len(names) == MOST
-    assert len(set(names)) == len(names)
-    assert {"hysteresis-1-1", "map-r0", "waterfall-t", "parallel-r0", "scatter-r0", "lines-play-1"} <= set(
-        names
-    )
-
-
-@pytest.mark.slow
-def test_a_product_read_back_from_its_file_gives_the_same_pictures(tmp_path: Path) -> None:
-    sweep, dataset = made(plan_of(MODEL, SPEED, members=2, reduce=[RMS]))
-    write_product(dataset, tmp_path / "sweep.nc")
-    with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as again:
-        assert pictures_of(sweep, again) == pictures_of(sweep, dataset)

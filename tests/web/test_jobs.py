@@ -19,7 +19,7 @@ from depth import FULL, sized
 from gearplay.web.frames import unpack_frame
 from serving import Server, Visit, together
 
-CLIENTS = sized(50, 36)
+CLIENTS = sized(50, 20)
 
 
 def brief_case(server: Server, **run: Any) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def children(process: int) -> list[int]:
 
 
 @pytest.mark.slow
-def test_fifty_clients_with_twenty_runs_each(tmp_path: Path) -> None:
+def test_clients__many_at_once_with_many_runs_each(tmp_path: Path) -> None:
     """No error, a full queue is said to be one, every answer is the client's own, and the memory comes back."""
     server = Server(tmp_path)
     try:

@@ -227,24 +227,12 @@ def test_no_shock_is_lost_in_thinning() -> None:
         ("bifurcation", {"count": True, "keep": 400, "settle": 0}, "must be a whole number"),
         ("map", {"columns": 60, "rows": 60}, "must be at most 2500"),
         ("map", {**SMALL_MAP, "second": SMALL_MAP["first"]}, "must be another field than first"),
-        (
-            "map",
-            {**SMALL_MAP, "of": "lid"},
-            'measure = "rms of lid": must be a measure of a rotor or contact',
-        ),
-        (
-            "map",
-            {**SMALL_MAP, "first": {"path": "run.sampling", "low": 1e4, "high": 1e7}},
-            "must not be a field of run",
-        ),
-        (
-            "map",
-            {**SMALL_MAP, "first": {"path": BACKLASH, "low": 0, "high": 10**400}},
-            "must be a number below high",
-        ),
+        ("map", {**SMALL_MAP, "of": "lid"}, 'measure = "rms of lid": must be a measure of a rotor or contact'),
+        ("map", {**SMALL_MAP, "first": {"path": "run.sampling", "low": 1e4, "high": 1e7}}, "must not be a field of run"),
+        ("map", {**SMALL_MAP, "first": {"path": BACKLASH, "low": 0, "high": 10**400}}, "must be a number below high"),
         ("export", {"form": "exe"}, "must be nc, csv or toml"),
     ],
-)
+)  # fmt: skip
 def test_tasks_refuse_in_words(kind: str, words: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         TASKS[kind](job(**words), quiet, STOP)

@@ -106,24 +106,6 @@ def test_our_wav(change: Change, words: str, tmp_path: Path) -> None:
     refused(tmp_path / "run.wav", change, words)
 
 
-PCM = bytes.fromhex("000000001000800000aa00389b71")
-"""What follows the encoding in the identifier of an extensible WAV file."""
-
-
-@pytest.mark.parametrize("bits", [8, 24, 32])
-def test_wav_of_other_widths(bits: int, tmp_path: Path) -> None:
-    width = bits // 8
-    raw = {8: b"\x00\x80\xff", 24: b"\x00\x00\x80\x00\x00\x00\xff\xff\x7f"}.get(
-        bits, struct.pack("<3i", -(2**31), 0, 2**31 - 1)
-    )
-    extensible = struct.pack("<HHIIHHHHIH14s", 0xFFFE, 1, 100, 100 * width, width, bits, 22, bits, 0, 1, PCM)
-    body = b"WAVEfmt " + struct.pack("<I", 40) + extensible + b"data" + struct.pack("<I", len(raw)) + raw
-    path = tmp_path / "run.wav"
-    path.write_bytes(b"RIFF" + struct.pack("<I", len(body)) + body)
-    values = read_measurement(path).channel().values
-    np.testing.assert_allclose(values, [-1.0, 0.0, 1.0 - 2.0 ** (1 - bits)], atol=0)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -1,7 +1,6 @@
 """What is written is read again: names, units, rates, starts and samples."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +9,6 @@ import pytest
 from gearplay.files.measurements import FORMATS, read_measurement, write_record
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import InputError
-from hostile.test_damaged_measurements import (
-    write_binary_uff,
-    write_hdf5_mat,
-    write_integer_wav,
-    write_mdf4,
-    write_plain_hdf5,
-    write_plain_mat,
-    write_tdms,
-)
 
 RATE = 12800.0
 SIZE = 300
@@ -84,48 +74,6 @@ def test_long_records_are_packed_with_checksums(suffix: str, tmp_path: Path) -> 
     found = read_measurement(tmp_path / f"long{suffix}")
     assert found.names == ("acc/x [1]", "time")
     np.testing.assert_array_equal(found.channels[0].values, long.channels[0].values)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("suffix", "write", "units"),
-    [
-        (".tdms", write_tdms, True),
-        (".mf4", write_mdf4, True),
-        (".uff", write_binary_uff, True),
-        (".mat", write_plain_mat, False),
-        (".mat", write_hdf5_mat, False),
-        (".h5", write_plain_hdf5, False),
-    ],
-)
-def test_files_of_other_programs(
-    suffix: str, write: Callable[[Path, Record], None], units: bool, tmp_path: Path
-) -> None:
-    record, path = two_channels(), tmp_path / f"foreign{suffix}"
-    write(path, record)
-    found = read_measurement(path)
-    assert found.names == record.names
-    assert [c.unit for c in found.channels] == (["m/s^2", "N"] if units else ["", ""])
-    for one, other in zip(found.channels, record.channels, strict=True):
-        assert one.sampling == RATE
-        np.testing.assert_array_equal(one.values, other.values)
-    assert read_measurement(path, channels=["force"]).names == ("force",)
-    assert read_measurement(path, channels="acc", sampling=RATE).names == ("acc",)
-
-
-def test_integers_of_a_wav_file_are_scaled_and_calibrated(tmp_path: Path) -> None:
-    record, path = two_channels(), tmp_path / "run.wav"
-    write_integer_wav(path, record)
-    found = read_measurement(path)
-    expected = (record.channels[0].values * 5000).astype(np.int16) / 32768.0
-    np.testing.assert_array_equal(found.channel("channel 1").values, expected)
-    assert found.channel("channel 1").unit == ""
-    calibrated = read_measurement(path, calibration={"channel 2": (10.0, "Pa")}).channel("channel 2")
-    np.testing.assert_array_equal(calibrated.values, found.channel("channel 2").values * 10.0)
-    assert calibrated.unit == "Pa"
-    for wrong in ({"channel 3": (1.0, "")}, {"channel 1": (float("nan"), "")}):
-        with pytest.raises(InputError, match="calibration"):
-            read_measurement(path, calibration=wrong)
 
 
 @pytest.mark.parametrize(
