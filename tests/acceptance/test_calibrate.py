@@ -332,6 +332,15 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch:
     assert found == [[], ["trials.sqlite"], []]
 
 
+def test_calibrate__folder_in_use__is_refused(tmp_path: Path) -> None:
+    from gearplay.calibration.calibrate import calibrate
+    from gearplay.work.folder import locked
+
+    with locked(tmp_path), pytest.raises(InputError, match="must not be in use by another process"):
+        calibrate(PLAN, tmp_path)
+    assert [each.name for each in tmp_path.iterdir()] == [".lock"]
+
+
 WRITTEN_BEFORE = "e454d4f10a759af3861a612c5780cbab99c2201e5737eb990740150fe8116fe0"
 """Digest of the trial below as the store wrote it first: stores that are there stay readable."""
 
