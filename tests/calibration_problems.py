@@ -7,7 +7,7 @@ import numpy as np
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.reading import load_plan
-from gearplay.calibration.trials import Problem, Seen, TrialError
+from gearplay.calibration.trials import Observations, Problem, TrialError
 
 NOISE = 0.02  # decades, of one member
 
@@ -63,7 +63,9 @@ FAST = {"radial": {"amplitude": 0.03162, "frequency": 5.012}, "mesh": {"amplitud
 class KnownProblem(Problem):
     """Frequencies go with the root of the first parameter, amplitudes of the mesh with the second."""
 
-    def see(self, unit: Any, *, seed: int | None = None, members: int | None = None, **_: Any) -> Seen:
+    def observe(
+        self, unit: Any, *, seed: int | None = None, members: int | None = None, **_: Any
+    ) -> Observations:
         u, v = unit
         if u > 0.97:
             raise TrialError("the shaft is stuck")

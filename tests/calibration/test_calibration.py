@@ -122,7 +122,7 @@ def test_a_condition_that_is_left_out_has_no_part_in_its_own_prediction() -> Non
     plan = small_plan()
     problem = KnownProblem(plan, plan.models[0])
     truth = problem.run(0, (0.4, 0.6), members=1000)
-    data = data_of(plan, truth.seen)
+    data = data_of(plan, truth.observed)
     name = data[0].condition
     doubled = tuple(
         dataclasses.replace(d, value=2.0 * d.value) if d.condition == name and d.key == "amplitude" else d
@@ -177,7 +177,7 @@ def test_the_emulators_share_of_the_error_is_how_other_trials_scatter(measured: 
     plan = small_plan()
     problem = KnownProblem(plan, plan.models[0])
     truth = problem.run(0, (0.4, 0.6), members=1000)
-    comparison = Comparison(data_of(plan, truth.seen), "absolute")
+    comparison = Comparison(data_of(plan, truth.observed), "absolute")
     evidence, said = [], []
     for seed in range(8):
         points = 0.96 * np.random.default_rng(seed).random((48, 2))
@@ -222,8 +222,8 @@ def test_a_parameter_that_nothing_depends_on_is_not_identified() -> None:
     plan = small_plan(parameters=extra)
 
     class Blind(KnownProblem):
-        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
-            return super().see(tuple(unit)[:2], **how)  # type: ignore[arg-type, call-overload]
+        def observe(self, unit: object, **how: object) -> object:  # type: ignore[override]
+            return super().observe(tuple(unit)[:2], **how)  # type: ignore[arg-type, call-overload]
 
     problem = Blind(plan, plan.models[0])
     generator = np.random.default_rng(0)
@@ -243,7 +243,7 @@ def test_a_fit_survives_its_json_form() -> None:
     plan = small_plan()
     problem = KnownProblem(plan, plan.models[0])
     truth = problem.run(0, (0.4, 0.6), members=1000)
-    comparison = Comparison(data_of(plan, truth.seen), "unnormalised")
+    comparison = Comparison(data_of(plan, truth.observed), "unnormalised")
     fit = fit_model(problem, comparison, design_trials(problem, 64))
     assert fit_from(json.loads(json.dumps(asdict(fit)))) == fit
     assert fit.best["drag"] == pytest.approx(problem.values((0.4, 0.6))["drag"], rel=0.15)
@@ -259,8 +259,8 @@ def test_a_fit_of_a_dying_motion_says_so() -> None:
     assert later >= 4.0 * plan.simulation.transient
 
     class Dying(KnownProblem):
-        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
-            seen = super().see(unit, **how)  # type: ignore[arg-type, call-overload]
+        def observe(self, unit: object, **how: object) -> object:  # type: ignore[override]
+            seen = super().observe(unit, **how)  # type: ignore[arg-type, call-overload]
             if how["transient"] is not None:
                 assert how["transient"] == later
                 dying = seen["slow"]["radial"]["amplitude"]
@@ -269,7 +269,7 @@ def test_a_fit_of_a_dying_motion_says_so() -> None:
 
     lasting, dying = KnownProblem(plan, plan.models[0]), Dying(plan, plan.models[0])
     truth = lasting.run(0, (0.4, 0.6), members=1000)
-    comparison = Comparison(data_of(plan, truth.seen), "unnormalised")
+    comparison = Comparison(data_of(plan, truth.observed), "unnormalised")
     assert drifts(lasting, comparison, (0.4, 0.6), None) == []
     (found,) = drifts(dying, comparison, (0.4, 0.6), None)
     assert (found.condition, found.target, found.key) == ("slow", "radial", "amplitude")
@@ -280,11 +280,11 @@ def test_a_motion_that_fails_later_costs_no_fit() -> None:
     plan = small_plan()
 
     class Failing(KnownProblem):
-        def see(self, unit: object, **how: object) -> object:  # type: ignore[override]
+        def observe(self, unit: object, **how: object) -> object:  # type: ignore[override]
             if how["transient"] is not None:
                 raise TrialError("8 of 8 members failed")
-            return super().see(unit, **how)  # type: ignore[arg-type, call-overload]
+            return super().observe(unit, **how)  # type: ignore[arg-type, call-overload]
 
     failing = Failing(plan, plan.models[0])
     truth = KnownProblem(plan, plan.models[0]).run(0, (0.4, 0.6), members=1000)
-    assert drifts(failing, Comparison(data_of(plan, truth.seen), "unnormalised"), (0.4, 0.6), None) == []
+    assert drifts(failing, Comparison(data_of(plan, truth.observed), "unnormalised"), (0.4, 0.6), None) == []

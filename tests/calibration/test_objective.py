@@ -17,7 +17,7 @@ def scaled(trial: Trial, factor: float, *keys: str) -> Trial:
             t: {k: Observed(o.value * (factor if k in keys else 1.0), o.error) for k, o in ks.items()}
             for t, ks in ts.items()
         }
-        for c, ts in trial.seen.items()
+        for c, ts in trial.observed.items()
     }
     return Trial(trial.number, trial.unit, seen)
 
@@ -54,7 +54,7 @@ def test_frequencies_are_not_part_of_the_factor() -> None:
 def test_the_displacement_reading_compares_micrometres() -> None:
     comparison = Comparison(DATA, "displacement")
     logs, _ = comparison.logs_of([TRIAL])
-    seen = TRIAL.seen["slow"]["radial"]
+    seen = TRIAL.observed["slow"]["radial"]
     assert 10.0 ** logs[0, 0] == pytest.approx(1e6 * seen["displacement"].value)
     assert 10.0 ** logs[0, 1] == pytest.approx(seen["frequency"].value)
     assert objective("displacement", scaled(TRIAL, 3.0, "amplitude")) == pytest.approx(

@@ -8,7 +8,7 @@ from calibration_problems import KnownProblem, ListStore, small_plan
 from gearplay.calibration import search
 from gearplay.calibration.objective import Comparison, data_of, printed_measurements
 from gearplay.calibration.search import Search, run_search
-from gearplay.calibration.trials import POLISH, SEARCH, STARTUP, Seen, Trial, distinct
+from gearplay.calibration.trials import POLISH, SEARCH, STARTUP, Observations, Trial, distinct
 
 PLAN = small_plan()
 PROBLEM = KnownProblem(PLAN, PLAN.models[0])
@@ -57,8 +57,8 @@ def test_a_search_that_goes_on_asks_for_the_very_point_of_one_that_never_stopped
 class Cornered(KnownProblem):
     """What would fit best lies beyond a corner of the ranges."""
 
-    def see(self, unit: Any, **more: Any) -> Seen:
-        return super().see((0.5 + 0.4 * unit[0], 0.1 + 0.4 * unit[1]), **more)
+    def observe(self, unit: Any, **more: Any) -> Observations:
+        return super().observe((0.5 + 0.4 * unit[0], 0.1 + 0.4 * unit[1]), **more)
 
 
 def test_no_point_is_tried_twice() -> None:

@@ -224,6 +224,15 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(tmp_path: Path, monkeypatch:
     assert found == [[], ["trials.sqlite"], []]
 
 
+def test_calibrate__folder_in_use__is_refused(tmp_path: Path) -> None:
+    from gearplay.calibration.calibrate import calibrate
+    from gearplay.work.folder import locked
+
+    with locked(tmp_path), pytest.raises(InputError, match="must not be in use by another process"):
+        calibrate(PLAN, tmp_path)
+    assert [each.name for each in tmp_path.iterdir()] == [".lock"]
+
+
 def test_a_trial_that_was_changed_is_named(tmp_path: Path) -> None:
     from gearplay.calibration.observe import Observed
     from gearplay.calibration.reading import load_plan

@@ -74,7 +74,7 @@ def test_windows_of_a_run_up_are_one_run() -> None:
 
 def test_orders_of_a_run_up_count_from_the_window_s_mean_speed() -> None:
     made = Sweep(plan_with(carry={"axis": "speed", "mode": "run-up", "directions": ["up", "down"]}))
-    chain = made.template.chain
+    chain = made.template.carried
     assert chain is not None
     for direction in ("up", "down"):
         for speed in chain.values:

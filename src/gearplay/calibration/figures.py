@@ -11,7 +11,7 @@ from gearplay.calibration.plan import Plan
 from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.spans import Span, Spans, label_of
 from gearplay.pictures.canvas import PALETTE, SMALL, TEXT, WIDTH, legend_mark, make_figure
-from gearplay.pictures.panels import finished, make_panels
+from gearplay.pictures.panels import finished, make_panels, round_ticks
 from gearplay.pictures.style import CLEARANCE, TEST
 from gearplay.pictures.words import plain, short, wrapped
 
@@ -180,7 +180,8 @@ def match_figure(
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlim(10.0**low, 10.0**high)
-        _round_ticks(ax)
+        round_ticks(ax.xaxis, *ax.get_xlim(), fine=True)
+        round_ticks(ax.yaxis, *ax.get_ylim(), fine=True)
         ax.set_xlabel(f"measured {key} [{unit}]", fontsize=TEXT)
         ax.set_ylabel(f"simulated {key} [{unit}]", fontsize=TEXT)
     title = f"Measured against simulated at the best point, fresh members, reading {fits[0].reading}"
@@ -199,19 +200,6 @@ def _match(ax: Any, row: Row, uncertainty: float, color: str, marker: str) -> No
         yerr=[[shown * up / (1.0 + up)], [shown * up]],
         color=color, marker=marker, markersize=4.5, linewidth=0.7, alpha=0.85, markerfacecolor=color if inside else "none",
     )  # fmt: skip
-
-
-def _round_ticks(ax: Any) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
-        decades = math.log10(high / low)
-        subs = (
-            (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if decades < 1.0 else (1.0, 2.0, 5.0) if decades < 3.0 else (1.0,)
-        )
-        axis.set_major_locator(LogLocator(subs=subs, numticks=12))
-        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        axis.set_minor_formatter(NullFormatter())
 
 
 def uncertainty_of(plan: Plan, row: Row) -> float:

@@ -92,7 +92,7 @@ def emulator_errors(
     Other trials would have given another emulator. `GROUPS` of trials are left out in turn (jackknife: the square is
     (g - 1) / g sum (v - mean)^2). Infinite where too few trials remain to fit an emulator.
     """
-    seen = []
+    found = []
     for group in range(GROUPS):
         rest = [trial for trial in trials if trial.number % GROUPS != group]
         if sum(trial.good for trial in rest) < fewest_trials(parameters):
@@ -102,8 +102,8 @@ def emulator_errors(
             surrogate, parameters, discrepancy=discrepancy, points=FEWER_POINTS, seed=seed
         )
         parts = leave_one_out(surrogate, parameters, discrepancy=discrepancy, points=FEWER_POINTS, seed=seed)
-        seen.append((whole.log_evidence, sum(part.log_density for part in parts)))
-    evidence, predictive = np.sqrt((GROUPS - 1) * np.var(seen, axis=0))
+        found.append((whole.log_evidence, sum(part.log_density for part in parts)))
+    evidence, predictive = np.sqrt((GROUPS - 1) * np.var(found, axis=0))
     return float(evidence), float(predictive)
 
 

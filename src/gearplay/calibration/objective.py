@@ -60,13 +60,13 @@ def data_of(plan: Plan, measurements: Measurements) -> tuple[Datum, ...]:
     data = []
     for condition in plan.conditions:
         for target in plan.targets:
-            for key, seen in measurements[condition.name].get(target.name, {}).items():
+            for key, number in measurements[condition.name].get(target.name, {}).items():
                 if key == DISPLACEMENT:
                     continue
                 own = target.frequency_uncertainty if key == FREQUENCY else target.uncertainty
                 default = plan.frequency_uncertainty if key == FREQUENCY else plan.uncertainty
-                sigma = float(np.hypot(own if own is not None else default, seen.error))
-                data.append(Datum(condition.name, target.name, key, seen.value, sigma))
+                sigma = float(np.hypot(own if own is not None else default, number.error))
+                data.append(Datum(condition.name, target.name, key, number.value, sigma))
     return tuple(data)
 
 
@@ -166,13 +166,15 @@ class Comparison:
 
     def logs_of(self, trials: Sequence[Trial]) -> tuple[Floats, Floats]:
         """Return log10 and standard errors [decades] of good trials, shape [trial, datum]."""
-        table = np.array([[self._seen(trial, d) for d in self.data] for trial in trials])
+        table = np.array([[self._observed(trial, d) for d in self.data] for trial in trials])
         return np.log10(np.maximum(table[..., 0], 1e-300)), table[..., 1]
 
-    def _seen(self, trial: Trial, datum: Datum) -> tuple[float, float]:
+    def _observed(self, trial: Trial, datum: Datum) -> tuple[float, float]:
         as_displacement = self.reading == "displacement" and datum.key == AMPLITUDE
-        seen = trial.seen[datum.condition][datum.target][DISPLACEMENT if as_displacement else datum.key]
-        return (1e6 * seen.value if as_displacement else seen.value), seen.error
+        observed = trial.observed[datum.condition][datum.target][
+            DISPLACEMENT if as_displacement else datum.key
+        ]
+        return (1e6 * observed.value if as_displacement else observed.value), observed.error
 
     @cached_property
     def measured(self) -> Floats:

@@ -35,8 +35,8 @@ def best_point(
     effort, comparison = problem.plan.effort, surrogate.comparison
 
     def ordered(units: Sequence[tuple[float, ...]], count: int) -> list[tuple[float, ...]]:
-        seen = [_seen(problem, unit, CHOOSE_SEED, count, stop) for unit in units]
-        return [units[k] for k in np.argsort(comparison.objective(*comparison.logs_of(seen)))]
+        observed = [_observed(problem, unit, CHOOSE_SEED, count, stop) for unit in units]
+        return [units[k] for k in np.argsort(comparison.objective(*comparison.logs_of(observed)))]
 
     trials = np.argsort(comparison.objective(*comparison.logs_of(good)))[: candidates // 2]
     emulated = surrogate.emulator(np.array([trial.unit for trial in good]))
@@ -50,10 +50,10 @@ def best_point(
 
 def check(problem: Problem, unit: tuple[float, ...], stop: threading.Event | None) -> Trial:
     """Return the observations at a point for out-of-sample members."""
-    return _seen(problem, unit, CHECK_SEED, problem.plan.effort.check_members, stop)
+    return _observed(problem, unit, CHECK_SEED, problem.plan.effort.check_members, stop)
 
 
-def _seen(
+def _observed(
     problem: Problem,
     unit: tuple[float, ...],
     seed: int,
@@ -62,7 +62,7 @@ def _seen(
     transient: float | None = None,
 ) -> Trial:
     whole = problem.plan.effort.seed + seed
-    return Trial(-1, unit, problem.see(unit, seed=whole, members=members, transient=transient, stop=stop))
+    return Trial(-1, unit, problem.observe(unit, seed=whole, members=members, transient=transient, stop=stop))
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,10 @@ def drifts(
     """
     later = later_than(problem.plan.simulation)
     try:
-        seen = [_seen(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
+        observed = [_observed(problem, unit, CHECK_SEED, LATER_MEMBERS, stop, each) for each in (None, later)]
     except SimulationError:  # only the check is missing: the fit stands
         return []
-    logs, errors = comparison.logs_of(seen)
+    logs, errors = comparison.logs_of(observed)
     found = [
         Drift(d.condition, d.target, d.key, later, float(then - now), float(np.hypot(*error)))
         for d, now, then, error in zip(comparison.data, *logs, errors.T, strict=True)
@@ -132,10 +132,10 @@ def hold_out(
         inside = tuple(d for d in comparison.data if d.condition != name)
         rest = Comparison(inside, comparison.reading)
         unit = best_point(problem, Surrogate.of(rest, good), good, stop, candidates=2)
-        seen = check(problem, unit, stop)
-        logs, errors = rest.logs_of([seen])
+        observed = check(problem, unit, stop)
+        logs, errors = rest.logs_of([observed])
         factor = rest.log_factor(logs, rest.residuals(logs, errors)[1])[0]
-        whole, _ = comparison.logs_of([seen])
+        whole, _ = comparison.logs_of([observed])
         residuals = whole[0] + factor * comparison.amplitudes - comparison.measured
         outside = [k for k, d in enumerate(comparison.data) if d.condition == name]
         found.append(

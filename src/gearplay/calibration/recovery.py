@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.calibration.objective import Comparison, data_of
 from gearplay.calibration.observe import FREQUENCY, Observed
 from gearplay.calibration.posterior import Interval, Surrogate, sample_posterior
-from gearplay.calibration.trials import Problem, Seen, Trial, mapped
+from gearplay.calibration.trials import Observations, Problem, Trial, mapped
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
@@ -41,18 +41,20 @@ class Recovery:
     coverage: float
 
 
-def synthetic(problem: Problem, number: int, *, members: int, noise: float) -> tuple[tuple[float, ...], Seen]:
+def synthetic(
+    problem: Problem, number: int, *, members: int, noise: float
+) -> tuple[tuple[float, ...], Observations]:
     """Return a true point and synthetic data there: out-of-sample members, and noise [decades] on every number."""
     plan = problem.plan
     generator = np.random.default_rng([plan.effort.seed, TRUE_SEED, number])
     unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(problem.parameters)))
-    seen = problem.see(unit, seed=plan.effort.seed + TRUE_SEED + number, members=members)
+    observed = problem.observe(unit, seed=plan.effort.seed + TRUE_SEED + number, members=members)
 
     def noisy(key: str, observed: Observed) -> Observed:
         deviation = plan.frequency_uncertainty if key == FREQUENCY else noise
         return Observed(float(observed.value * 10.0 ** generator.normal(0.0, deviation)), observed.error)
 
-    return unit, mapped(seen, noisy)
+    return unit, mapped(observed, noisy)
 
 
 def recover(
@@ -75,8 +77,10 @@ def recover(
     for number in range(sets):
         if stop is not None and stop.is_set():
             raise KeyboardInterrupt
-        unit, seen = synthetic(problem, number, members=members, noise=problem.plan.uncertainty)
-        surrogate = Surrogate.of(Comparison(data_of(problem.plan, seen), "absolute"), trials, everywhere=True)
+        unit, observed = synthetic(problem, number, members=members, noise=problem.plan.uncertainty)
+        surrogate = Surrogate.of(
+            Comparison(data_of(problem.plan, observed), "absolute"), trials, everywhere=True
+        )
         posterior = sample_posterior(surrogate, len(unit), discrepancy=False, seed=number)
         found.append(Recovered(number, problem.values(unit), posterior.intervals(problem)))
         if report is not None:

@@ -16,17 +16,13 @@ from gearplay.pictures.words import plain
 from gearplay.results.base import AnalysisResult, check_kind
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.version import VERSION
-from gearplay.work.pieces import DIGEST, without_digest
+from gearplay.work.pieces import read_document, without_digest
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
 COLUMNS = {"best": "best value", "low": "lower end of its interval", "high": "upper end of its interval"}
-
-ORIGIN = "must be a calibration.json that gearplay calibrate wrote"
-LARGEST = 64 * 1024**2
-"""Of a document that is read [bytes]: far above what any plan gives."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,11 +87,12 @@ class Calibration(AnalysisResult):
 
         Raises `InputError` where it is missing, something else, or was changed after it was written.
         """
-        stored = _stored(path)
+        stored = read_document(path)
+        if stored is None:
+            raise _refusal(path, "must be a calibration.json that gearplay calibrate wrote")
         if (document := without_digest(stored)) is None:
             raise _refusal(path, "must be as gearplay calibrate wrote it; it was changed since")
-        found = cls(document)
-        return found
+        return cls(document)
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each parameter of each fit."""
@@ -120,18 +117,6 @@ class Calibration(AnalysisResult):
         drawn.set_yticks(range(len(rows)), names, fontsize=6.5)
         drawn.set_xlabel("interval of the parameter over its best value [1]", fontsize=8)
         return drawn
-
-
-def _stored(path: Path) -> dict[str, Any]:
-    """Return the JSON content of a file; `InputError` where it is no table with a digest."""
-    try:
-        plain = path.is_file() and path.stat().st_size <= LARGEST
-        stored = json.loads(path.read_text(encoding="utf-8")) if plain else None
-    except (OSError, ValueError, RecursionError):
-        stored = None
-    if not isinstance(stored, dict) or DIGEST not in stored:
-        raise _refusal(path, ORIGIN)
-    return stored
 
 
 def _refusal(path: Path, rule: str) -> InputError:

@@ -132,8 +132,8 @@ class Search:
         values = comparison.objective(logs, errors)
         emulator = Emulator.near(units, logs, values)
         top = units[np.argsort(values, kind="stable")[:TOP]]
-        seen = emulator(top)
-        centre = top[int(np.argmin(comparison.objective(seen, np.zeros_like(seen))))]
+        logs_there = emulator(top)
+        centre = top[int(np.argmin(comparison.objective(logs_there, np.zeros_like(logs_there))))]
         self._near[turn] = after, (emulator, centre)
         return emulator, centre
 

@@ -54,8 +54,8 @@ class StudyStore:
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
                 raise TakenError(Fault("out", str(self.folder), rule, _CURE))
-            seen = mapped(held["seen"], lambda _, pair: Observed(*pair))
-            trials.append(Trial(stored.number, tuple(held["unit"]), seen, held["reason"], held["phase"]))
+            observed = mapped(held["seen"], lambda _, pair: Observed(*pair))
+            trials.append(Trial(stored.number, tuple(held["unit"]), observed, held["reason"], held["phase"]))
         return trials
 
     def add(self, trial: Trial) -> None:
@@ -65,7 +65,7 @@ class StudyStore:
 
         held = {
             "unit": list(trial.unit),
-            "seen": mapped(trial.seen, lambda _, observed: [observed.value, observed.error]),
+            "seen": mapped(trial.observed, lambda _, observed: [observed.value, observed.error]),
             "reason": trial.reason,
             "phase": trial.phase,
         }

@@ -23,7 +23,7 @@ from gearplay.vocabulary.errors import Fault, GearplayError, InputError, Simulat
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
-Seen = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
+Observations = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
 DECIMALS = 6  # of a trial's place in the unit cube
 DIGITS = 5  # significant, of observed values; an ensemble determines two or three
 STARTUP, SEARCH, POLISH = "startup", "search", "polish"
@@ -36,7 +36,7 @@ class Trial:
 
     number: int
     unit: tuple[float, ...]
-    seen: Seen
+    observed: Observations
     reason: str = ""
     phase: str = SEARCH
 
@@ -117,7 +117,7 @@ class Problem:
                 changes[path] = value * float(value_at(case, path)) if parameter.mode == "scale" else value
         return changes
 
-    def see(
+    def observe(
         self,
         unit: Sequence[float],
         *,
@@ -126,7 +126,7 @@ class Problem:
         transient: float | None = None,
         progress: Tick | None = None,
         stop: threading.Event | None = None,
-    ) -> Seen:
+    ) -> Observations:
         """Simulate every condition at a point and return the observed values.
 
         Every trial has the same seed, so the same initial states: common random numbers. ``seed`` replaces it, ``transient`` [s]
@@ -187,7 +187,7 @@ class Problem:
         place = placed(unit)
         try:
             return Trial(
-                number, place, mapped(self.see(place, members=members, stop=stop), rounded), phase=phase
+                number, place, mapped(self.observe(place, members=members, stop=stop), rounded), phase=phase
             )
         except GearplayError as error:
             return Trial(number, place, {}, str(error).splitlines()[0], phase)
@@ -197,7 +197,7 @@ Changed = TypeVar("Changed")
 
 
 def mapped(
-    seen: Mapping[str, Any], change: Callable[[str, Any], Changed]
+    observations: Mapping[str, Any], change: Callable[[str, Any], Changed]
 ) -> dict[str, dict[str, dict[str, Changed]]]:
     """Return ``change(key, observed)`` of every observed value, by condition, target and key as before."""
     return {
@@ -205,7 +205,7 @@ def mapped(
             target: {key: change(key, observed) for key, observed in keys.items()}
             for target, keys in targets.items()
         }
-        for condition, targets in seen.items()
+        for condition, targets in observations.items()
     }
 
 

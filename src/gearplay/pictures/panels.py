@@ -56,11 +56,14 @@ def scale_ordinate(ax: Any, values: Floats, *, below: float = 0.8, above: float 
         round_ticks(ax.yaxis, *ax.get_ylim())
 
 
-def round_ticks(axis: Any, low: float, high: float) -> None:
-    """Label a logarithmic axis with plain round numbers."""
+def round_ticks(axis: Any, low: float, high: float, *, fine: bool = False) -> None:
+    """Label a logarithmic axis with plain round numbers, with ``fine`` more of them within a decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     decades = np.log10(high / low)
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=9))
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)
+    if fine and decades < 1.0:
+        steps = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=12 if fine else 9))
     axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     axis.set_minor_formatter(NullFormatter())

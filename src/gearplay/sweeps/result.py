@@ -80,15 +80,11 @@ class SweepResult(OfDataset):
 
         Raises `InputError` where there is none, or none of that name.
         """
-        drawn = self.pictures()
-        if name is None and drawn:
-            return drawn[0]
-        for picture in drawn:
-            if picture.name == name:
-                return picture
-        known = (
-            ", ".join(picture.name for picture in drawn) or "none: nothing varies, or no case was finished"
-        )
+        drawn = {picture.name: picture for picture in self.pictures()}
+        wanted = next(iter(drawn), None) if name is None else name
+        if wanted in drawn:
+            return drawn[wanted]
+        known = ", ".join(drawn) or "none: nothing varies, or no case was finished"
         raise InputError(
             Fault("plot", name or "picture", "must be a picture of this sweep", f"Pictures: {known}")
         )

@@ -8,6 +8,8 @@ from typing import Any
 
 from gearplay.files.atomic import make_folder, write_text
 
+LARGEST = 64 * 1024**2
+"""Largest document that is read [bytes], far above those that are written."""
 DIGEST = "sha256"
 """Key of a stored document: the digest of all others."""
 
@@ -20,11 +22,8 @@ class PieceStore:
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the document stored under a key, or None."""
-        try:
-            stored = json.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return without_digest(stored) if isinstance(stored, dict) else None
+        stored = read_document(self.folder / f"{key}.json")
+        return None if stored is None else without_digest(stored)
 
     def keep(self, identity: Any, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Return the stored document of a JSON-able identity, or make and store it, atomically."""
@@ -40,6 +39,16 @@ class PieceStore:
 def digest_of(document: Any, *, in_order: bool = True) -> str:
     """Return the digest of a JSON-able object; without ``in_order`` the order of its keys does not matter."""
     return hashlib.sha256(json.dumps(document, sort_keys=not in_order).encode()).hexdigest()
+
+
+def read_document(path: Path) -> dict[str, Any] | None:
+    """Return a stored document with its digest, checked or not; None where the file holds none."""
+    try:
+        plain = path.is_file() and path.stat().st_size <= LARGEST
+        stored = json.loads(path.read_text(encoding="utf-8")) if plain else None
+    except (OSError, ValueError, RecursionError):
+        return None
+    return stored if isinstance(stored, dict) and DIGEST in stored else None
 
 
 def with_digest(document: dict[str, Any], *, in_order: bool = True) -> dict[str, Any]:

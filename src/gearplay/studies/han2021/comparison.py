@@ -29,7 +29,7 @@ LASTING = 1.5
 REPRODUCED, EXPLAINED, CONTRADICTED, OPEN = GROUPS = ("reproduced", "explained", "contradicted", "open")
 """Verdicts on a claim."""
 CLEAR = 2.0  # standard errors
-SAID = {REPRODUCED: "yes", CONTRADICTED: "no", OPEN: "cannot be told"}
+VERDICT_WORDS = {REPRODUCED: "yes", CONTRADICTED: "no", OPEN: "cannot be told"}
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ def _verdict(margins: Sequence[float]) -> str:
 
 def _joined(parts: Sequence[tuple[str, str]]) -> tuple[str, str]:
     verdicts = {verdict for verdict, _ in parts}
-    words = "; ".join(f"{text} ({SAID[verdict]})" for verdict, text in parts) + "."
+    words = "; ".join(f"{text} ({VERDICT_WORDS[verdict]})" for verdict, text in parts) + "."
     if verdicts == {REPRODUCED}:
         return REPRODUCED, words
     return (CONTRADICTED if CONTRADICTED in verdicts else OPEN), words

@@ -139,13 +139,10 @@ def limits_of(p: Random, at: int, base: Case) -> Limits:
         for n in ("low", "high", "mean", "peak")
         if getattr(p, n) is not None
     }
-    if p.deviation is not None:
-        exponent = p.distribution == "log-normal"
-        plain["deviation"] = (
-            factor(p.deviation, f"{where}.deviation")
-            if exponent
-            else varied_number(p, p.deviation, f"{where}.deviation", base)
-        )
+    if p.deviation is not None and p.distribution == "log-normal":  # of a logarithm: a factor
+        plain["deviation"] = factor(p.deviation, f"{where}.deviation")
+    elif p.deviation is not None:
+        plain["deviation"] = varied_number(p, p.deviation, f"{where}.deviation", base)
     found = Limits(
         plain.get("low", -math.inf),
         plain.get("high", math.inf),
@@ -153,23 +150,27 @@ def limits_of(p: Random, at: int, base: Case) -> Limits:
         plain.get("deviation", 1.0),
         plain.get("peak", 0.5 * (plain.get("low", 0.0) + plain.get("high", 0.0))),
     )
-    if not found.low < found.high:
-        raise InputError(Fault(f"{where}.high", p.high, "must be above low", "Swap them"))
-    if p.distribution == "triangular" and not found.low <= found.peak <= found.high:
-        raise InputError(Fault(f"{where}.peak", p.peak, "must lie between low and high", "Correct it"))
-    if p.distribution == "log-uniform" and found.low <= 0.0:
-        raise InputError(
-            Fault(f"{where}.low", p.low, "must be above 0 for a log-uniform distribution", "Raise it")
-        )
-    if p.distribution == "log-normal" and found.mean <= 0.0:
-        raise InputError(
-            Fault(f"{where}.mean", p.mean, "must be above 0 for a log-normal distribution", "Raise it")
-        )
-    if "normal" in p.distribution and not found.deviation > 0.0:
-        raise InputError(
-            Fault(f"{where}.deviation", p.deviation, "must be above 0", "Give the standard deviation")
-        )
-    if "normal" in p.distribution and _share_inside(p, found) < LEAST_SHARE:
+    kind, above_0 = p.distribution, f"must be above 0 for a {p.distribution} distribution"
+    for fits, name, rule, cure in (
+        (found.low < found.high, "high", "must be above low", "Swap them"),
+        (
+            kind != "triangular" or found.low <= found.peak <= found.high,
+            "peak",
+            "must lie between low and high",
+            "Correct it",
+        ),
+        (kind != "log-uniform" or found.low > 0.0, "low", above_0, "Raise it"),
+        (kind != "log-normal" or found.mean > 0.0, "mean", above_0, "Raise it"),
+        (
+            "normal" not in kind or found.deviation > 0.0,
+            "deviation",
+            "must be above 0",
+            "Give the standard deviation",
+        ),
+    ):
+        if not fits:
+            raise InputError(Fault(f"{where}.{name}", getattr(p, name), rule, cure))
+    if "normal" in kind and _share_inside(p, found) < LEAST_SHARE:
         rule = f"must leave at least {LEAST_SHARE:g} of its distribution between low and high"
         raise InputError(Fault(where, p.name, rule, "Correct low, high, mean or deviation"))
     return found

@@ -19,8 +19,8 @@ from gearplay.work.pieces import digest_of
 Floats = NDArray[np.float64]
 
 
-class Chain:
-    """The carried axis of a plan: the changes of each of its cases in addition to the varied fields.
+class CarriedAxis:
+    """The axis of a plan along which cases are continued: the changes of each case in addition to the varied fields.
 
     Raises `InputError` where the ramp does not fit into the transient.
     """
@@ -42,8 +42,9 @@ class Chain:
         """Return the speeds between the windows of a run-up [rad/s]: half-way, and as far beyond the ends.
 
         >>> from gearplay.model.reading import load_case
-        >>> chain = Chain(Carry(axis="speed", mode="run-up"), "rotors.pinion.drive.speed", (1.0, 2.0, 4.0), load_case("han2021"))
-        >>> chain.edges("down").tolist()
+        >>> carry = Carry(axis="speed", mode="run-up")
+        >>> carried = CarriedAxis(carry, "rotors.pinion.drive.speed", (1.0, 2.0, 4.0), load_case("han2021"))
+        >>> carried.edges("down").tolist()
         [5.0, 3.0, 1.5, 0.5]
         """
         way = self.way(direction)
@@ -103,17 +104,19 @@ class Template:
             for each in (*plan.axes, *drawn)
             for path in (each.path, *each.also)
         ]
-        self.chain: Chain | None = None
+        self.carried: CarriedAxis | None = None
         if plan.carry is not None:
             axis = plan.axes[self.points.carried]
-            self.chain = Chain(plan.carry, axis.path, self.points.values[self.points.carried], self.base)
+            self.carried = CarriedAxis(
+                plan.carry, axis.path, self.points.values[self.points.carried], self.base
+            )
         self.identity = digest_of(
             [
                 VERSION,
                 self.base.sha256,
                 {name: getattr(self.base.run, name) for name in LIMITS},
                 plan.model_dump(mode="json", include={"reduce", "carry"}),
-                None if self.chain is None else self.chain.values.tolist(),
+                None if self.carried is None else self.carried.values.tolist(),
             ]
         )
 
@@ -122,8 +125,8 @@ class Template:
         found = {
             path: values[name] if base is None else base * values[name] for path, name, base in self.fields
         }
-        if self.chain is not None and self.plan.carry is not None:
-            found |= self.chain.changes(values[self.plan.carry.axis], values["direction"])
+        if self.carried is not None and self.plan.carry is not None:
+            found |= self.carried.changes(values[self.plan.carry.axis], values["direction"])
         return found
 
     def case_at(self, index: int) -> tuple[Case, int]:

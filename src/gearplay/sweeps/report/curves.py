@@ -13,6 +13,7 @@ from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED
 from gearplay.pictures.words import plain
 from gearplay.sweeps.report.drawable import DIRECTION, View
 from gearplay.sweeps.report.maps import JAM, JAM_WORDS, jam_lines_of, scale_axis, title_of
+from gearplay.sweeps.variance import member_means
 
 Floats = NDArray[np.float64]
 PER_PAGE = 6  # numbers on one picture
@@ -149,9 +150,7 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
     x, differs = view.axes[along].values, False
     for number, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         (up, up_error), (down, down_error) = ways[name, "up"], ways[name, "down"]
-        apart = np.abs(up - down) > _student(up_error, down_error, view.members) * np.hypot(
-            up_error, down_error
-        )
+        apart = _differ(ways[name, "up"], ways[name, "down"], view.members)
         differs |= bool(apart.any())
         ax.vlines(x[apart], up[apart], down[apart], color=CLEARANCE, alpha=0.45, linewidth=4.0)
         for mean, error, color, marker in ((up, up_error, COUPLED, ">"), (down, down_error, UNCOUPLED, "<")):
@@ -173,24 +172,23 @@ def hysteresis_figure(view: View, names: Sequence[str], along: str, fixed: dict[
     return finished(figure, title_of(view, words, view.held_words(held), numbers), handles)
 
 
-def _student(one: Floats, other: Floats, count: int) -> Floats:
-    """Return Student's t of the difference of two means of ``count`` cases each, with Welch's degrees of freedom."""
-    from scipy.special import stdtrit
+def _differ(one: tuple[Floats, Floats], other: tuple[Floats, Floats], count: int) -> NDArray[np.bool_]:
+    """Return where two means of ``count`` cases each, given with their standard errors, differ by Welch's test."""
+    from scipy.stats import ttest_ind_from_stats
 
-    squares = one**4 + other**4
-    freedom = np.divide(
-        (count - 1.0) * (one**2 + other**2) ** 2, squares, out=np.ones_like(one), where=squares > 0.0
-    )
-    return np.asarray(stdtrit(np.maximum(freedom, 1.0), 0.5 + 0.5 * CONFIDENCE))
+    (mean, error), (other_mean, other_error) = one, other
+    scale = np.sqrt(count)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = ttest_ind_from_stats(
+            mean, scale * error, count, other_mean, scale * other_error, count, equal_var=False
+        )
+    return np.asarray(found.pvalue < 1.0 - CONFIDENCE)
 
 
 def _mean_and_error(view: View, name: str, along: str, place: dict[str, int]) -> tuple[Floats, Floats]:
     """Return mean and standard error of members (and drawn points); without several the error is not known."""
     found = view.values(name, (along,), place).reshape(len(view.axes[along].values), -1)
-    count = np.isfinite(found).sum(axis=1)
-    total = np.where(np.isfinite(found), found, 0.0).sum(axis=1)
-    mean = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
-    square = np.where(np.isfinite(found), (found - mean[:, None]) ** 2, 0.0).sum(axis=1)
-    several = count > 1
-    variance = np.divide(square, (count - 1) * count, out=np.full(len(count), np.nan), where=several)
+    count, mean = np.isfinite(found).sum(axis=1), member_means(found)
+    square = np.nansum((found - mean[:, None]) ** 2, axis=1)
+    variance = np.divide(square, (count - 1) * count, out=np.full(len(count), np.nan), where=count > 1)
     return mean, np.sqrt(variance)

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,6 @@ from gearplay.model.toml_files import write_toml
 from gearplay.pictures.pages import data_uri, number, render_page
 from gearplay.pictures.words import shown_in
 from gearplay.results.outcomes import Account
-from gearplay.sweeps.plans.design import Random
 from gearplay.sweeps.report.conclusion import conclusion_of
 from gearplay.sweeps.report.drawable import FIRM, MEMBER, SAMPLE, Along, View, along_of
 from gearplay.sweeps.report.figures import Picture, pictures_of
@@ -81,39 +80,31 @@ def plan_text(sweep: Sweep) -> str:
 
 def varied_of(sweep: Sweep, dataset: "xr.Dataset") -> list[dict[str, Any]]:
     """Return a row for each dimension and drawn parameter: name, paths, unit, number of values and the values as text."""
+    drawn = sweep.plan.design.parameters if sweep.plan.design else ()
+    paths = {each.name: (each.path, *each.also) for each in (*sweep.plan.axes, *drawn)}
     found = []
-    paths = {
-        each.name: (each.path, *each.also)
-        for each in (*sweep.plan.axes, *(sweep.plan.design.parameters if sweep.plan.design else ()))
-    }
+
+    def add(name: str, distribution: str = "") -> None:
+        axis = along_of(dataset[name], ordered=False)
+        text = f"{distribution}, {_range(axis)}" if distribution else _listed(axis)
+        row = {"name": name, "paths": paths.get(name, ()), "unit": "" if axis.labels else axis.unit}
+        found.append(row | {"count": len(axis.values), "values": text, "scaled": axis.scaled})
+
     for dim in map(str, dataset["status"].dims):
         if dim == SAMPLE:
-            found += [
-                _drawn(p, dataset[p.name], paths)
-                for p in (sweep.plan.design.parameters if sweep.plan.design else ())
-            ]
+            for p in drawn:
+                add(p.name, p.distribution)
         elif dim == MEMBER:
-            count = dataset.sizes[dim]
-            found.append(_row(dim, (), "", count, "members of the ensemble, each with its own initial state"))
+            words = "members of the ensemble, each with its own initial state"
+            row = {"name": dim, "paths": (), "unit": "", "count": dataset.sizes[dim]}
+            found.append(row | {"values": words, "scaled": False})
         else:
-            axis = along_of(dataset[dim], ordered=False)
-            unit = "" if axis.labels else axis.unit
-            found.append(
-                _row(dim, paths.get(dim, ()), unit, len(axis.values), _listed(axis), scaled=axis.scaled)
-            )
+            add(dim)
     return found
 
 
-def _row(
-    name: str, paths: Sequence[str], unit: str, count: int, values: str, *, scaled: bool = False
-) -> dict[str, Any]:
-    return {"name": name, "paths": paths, "unit": unit, "count": count, "values": values, "scaled": scaled}
-
-
-def _drawn(drawn: Random, coordinate: "xr.DataArray", paths: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    axis = along_of(coordinate, ordered=False)
-    values = f"{drawn.distribution}, {number(axis.values.min())} to {number(axis.values.max())}"
-    return _row(drawn.name, paths[drawn.name], axis.unit, len(axis.values), values, scaled=axis.scaled)
+def _range(axis: Along) -> str:
+    return f"{number(axis.values.min())} to {number(axis.values.max())}"
 
 
 def _listed(axis: Along) -> str:
@@ -122,8 +113,7 @@ def _listed(axis: Along) -> str:
         return ", ".join(words)
     if axis.labels:
         return ", ".join(words[:MOST_LISTED]) + f" and {len(words) - MOST_LISTED} more"
-    low, high = number(axis.values.min()), number(axis.values.max())
-    return f"{low} to {high}{', logarithmic' if axis.log else ''}"
+    return _range(axis) + (", logarithmic" if axis.log else "")
 
 
 def failures_of(dataset: "xr.Dataset") -> list[tuple[str, int, str]]:
@@ -166,32 +156,25 @@ def summary_of(dataset: "xr.Dataset") -> list[dict[str, Any]]:
     for name, variable in dataset.data_vars.items():
         if variable.dtype.kind != "f":
             continue
-        values = variable.values
+        values, dims = variable.values, [str(d) for d in variable.dims]
         known = np.isfinite(values)
+        largest = float(np.abs(values[known]).max()) if known.any() else 0.0
+        unit, factor = shown_in(str(variable.attrs.get("units", "1")), largest)
         row: dict[str, Any] = {
             "name": str(name),
             "words": str(variable.attrs.get("long_name", "")),
             "count": int(known.sum()),
+            "unit": unit,
+            "median": factor * float(np.median(values[known])) if known.any() else math.nan,
         }
-        unit = str(variable.attrs.get("units", "1"))
-        if not known.any():
-            rows.append(
-                row | {"unit": shown_in(unit, 0.0)[0], "low": math.nan, "median": math.nan, "high": math.nan}
-            )
-            rows[-1] |= {"at_low": "", "at_high": ""}
-            continue
-        row["unit"], factor = shown_in(unit, float(np.abs(values[known]).max()))
-        dims = [str(d) for d in variable.dims]
         for key, at in (
             ("low", np.argmin(np.where(known, values, np.inf))),
             ("high", np.argmax(np.where(known, values, -np.inf))),
         ):
             place = np.unravel_index(at, values.shape)
-            row[key], row[f"at_{key}"] = (
-                factor * float(values[place]),
-                where(dataset, dims, [int(i) for i in place]),
-            )
+            row[key] = factor * float(values[place]) if known.any() else math.nan
+            row[f"at_{key}"] = where(dataset, dims, [int(i) for i in place]) if known.any() else ""
         if row["low"] == row["high"]:
             row["at_low"] = row["at_high"] = "everywhere"
-        rows.append(row | {"median": factor * float(np.median(values[known]))})
+        rows.append(row)
     return rows

@@ -1,5 +1,6 @@
 """Spectra and histories of a sweep: waterfalls, order maps, overlaid curves."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ SHOWN = 3.0  # decades of colour
 ORDERS = (1, 2, 3)
 HIGHEST_ORDER = 10.0
 LINE = "#ffffff"
+DASHED: dict[str, Any] = {"color": LINE, "linewidth": 0.8, "linestyle": (0, (4, 3)), "alpha": 0.8}
 
 
 def own_axis(view: View, name: str) -> str:
@@ -44,34 +46,22 @@ def waterfall_figure(view: View, name: str, up: str) -> bytes | None:
 
     None where no case has a spectrum above 0.
     """
-    frequency = view.dataset[own_axis(view, name)].values.astype(np.float64)
-    grid, held = panels_of(view, (up,), 2)
+    grid, _ = panels_of(view, (up,), 2)
     flat = [panel for row in grid for panel in row]
-    tables = [_rows(view, name, up, panel) for panel in flat]
-    scale = _norm(tables)
-    if scale is None:
-        return None
-    figure, axes = _frame(view, grid)
-    edges, picture, marked = edges_of(frequency, log=False), None, False
-    for ax, panel, table in zip(axes.flat, flat, tables, strict=True):
-        picture = _draw(view, ax, up, panel, (edges, table, scale[0]), "frequency [Hz]", axes)
-        mesh = mesh_frequencies(view, up, panel.place)
-        if np.isfinite(mesh).any():
-            marked = True
+    meshes = [mesh_frequencies(view, up, panel.place) for panel in flat]
+    edges, y = edges_of(_frequencies(view, name), log=False), view.axes[up].values
+
+    def mark(ax: Any, at: int) -> None:
+        if np.isfinite(meshes[at]).any():
             for order in ORDERS:
-                ax.plot(
-                    order * mesh,
-                    view.axes[up].values,
-                    color=LINE,
-                    linewidth=0.8,
-                    linestyle=(0, (4, 3)),
-                    alpha=0.8,
-                )
-                _name_order(ax, order * mesh, view.axes[up].values, order, float(edges[-1]))
+                ax.plot(order * meshes[at], y, **DASHED)
+                _name_order(ax, order * meshes[at], y, order, float(edges[-1]))
             ax.set_xlim(edges[0], edges[-1])
+
+    marked = any(np.isfinite(mesh).any() for mesh in meshes)
     words = f"{name} over {view.axes[up].words}" + ("; orders of the mesh dashed" if marked else "")
-    color_bar(figure, axes, picture, view.label(name), scale[1])
-    return finished(figure, title_of(view, words, held, view.mean_words))
+    tables = [_rows(view, name, up, panel) for panel in flat]
+    return _color_figure(view, name, up, (edges, tables), ("frequency [Hz]", words), mark)
 
 
 def order_figure(view: View, name: str, up: str) -> bytes | None:
@@ -79,9 +69,8 @@ def order_figure(view: View, name: str, up: str) -> bytes | None:
 
     None where the mesh frequency does not vary along that axis: there the waterfall shows the same.
     """
-    frequency = view.dataset[own_axis(view, name)].values.astype(np.float64)
-    edges = edges_of(frequency, log=False)
-    grid, held = panels_of(view, (up,), 2)
+    edges = edges_of(_frequencies(view, name), log=False)
+    grid, _ = panels_of(view, (up,), 2)
     flat = [panel for row in grid for panel in row]
     meshes = [mesh_frequencies(view, up, panel.place) for panel in flat]
     known = np.concatenate([mesh[np.isfinite(mesh)] for mesh in meshes])
@@ -94,21 +83,53 @@ def order_figure(view: View, name: str, up: str) -> bytes | None:
         _over_orders(_rows(view, name, up, panel), mesh, edges, orders)
         for panel, mesh in zip(flat, meshes, strict=True)
     ]
+
+    def mark(ax: Any, _: int) -> None:
+        for order in ORDERS:
+            ax.axvline(order, **DASHED)
+
+    words = f"{name} by order over {view.axes[up].words}"
+    return _color_figure(view, name, up, (orders, tables), ("order of the mesh frequency [1]", words), mark)
+
+
+def _frequencies(view: View, name: str) -> Floats:
+    return np.asarray(view.dataset[own_axis(view, name)].values, dtype=np.float64)
+
+
+def _color_figure(
+    view: View,
+    name: str,
+    up: str,
+    cells: tuple[Floats, list[Floats]],
+    texts: tuple[str, str],
+    mark: Callable[[Any, int], None],
+) -> bytes | None:
+    """Draw tables between the edges ``cells`` as colour, a panel each, and what ``mark(ax, number)`` adds.
+
+    ``texts`` are the label of the abscissa and the title. None where no number is above 0.
+    """
+    (x, tables), (label, words) = cells, texts
+    grid, held = panels_of(view, (up,), 2)
     scale = _norm(tables)
     if scale is None:
         return None
-    figure, axes = _frame(view, grid)
-    picture = None
-    for ax, panel, table in zip(axes.flat, flat, tables, strict=True):
-        picture = _draw(
-            view, ax, up, panel, (orders, table, scale[0]), "order of the mesh frequency [1]", axes
-        )
-        for order in ORDERS:
-            ax.axvline(order, color=LINE, linewidth=0.8, linestyle=(0, (4, 3)), alpha=0.8)
+    rows, columns = len(grid), len(grid[0])
+    figure, axes = make_figure(rows, columns, 0.9 + 3.6 * rows, width=WIDTH if columns > 1 else 7.5)
+    axis, picture = view.axes[up], None
+    y = edges_of(axis.values, log=axis.log)
+    for number, ax in enumerate(axes.flat):
+        panel = grid[number // columns][number % columns]
+        picture = draw_cells(ax, x, y, tables[number], scale[0], log=(axis.log, False))
+        draw_failed(ax, x[[0, -1]], y, view.failed((up,), panel.place)[:, None])  # over the whole width
+        scale_axis(ax, axis, up=True, label=number % columns == 0)
+        separate_cells(ax, axis, y, up=True)
+        ax.set_xlim(x[0], x[-1])
+        if number >= (rows - 1) * columns:
+            ax.set_xlabel(label, fontsize=TEXT)
+        title_panel(ax, panel.title)
+        mark(ax, number)
     color_bar(figure, axes, picture, view.label(name), scale[1])
-    return finished(
-        figure, title_of(view, f"{name} by order over {view.axes[up].words}", held, view.mean_words)
-    )
+    return finished(figure, title_of(view, words, held, view.mean_words))
 
 
 def _over_orders(table: Floats, mesh: Floats, edges: Floats, orders: Floats) -> Floats:
@@ -164,31 +185,6 @@ def _norm(tables: list[Floats]) -> tuple[Any, str] | None:
     top = float(above.max())
     low = max(float(above.min()), top * 10.0**-SHOWN)
     return LogNorm(min(low, 0.5 * top), top), "min" if np.nanmin(every) < low else "neither"
-
-
-def _frame(view: View, grid: list[list[Panel]]) -> tuple[Any, Any]:
-    rows, columns = len(grid), len(grid[0])
-    return make_figure(rows, columns, 0.9 + 3.6 * rows, width=WIDTH if columns > 1 else 7.5)
-
-
-def _draw(
-    view: View, ax: Any, up: str, panel: Panel, cells: tuple[Floats, Floats, Any], label: str, axes: Any
-) -> Any:
-    """Draw one panel; failed cases are hatched over its whole width."""
-    x, table, norm = cells
-    axis = view.axes[up]
-    y = edges_of(axis.values, log=axis.log)
-    rows, columns = axes.shape
-    number = list(axes.flat).index(ax)
-    picture = draw_cells(ax, x, y, table, norm, log=(axis.log, False))
-    draw_failed(ax, x[[0, -1]], y, view.failed((up,), panel.place)[:, None])
-    scale_axis(ax, axis, up=True, label=number % columns == 0)
-    separate_cells(ax, axis, y, up=True)
-    ax.set_xlim(x[0], x[-1])
-    if number >= (rows - 1) * columns:
-        ax.set_xlabel(label, fontsize=TEXT)
-    title_panel(ax, panel.title)
-    return picture
 
 
 def _name_order(ax: Any, x: Floats, y: Floats, order: int, right: float) -> None:

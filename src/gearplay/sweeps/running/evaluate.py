@@ -90,8 +90,8 @@ class Sweep:
 
     def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
         """Simulate the lead-in of a sequence, if any; return its final state, or status and reason where it failed."""
-        chain, (values, member) = self.template.chain, self.template.points.at(index)
-        changes = chain.lead(values["direction"]) if chain is not None else None
+        carried, (values, member) = self.template.carried, self.template.points.at(index)
+        changes = carried.lead(values["direction"]) if carried is not None else None
         if changes is None:
             return None, None
         try:
@@ -104,8 +104,8 @@ class Sweep:
         return run.end, None if run.success else (int(run.status), run.message)
 
     def _steady(self) -> dict[str, float]:
-        chain = self.template.chain
-        return {} if chain is None else {f"{chain.drive}.ramp": 0.0, f"{chain.drive}.start_speed": 0.0}
+        carried = self.template.carried
+        return {} if carried is None else {f"{carried.drive}.ramp": 0.0, f"{carried.drive}.start_speed": 0.0}
 
     def _point(
         self, index: int, origin: End | None, stop: threading.Event | None
@@ -118,7 +118,7 @@ class Sweep:
                 outcome, ended = self._reduced(index, case, run, started)
         except GearplayError as error:
             return self._refused(index, error, time.perf_counter() - started), None
-        return outcome, ended if self.template.chain else None
+        return outcome, ended if self.template.carried else None
 
     def _reduced(self, index: int, case: Case, run: Trajectory, started: float) -> tuple[Outcome, End | None]:
         """Return the outcome of a simulated point, and its final state if it was reached."""
@@ -141,10 +141,10 @@ class Sweep:
         return Outcome(index, self.template.address_of(index), status, reason, nothing, seconds)
 
     def _slowness(self, index: int) -> float:
-        chain, values = self.template.chain, self.template.points.at(index)[0]
-        if chain is None:
+        carried, values = self.template.carried, self.template.points.at(index)[0]
+        if carried is None:
             return 1.0
-        return chain.slowness(values[chain.carry.axis], values["direction"])
+        return carried.slowness(values[carried.carry.axis], values["direction"])
 
 
 class _StoppedError(Exception):

@@ -20,7 +20,7 @@ from gearplay.vocabulary.errors import Fault, InputError, TakenError
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.engine import Engine
 from gearplay.work.folder import OutputFolder
-from gearplay.work.pieces import DIGEST, with_digest, without_digest
+from gearplay.work.pieces import read_document, with_digest, without_digest
 from gearplay.work.rows import PATTERN, RowStore, StoredRows, remove_failed, store_name
 
 if TYPE_CHECKING:
@@ -129,11 +129,8 @@ def plan_in(folder: Path) -> SweepPlan:
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        document = None
-    if not isinstance(document, dict) or DIGEST not in document:
+    document = read_document(path)
+    if document is None:
         raise _not_ours(path.parent, f"its {path.name} must be a plan that gearplay sweep wrote")
     if (found := without_digest(document)) is None:
         raise _not_ours(path.parent, f"its {path.name} was changed after gearplay sweep wrote it")
