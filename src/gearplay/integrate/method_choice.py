@@ -62,15 +62,14 @@ def fall_back(system: System, run: Run, backoff: int) -> int:
 def pays(run: Run, h: float) -> bool:
     """Return whether steps of h [s] that cost what those of the trial did cost less than explicit ones over the same time.
 
-    In right-hand sides, of which an explicit step takes six and as much as one besides, an implicit step as much as two and a
-    half besides (measured on two-stage-reducer). A step's equations are solved in some 4 ns for each pair of unknowns and
-    iteration, where an acting element takes 90 ns.
+    In right-hand sides, of which an explicit step takes six and as much as one besides. A step's equations are made and solved in
+    some 6 ns for each pair of unknowns and iteration, where an acting element takes 90 ns.
     """
     kept = run.implicit
     calls = (run.counts[CALLS] - kept.numbers[CALLS_TRIED]) / TRIAL
     pairs = kept.places[0] * kept.places[0]
-    solving = (calls - 1.0) / 3.0 * 0.045 * pairs / max(run.active_set.acting[0], 1)
-    return bool(h * STAGES > kept.sizes[H_EXPLICIT] * (calls + solving + 2.5))
+    solving = (calls - 1.0) / 3.0 * 0.07 * pairs / max(run.active_set.acting[0], 1)
+    return bool(h * STAGES > kept.sizes[H_EXPLICIT] * (calls + solving + 1.0))
 
 
 @compiled_once
