@@ -51,17 +51,15 @@ def _factors(ax: Any, ds: xr.Dataset, colors: list[str]) -> None:
 
 def _forces(ax: Any, ds: xr.Dataset, colors: list[str], *, moving: bool) -> None:
     if moving:
-        for row, color in zip(ds["force_over_turn"].values, colors, strict=True):
-            ax.plot(
-                np.degrees(ds["place"].values),
-                1e-3 * row,
-                color=color,
-                linewidth=1.0,
-                marker=".",
-                markersize=2,
-            )
-        ax.set_xlim(0.0, 360.0)
-        ax.set_xticks(range(0, 361, 60))
+        place, rows = np.degrees(ds["place"].values), 1e-3 * ds["force_over_turn"].values
+        for row, color in zip(rows, colors, strict=True):
+            ax.plot(place, row, color=color, linewidth=1.0, marker=".", markersize=4)
+        reached = place[np.any(np.isfinite(rows), axis=0)]
+        if len(reached) > 0.2 * len(place):
+            ax.set_xlim(0.0, 360.0)
+            ax.set_xticks(range(0, 361, 60))
+        else:  # a small part of a turn
+            ax.set_xlim(reached[0] - 2.0, reached[-1] + 2.0)
         ax.set_xlabel("rotation of the carrier [deg]", fontsize=SMALL)
     else:
         ax.bar(range(len(colors)), 1e-3 * ds["sun_force"].values, color=colors, width=0.6)
