@@ -186,6 +186,6 @@ def test_command__over_the_numbers_of_the_equation(
     ]
     out = tmp_path / "out"
     assert run(["bifurcation", *words, "--signal", "x", "--out", str(out)]) == 0
-    assert "3 values up and down, 0 failed" in capsys.readouterr().out
+    assert "frequency from 0.9 to 1.2, 3 values up and down; 6 cases" in capsys.readouterr().out
     read = gp.read_result(out / "bifurcation.nc")
     assert read.names == ("x",)

@@ -110,7 +110,8 @@ class Diagram(AnalysisResult):
         """Range of the field, number of failures, and the first value at which the state was not carried."""
         unit, (low, high) = unit_at(self.case, self.path), self.parameters[[0, -1]]
         ways = " and ".join(self.directions)
-        text = f"{self.path} from {low:.4g} to {high:.4g} {unit}, {ways}; {self.account}"
+        span = f"{low:.4g} to {high:.4g}" + (f" {unit}" if unit not in ("", "1") else "")
+        text = f"{self.path} from {span}, {len(self.parameters)} values {ways}; {self.account}"
         found = self.interruptions
         if found:
             more = f", and at {len(found) - 1} more" if len(found) > 1 else ""
