@@ -13,7 +13,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+import gearplay.integrate
 import gearplay.kernels
+import gearplay.parts
 
 COUNTS = Counter()
 
@@ -87,10 +89,11 @@ def main():
     for e in range(system.elements.size):
         dispatch.start_step(system, e, 0.0, y, branch)
     system = SimpleNamespace(**{name: counting(part) for name, part in vars(system).items()})
-    for module in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
-        loaded = importlib.import_module(module.name)
-        if hasattr(loaded, "math"):
-            loaded.math = CountingMath()
+    for package in (gearplay.kernels, gearplay.integrate, gearplay.parts):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            loaded = importlib.import_module(module.name)
+            if hasattr(loaded, "math"):
+                loaded.math = CountingMath()
     branch.modes[:2] = LOADED
     COUNTS.clear()
     states, speeds, rows = (

@@ -25,30 +25,17 @@ NO_PHYSICS = (
 )
 """Kernels that only say how kernels are compiled."""
 MODEL = [
-    "assembly",
-    "contact_laws",
-    "coupling",
-    "environment",
     "excitation_packing",
     "expansion",
     "geometry",
     "initial",
-    "joining",
-    "mesh",
     "mesh_packing",
     "mesh_stiffness",
     "natural_sizes",
     "pack",
     "phases",
-    "planetary",
     "planetary_frequencies",
-    "planetary_parts",
-    "records",
     "rolling",
-    "rotor",
-    "sleeve",
-    "support",
-    "unbalance",
 ]
 """Modules of the model that compute; the others read, check and word."""
 ARITHMETIC = ("Add", "Sub", "Mul", "Div")
@@ -109,7 +96,10 @@ class Mutant:
 
 def modules() -> list[str]:
     """Return the files of the physics, below the package."""
-    kernels = [f for f in sorted((SOURCE / "kernels").rglob("*.py")) if f.stem not in NO_PHYSICS]
+    rooms = [
+        file for room in ("kernels", "integrate", "parts") for file in sorted((SOURCE / room).rglob("*.py"))
+    ]
+    kernels = [file for file in rooms if file.stem not in NO_PHYSICS]
     return [
         f.relative_to(SOURCE).as_posix() for f in [*kernels, *(SOURCE / "model" / f"{m}.py" for m in MODEL)]
     ]

@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
+import gearplay.integrate
 import gearplay.kernels
+import gearplay.parts
 from gearplay.kernels import compiled_files
 from gearplay.kernels.compiled import CONTAINED, INTERPRETED
 from gearplay.kernels.compiled_once import KERNELS, Once
@@ -67,8 +69,9 @@ def pytest_sessionstart() -> None:
     if INTERPRETED:
         return
     compiling._compile = lambda wanted, progress: None
-    for found in pkgutil.walk_packages(gearplay.kernels.__path__, "gearplay.kernels."):
-        importlib.import_module(found.name)
+    for package in (gearplay.kernels, gearplay.integrate, gearplay.parts):
+        for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            importlib.import_module(found.name)
     compiled_files.compiled_from = lambda: FOLDER
     whole = compiled_files.file_of
 

@@ -11,7 +11,7 @@ HERE = Path(__file__).resolve().parent
 HEAD = """# Mutation
 
 Written by `make mutation`; do not edit. Do the tests notice when the physics is wrong? One sign, number,
-comparison or loop of `kernels` or of the computing half of `model` is changed by
+comparison or loop of `kernels`, `integrate`, `parts` or of the computing half of `model` is changed by
 [cosmic-ray](https://cosmic-ray.readthedocs.io), and the tests are run at small size until one fails. Places
 are drawn at random, every place alike; type hints, messages and names of signals are none. A mutant that no
 test notices is judged by hand in `tests/mutation/judged.toml`:

@@ -20,14 +20,12 @@ from mutants import Mutant, draw
 from page import write_page
 
 ROOT = Path(__file__).resolve().parents[2]
+SHORT = ("tests/laws/test_answers.py", "tests/elements")
 FAST = {
-    "kernels": ("src/gearplay/kernels", "tests/laws/test_answers.py", "tests/elements"),
-    "model": (
-        "src/gearplay/model",
-        "tests/model",
-        "tests/laws/test_answers.py",
-        "tests/elements",
-    ),
+    "kernels": ("src/gearplay/kernels", *SHORT),
+    "integrate": ("src/gearplay/integrate", *SHORT),
+    "parts": ("src/gearplay/parts", "tests/model", *SHORT),
+    "model": ("src/gearplay/model", "tests/model", *SHORT),
 }
 """Examples, unit tests, laws of elements, short motions of every bundled case."""
 LAWS = ("laws", "cross", "literature", "linear", "nonlinear", "rig", "planets", "solver")
