@@ -4,7 +4,7 @@ from gearplay.cli.interrupts import leave_at_once
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C is heard before anything else is loaded."""
+    """Install the handler of Ctrl-C, then import and run the command line."""
     leave_at_once()
     from gearplay.cli.main import main as begin
 

@@ -212,7 +212,7 @@ def test_stages_statics_and_modes_at_a_load() -> None:
     [
         ({"torque": STAGES}, r"torsional_stiffness = 2000\.0: must not be given beside torque over the twist"),
         ({"torsional_stiffness": None}, r"torsional_stiffness: is required, or torque over the twist"),
-        ({"torsional_stiffness": None, "torque": STAGES, "play": 1e-3}, r"play = 0\.001: must be 0 with torque"),
+        ({"torsional_stiffness": None, "torque": STAGES, "play": 1e-3}, r"play = 0\.001: must be 0 where torque"),
         ({"rest_angle": 1e-3}, r"rest_angle = 0\.001: must be 0 without torque"),
         ({"torsional_stiffness": None, "torque": [[1e-3, 1.0], [1e-3, 2.0]]}, r"torque\.1.*greater than that of the point"),
         ({"torsional_stiffness": None, "torque": [[0.0, 0.0], [1e-3, 2.0], [2e-3, 1.0]]}, r"torque\.2.*no less torque"),

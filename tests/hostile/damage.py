@@ -372,7 +372,7 @@ DAMAGED_GEARS = {
         'mass = "1 kg"\nrunout = { amplitude = "1 um" }',
         ("rotors.shaft.runout", "beside gears"),
     ),
-    "which gear": ('"shaft.wheel"', '"shaft"', ("meshes.1.driven", "must say which gear of shaft", "shaft.wheel")),
+    "which gear": ('"shaft.wheel"', '"shaft"', ("meshes.1.driven", "must name a gear of shaft", "shaft.wheel")),
     "unknown gear": ('"shaft.wheel"', '"shaft.whel"', ("meshes.1.driven", "'shaft.wheel'")),
     "unknown shaft": ('"shaft.wheel"', '"shat.wheel"', ("meshes.1.driven", "'shaft'")),
     "gear of a plain rotor": ('"shaft.wheel"', '"ring.wheel"', ("meshes.1.driven", "no table of gears")),

@@ -226,7 +226,7 @@ def _handles(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> dict
 
 
 def left_out_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
-    """Draw how far each condition, predicted from all the others, is off: simulated over measured, of one reading."""
+    """Draw the leave-one-out residuals, log10(simulated / measured), by condition, for one reading of the ordinate."""
     conditions = list(dict.fromkeys(each.condition for fit in fits for each in fit.left_out))
     figure, axes = make_figure(1, 1, 1.6 + 0.22 * len(conditions) * max(2, len(fits)))
     ax, markers = axes[0, 0], markers_of(plan)

@@ -109,7 +109,7 @@ def emulator_errors(
 
 @dataclass(frozen=True)
 class Standing:
-    """Criteria of one model in one reading of the ordinate.
+    """Criteria of one model for one reading of the ordinate: information criterion, evidence, leave-one-out densities.
 
     ``bic`` = k ln n - 2 ln L at the best point (Schwarz, Ann. Stat. 6 (1978) 461), ``log_evidence`` ln of the mean
     likelihood over the prior, ``log_densities`` the log predictive density of each condition left out. Errors are standard

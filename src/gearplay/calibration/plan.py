@@ -92,7 +92,7 @@ class StatisticTarget(_Target):
     @model_validator(mode="after")
     def _check(self) -> StatisticTarget:
         if (self.statistic in OF_CONTACTS) != (self.contact is not None):
-            rule = "must be given for a statistic of a contact, and only there"
+            rule = "is required for a statistic of a contact and must be left out for others"
             refuse([Problem(("contact",), rule, f"Statistics of records: {', '.join(STATISTICS)}")])
         return self
 

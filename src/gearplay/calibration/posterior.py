@@ -144,7 +144,7 @@ def sample_posterior(
     points: int = 1000,
     seed: int = 0,
 ) -> Posterior:
-    """Sample the posterior of ``parameters`` in the unit cube from the chosen data, with a cloud of ``points``."""
+    """Sample ``points`` from the posterior in the unit cube of ``parameters`` dimensions; ``chosen`` masks the data."""
     c = surrogate.comparison
     data = np.ones(len(c.data), dtype=bool) if chosen is None else chosen
     free = c.reading == "unnormalised" and bool(c.amplitudes.any())

@@ -42,7 +42,7 @@ class Trial:
 
     @property
     def same_as(self) -> tuple[tuple[float, ...], bool]:
-        """Key that trials with the same result share: place, and whether it polishes."""
+        """Key of a trial's result: its point in the unit cube, and whether it is of the polishing phase."""
         return self.unit, self.phase == POLISH
 
     @property

@@ -128,7 +128,7 @@ def save(file: Path, code: Code, form: str) -> None:
 
 
 def note(why: str) -> None:
-    """Note why compiled code is not kept."""
+    """Record the first reason why compiled code could not be written."""
     if not not_kept:
         not_kept.append(why)
 

@@ -29,7 +29,7 @@ MOST_PIECES = 16  # of a record in one closed form: each evaluation passes throu
 
 @compiled_once
 def behind_sine(system: System, gamma: float, t: float, h: float) -> tuple[float, float]:
-    """Return way [m] and speed [m/s] that a body at rest at t [s] has h [s] later, damped with gamma [1/s], while a sine acts."""
+    """Return displacement [m] and velocity [m/s] of a free body relative to the moving housing at t + h [s]."""
     base = system.base
     rate, angle = base[RATE], base[RATE] * (t - base[START]) + base[PHASE]
     less = base[AMPLITUDE] / (gamma * gamma + rate * rate)

@@ -70,7 +70,7 @@ def shape(system: System, vibration: Any, row: int) -> tuple[float, float]:
 
 @compiled_once
 def acceleration(system: System, c: int, k: int, y: Floats, constant: float) -> float:
-    """Return the acceleration of coordinate k of chain c at state y, or with ``constant`` 0 what a change y makes of it."""
+    """Return the acceleration of coordinate k of chain c at state y; with ``constant`` 0 of a change y of the state."""
     chain, numbers = system.joined.chains[c], system.joined.numbers
     count, speeds = chain.count + chain.fixed, vx_of(system, 0)
     at = chain.pull + k * (2 * count + 1)

@@ -198,7 +198,7 @@ def frequency_response(
         raise InputError(Fault("at", str(at), "must name outputs", "Write for example ring.x"))
     if path is None and values is None:
         if callable(case) and not isinstance(case, Case):
-            rule = "must be given with a function that returns cases"
+            rule = "is required where the case is a function"
             raise InputError(Fault("path", None, rule, "Name its parameter, and give its values"))
         return response_of(linear_system(case_of(case), load=load), force, names, numbers)
     if path is None or values is None or not len(values):

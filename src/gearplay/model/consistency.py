@@ -156,7 +156,7 @@ def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object])
         rule = f"names a gear, but {rotor} has no table of gears"
         return Fault(path, name, rule, f"Write {rotor}, or give it gears")
     called = [f"{rotor}.{gear}" for gear in gears]
-    rule = f"must be a gear of {rotor}" if "." in name else f"must say which gear of {rotor}"
+    rule = f"must be a gear of {rotor}" if "." in name else f"must name a gear of {rotor}"
     return Fault(path, name, rule, did_you_mean(name, called, "Gears"))
 
 

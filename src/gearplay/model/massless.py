@@ -33,7 +33,7 @@ def massless(case: Case) -> Iterator[tuple[str, str]]:
 
 def refuse_massless(case: Case) -> None:
     """Raise `InputError` where a case has free coordinates without mass, which have no acceleration to integrate."""
-    cure = "Give it one; modes, campbell, frequency_response and load_sharing take 0"
+    cure = "Give it a positive one; modes, campbell, frequency_response and load_sharing take 0"
     paths = {field_path(case, name, field): field for name, field in massless(case)}
     if paths:
         rule = "must be greater than 0 {} for a simulation over time"

@@ -40,7 +40,7 @@ def is_turned_by_file(case: "Case", name: str) -> bool:
 
 
 def turning_groups(case: "Case") -> list[Shares]:
-    """Return the groups of rotors that turn together where no joint is strained, in the order of `rotor_order`."""
+    """Return the groups of rotors that joints couple, with their speed ratios, in the order of `rotor_order`."""
     ties: dict[str, list[Shares]] = {}
     for joint in case.joints:
         if len(factors := dict(joint.rolling())) == 2:

@@ -105,7 +105,7 @@ class Holder(Part):
         return self
 
     def thermal_change(self, hot: Self) -> tuple[str, str] | None:
-        """Return a field and a text on its change at temperature; None where it keeps its lengths."""
+        """Return a field and a text on its change from here to ``hot``, the part at temperature; None if unchanged."""
         return None
 
     def time_invariant(self) -> Self:

@@ -293,7 +293,7 @@ class Result(AnalysisResult):
         return found[: known[-1] + 1] if known.size else found[:0]
 
     def only(self, signal: str, label: str | None) -> tuple[str, str]:
-        """Return a signal and its element; `InputError` where they do not name exactly one that was kept."""
+        """Return the one stored signal and element of these names; `InputError` where none or several match."""
         chosen = [each for each in self.held(signal) if label in (None, each[1])]
         if len(chosen) == 1:
             return chosen[0]

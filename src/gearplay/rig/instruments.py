@@ -54,7 +54,7 @@ def sensor_response(sensor: Accelerometer, frequency: Floats) -> Complex:
 
 
 def sensor_voltage(sensor: Accelerometer, means: Floats, sampling: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the sensor's output [V] at each sample, saturated, and which samples were, both of shape [time].
+    """Return the saturated output [V] of the sensor and the mask of saturated samples, both of shape [time].
 
     ``means`` [m/s^2] is the acceleration along the axis averaged over each interval of ``sampling`` [Hz]. The output saturates at
     sensitivity times range; noise is not part of it (`noise_voltage`).

@@ -112,7 +112,7 @@ class Job:
     def trajectory(
         self, packed: Packed, course: Course, status: Status, samples: Samples, took: float
     ) -> Trajectory:
-        """Return what came of the motion, whatever happened, after so long [s]."""
+        """Return the `Trajectory` of a finished or stopped run; ``took`` is its wall time [s]."""
         run, counts, reached = course.run, course.run.counts, course.time
         return Trajectory(
             member=self.member,

@@ -176,7 +176,7 @@ class Samples(Protocol):
 
     @property
     def values(self) -> Floats:
-        """All of them."""
+        """All signals, shape [time, column], in SI units."""
 
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""

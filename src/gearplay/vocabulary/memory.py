@@ -22,7 +22,7 @@ def is_too_little_memory(error: BaseException) -> bool:
 
 
 def too_little_memory(error: BaseException) -> ResourceError:
-    """Return the sentence for an error of `is_too_little_memory`, with the size that NumPy names.
+    """Return the message for an error of `is_too_little_memory`, with the size in NumPy's text if it has one.
 
     >>> print(too_little_memory(MemoryError("Unable to allocate 5.51 GiB for an array with shape (37, 20) and data type x")))
     memory: this process may not have 5.51 GiB more. Lower the sampling, the duration, the members or the number of signals.

@@ -24,7 +24,7 @@ class Connection(H11Protocol):
         self._wait(HEAD_TIMEOUT)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Stop the time limit."""
+        """Cancel the time limit of the request."""
         self._stop_waiting()
         super().connection_lost(exc)
 

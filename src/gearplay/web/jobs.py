@@ -28,7 +28,7 @@ def limited_case(job: Job, *, longest: float = LIMITS["run.max_wall_time"]) -> C
     """
     given = job.get("case")
     if not isinstance(given, Mapping):
-        raise InputError(Fault("case", given, "must be a table", "Send the case itself"))
+        raise InputError(Fault("case", given, "must be a table", "Send the case as a table of JSON"))
     case = load_case(given)
     run = case.run
     limits = {

@@ -128,7 +128,11 @@ def _scaled(samples: ArrayLike, resolution: ArrayLike) -> tuple[Floats, Floats]:
     bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if bad.size:
         place = f"period {bad[0]}, {bad.size} in all"
-        raise InputError(Fault("samples", place, "must be finite numbers", "Cut or repair these periods"))
+        raise InputError(
+            Fault(
+                "samples", place, "must be finite numbers", "Remove the periods with NaN or infinite values"
+            )
+        )
     if not (np.all(sizes > 0.0) and np.all(np.isfinite(sizes))):
         rule = "must be finite and above 0 for every signal"
         raise InputError(Fault("resolution", str(resolution), rule, "Give the tolerance or the noise"))

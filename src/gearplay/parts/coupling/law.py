@@ -133,7 +133,7 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 @compiled_once
 def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
-    """Change to the next stage, on the side of the nearer end."""
+    """Change to the adjacent stage at the nearer end of the present one."""
     coupling = system.records[KIND][n]
     phi, _ = twist(system, n, t, y)
     stage = branch.modes[coupling.mode]

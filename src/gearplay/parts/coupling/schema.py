@@ -100,7 +100,7 @@ class Coupling(Joint):
             rule = "must not be given beside torque over the twist, which it would contradict"
             yield Problem(("torsional_stiffness",), rule, "Remove one of the two")
         if self.play > 0.0:
-            rule = "must be 0 with torque over the twist"
+            rule = "must be 0 where torque gives a curve over the twist"
             yield Problem(
                 ("play",), rule, "Write it into torque: two points of 0 N m at both ends of the play"
             )
@@ -142,7 +142,7 @@ class Coupling(Joint):
         return f"coupling, {self.torsional_stiffness:.4g} N m/rad"
 
     def named_rotors(self) -> Mapping[str, str]:
-        """Return the rotors that it names, by field."""
+        """Return the names of both rotors by their field paths."""
         return {f"between.{at}": name for at, name in enumerate(self.between)}
 
     def rolling(self) -> Mapping[str, float]:

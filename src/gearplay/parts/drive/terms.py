@@ -38,7 +38,7 @@ class Term(Part):
 
 
 class TorqueTable(Part):
-    """A torque over time in equal steps, a cubic spline between its values, before and after it nothing."""
+    """Torque over time at a fixed sampling rate: cubic spline between its values, zero before and after."""
 
     values: Annotated[
         tuple[Annotated[float, Measure(q.TORQUE, "value of the torque")], ...],

@@ -39,7 +39,7 @@ class ClaimSettings:
     finer_tolerance: float = 1e-9
 
     def finer(self) -> "ClaimSettings":
-        """Return the settings of the repetition."""
+        """Return the settings of the convergence check: half of the points, ``finer_tolerance``."""
         return dataclasses.replace(self, points=self.points // 2, tolerance=self.finer_tolerance)
 
     @property

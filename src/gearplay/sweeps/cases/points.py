@@ -131,7 +131,7 @@ def points_of(plan: SweepPlan, base: Case) -> Points:
 
 
 def axis_values(axis: Axis, at: int, base: Case) -> tuple[Any, ...]:
-    """Return an axis's values in SI; factors where it scales."""
+    """Return the values of an axis in SI, or its factors where its mode is "scale"."""
     paths = (axis.path, *axis.also)
     if axis.values is not None:
         where = f"axes.{at}.values"

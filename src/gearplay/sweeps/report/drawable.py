@@ -71,7 +71,7 @@ class Along:
 
 
 def along_of(coordinate: "xr.DataArray", *, ordered: bool = True) -> Along:
-    """Return a coordinate as it is shown; a drawn one is not in order."""
+    """Return a coordinate in display units; randomly sampled parameters are not ordered."""
     name, values = str(coordinate.name), np.asarray(coordinate.values)
     scaled = str(coordinate.attrs.get("long_name", "")).startswith("factor of ")
     if values.dtype.kind not in "if":

@@ -41,7 +41,7 @@ def is_complete(folder: Path) -> bool:
 
 
 def remove_sweep(folder: Path) -> None:
-    """Remove a sweep and all that was made of it from its folder."""
+    """Delete the plan, product, reports and figures of a sweep from its folder."""
     for name in (PLAN, PRODUCT, "report.html", "tolerance.html", "tolerance.json"):
         (folder / name).unlink(missing_ok=True)
     for path in folder.glob(f"{PATTERN}*"):

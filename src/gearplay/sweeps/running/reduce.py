@@ -91,7 +91,7 @@ class Reducer:
                 made = np.concatenate([np.atleast_1d(part) for part in _values(each, fundamental, record)])
                 if made.size != size:
                     rule = f"must keep the {size} numbers of the base case in every case"
-                    cure = "Do not keep a history where run.duration or run.sampling varies"
+                    cure = "Remove the reduction history, or keep run.duration and run.sampling constant"
                     raise InputError(Fault("numbers", made.size, rule, cure))
             except InputError as error:
                 made = np.full(size, math.nan)
