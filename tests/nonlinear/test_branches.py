@@ -254,7 +254,7 @@ def resonance(family: StrobeMap) -> Branch:
 
 @pytest.mark.slow
 def test_the_branch_passes_both_folds_and_both_grazings(resonance: Branch, measured: Any) -> None:
-    """Contact is lost and regained where the amplitude of the linear response equals the static deflection: |1 - W^2 + 2 i zeta W| = F_a / F_m."""
+    """Contact is lost and regained where the linear response equals the static deflection: |1 - W^2 + 2 i zeta W| = F_a / F_m."""
     folds = [s.orbit for s in resonance.special if s.kind == FOLD]
     grazings = sorted(s.orbit.parameter for s in resonance.special if s.kind == GRAZING)
     assert len(folds) == len(grazings) == 2
