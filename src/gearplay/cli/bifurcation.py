@@ -149,7 +149,7 @@ def _write_branches(found: Any, trees: Any, tree: Path, *, overwrite: bool) -> b
     from gearplay.results.provenance import KIND
 
     levels = trees.levels(found.names)
-    dataset = trees.dataset(found.names, levels).assign_attrs({KIND: trees.answer})
+    dataset = trees.dataset(found.names, levels).assign_attrs({KIND: trees.result_kind})
     write_dataset(dataset, tree, overwrite=overwrite)
     both = list(zip(trees, levels, strict=True))
     return to_png(bifurcation_drawing(found.ds, found.names, branches=both))
