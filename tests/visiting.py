@@ -12,8 +12,8 @@ SPEED, CLEARANCE = "rotors.pinion.drive.speed", "sleeves.ring.radial_clearance"
 BACKLASH = "meshes.0.backlash"
 
 WITHOUT_AVERAGES = """() => {
-  const { wire } = window.gearplay.state, ask = wire.ask.bind(wire);
-  wire.ask = (kind, ...rest) => (kind === "average" ? new Promise(() => {}) : ask(kind, ...rest));
+  const { wire } = window.gearplay.state, submit = wire.submit.bind(wire);
+  wire.submit = (kind, ...rest) => (kind === "average" ? new Promise(() => {}) : submit(kind, ...rest));
 }"""
 """They redraw the spectrum when they come, on a wider scale."""
 

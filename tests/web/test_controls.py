@@ -105,8 +105,8 @@ def test_a_fault_of_the_page_is_shown_and_stops_nothing(visit: Open) -> None:
     made.page.evaluate(
         """() => {
           const { state } = window.gearplay;
-          const ask = state.wire.ask.bind(state.wire);
-          state.wire.ask = (...words) => { state.wire.ask = ask; throw new TypeError("nothing of the kind"); };
+          const submit = state.wire.submit.bind(state.wire);
+          state.wire.submit = (...words) => { state.wire.submit = submit; throw new TypeError("nothing of the kind"); };
         }"""
     )
     field(made, BACKLASH).fill("150")

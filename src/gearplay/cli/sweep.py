@@ -126,7 +126,7 @@ def _run(made: Any, folder: Path, engine: Any, *, json: bool, zarr: bool, **opti
         raise CommandInterruptedError(
             f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
             if output_folder(folder).is_staging
-            else f"Interrupted. Finished cases are kept: gearplay resume {folder} goes on there."
+            else f"Interrupted. Finished cases are kept: gearplay resume {folder} continues there."
         ) from None
     if found.account is None:
         shard = "{}-of-{}".format(*engine.shard)

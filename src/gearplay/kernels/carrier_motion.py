@@ -13,6 +13,8 @@ def rotation(turn: float, out: Floats) -> tuple[float, float]:
 
     By the half angle: displacements must not cancel against 1.
 
+    >>> import numpy as np
+    >>> from gearplay.kernels.layout import OUT_SIZE
     >>> rotation(math.pi, np.zeros(OUT_SIZE))[0]
     -2.0
     """
@@ -26,6 +28,8 @@ def rotation(turn: float, out: Floats) -> tuple[float, float]:
 def carried(turn: float, x: float, y: float, out: Floats) -> tuple[float, float, float, float]:
     """Return how far [m] a place (x, y) on a carrier moves when it turns by an angle [rad], and `rotation` of that.
 
+    >>> import numpy as np
+    >>> from gearplay.kernels.layout import OUT_SIZE
     >>> carried(math.pi, 0.1, 0.0, np.zeros(OUT_SIZE))[0]
     -0.2
     """

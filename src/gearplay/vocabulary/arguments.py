@@ -192,7 +192,19 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "magnify": Real(1e-3, 1e3),
         "window": WINDOW,
         **dict.fromkeys(
-            ("carry", "keep_load", "compare", "upwards", "overwrite", "square", "backlash"), FLAG
+            (
+                "carry",
+                "keep_load",
+                "compare",
+                "upwards",
+                "overwrite",
+                "report",
+                "retry",
+                "zarr",
+                "square",
+                "backlash",
+            ),
+            FLAG,
         ),
         **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
         **dict.fromkeys(("signals", "directions"), TEXTS),
