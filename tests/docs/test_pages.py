@@ -16,7 +16,7 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.vocabulary.quantities import OUTPUT_STATISTICS
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = "kernels|integrate|parts|schema|model|solver|files|pictures|surrogates|results|signals|rig|sweeps|calibration|nonlinear|work|vocabulary"
+ROOMS = "kernels|integrate|parts|model|solver|files|pictures|results|signals|rig|sweeps|calibration|nonlinear|work|vocabulary"
 NAME = re.compile(rf"`((?:{ROOMS})\.[a-z_0-9.]+)`")
 NOTATION = {"gp", "gearplay", "j_n", "j_t", "cos", "f_m", "mesh_1x", "mesh_2x", "planet1"}
 """Of the glossary: formula symbols, the package, and names that results number."""

@@ -15,7 +15,7 @@ def rotation(turn: float, out: Floats) -> tuple[float, float]:
 
     >>> import numpy as np
     >>> from gearplay.kernels.layout import OUT_SIZE
-    >>> rotation(math.pi, np.zeros(OUT_SIZE))[0]
+    >>> float(rotation(math.pi, np.zeros(OUT_SIZE))[0])
     -2.0
     """
     if out[LAST_TURN] != turn:
@@ -30,7 +30,7 @@ def carried(turn: float, x: float, y: float, out: Floats) -> tuple[float, float,
 
     >>> import numpy as np
     >>> from gearplay.kernels.layout import OUT_SIZE
-    >>> carried(math.pi, 0.1, 0.0, np.zeros(OUT_SIZE))[0]
+    >>> float(carried(math.pi, 0.1, 0.0, np.zeros(OUT_SIZE))[0])
     -0.2
     """
     cosine_1, sine = rotation(turn, out)
