@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from gearplay.parts.assembly import Assembly
@@ -53,7 +54,11 @@ class Packing:
 
     def place(self, name: str | None) -> int:
         """Return the index of a rotor, -1 for the ground."""
-        return -1 if name is None else list(self.bodies).index(name)
+        return -1 if name is None else self._places[name]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: place for place, name in enumerate(self.bodies)}
 
     def arm(self, name: str, on: str | None) -> tuple[float, float]:
         """Return the vector [m] from the centre of a carrier to that of a rotor; 0 on the ground."""

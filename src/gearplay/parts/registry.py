@@ -4,7 +4,7 @@ A kind is a module with its record, the sizes of its entries and its laws, under
 `gearplay.integrate.dispatch`, which calls them. Its constant ``KIND`` is its place in this list.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -54,21 +54,24 @@ SIGNAL_COUNTS = tuple(len(kind.file.SIGNALS) for kind in KINDS)
 """Number of signals of an element, by its kind."""
 
 
+def _laws_with(name: str) -> list[tuple[int, Callable[..., Any]]]:
+    """Return the functions of a name that laws have, with their kinds."""
+    return [(kind.file.KIND, getattr(kind.file, name)) for kind in KINDS if hasattr(kind.file, name)]
+
+
 def mounts(records: Sequence[Any]) -> Iterator[Mount]:
     """Yield the mounting of rotors in the parts that hold them, from the ``records`` of a packed system, kind after kind.
 
     Laws with a function ``mounts`` of their records have such parts.
     """
-    for kind in KINDS:
-        if hasattr(kind.file, "mounts"):
-            yield from kind.file.mounts(records[kind.file.KIND])
+    for kind, law in _laws_with("mounts"):
+        yield from law(records[kind])
 
 
 def joined_centres(records: Sequence[Any]) -> Iterator[tuple[int, int]]:
     """Yield the pairs of rotors between whose centres a force acts (function ``joined_centres`` of a law)."""
-    for kind in KINDS:
-        if hasattr(kind.file, "joined_centres"):
-            yield from kind.file.joined_centres(records[kind.file.KIND])
+    for kind, law in _laws_with("joined_centres"):
+        yield from law(records[kind])
 
 
 def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
@@ -77,6 +80,5 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
     From ``recurrence_rates`` of their laws. ``speeds`` are nominal speeds of rotors, ``frames`` those of their frames
     of reference (`gearplay.solver.frames`), shapes [rotor]. NaN for an excitation that does not repeat.
     """
-    order = sorted(KINDS, key=lambda kind: kind.file.KIND != MESH)
-    asked = [kind.file.recurrence_rates for kind in order if hasattr(kind.file, "recurrence_rates")]
-    return [float(rate) for rates in asked for rate in rates(system, speeds, frames)]
+    laws = sorted(_laws_with("recurrence_rates"), key=lambda each: each[0] != MESH)
+    return [float(rate) for _, law in laws for rate in law(system, speeds, frames)]
