@@ -46,11 +46,11 @@ test: $(VENV)/dev.stamp ## set up, then run the tests in some minutes
 
 test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and some physics without the compiler; what CI runs
 	GEARPLAY_TESTS=all $(BIN)/python -m pytest $(SPREAD)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
 
 test-full: $(VENV)/dev.stamp ## all tests with every repetition, some hours
 	GEARPLAY_TESTS=full $(BIN)/python -m pytest $(SPREAD)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest $(SPREAD) -m "not compiled" tests/elements
+	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SPREAD) -m "not compiled" tests/elements
 
 torture: $(VENV)/dev.stamp ## hostile trials in full, some hours: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
 	@GEARPLAY_TESTS=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gearplay.solver.compiling import prepare
 
 import gearplay as gp
 from building import Measured
 from gearplay.model.rolling import nominal_speeds, starting_speeds
-from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_one
 
 RPM = np.pi / 30.0

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gearplay.solver.compiling import prepare
 
 import gearplay as gp
 from gearplay.model.reading import replace
-from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_members, run_one
 from gearplay.vocabulary.errors import InputError

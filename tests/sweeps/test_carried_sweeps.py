@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gearplay.solver.compiling import prepare
 
 import gearplay as gp
-from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_one
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep

@@ -8,7 +8,7 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.options import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, result_lines
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
 from gearplay.vocabulary.exit_codes import PARTLY
 
@@ -78,7 +78,6 @@ def bifurcation(
         raise InputError(
             Fault("--high", high, f"must be above --low, {low}", "Give both with their unit, the lower first")
         )
-    compile_kernels(base, quiet=json)
     if branches:
         check_branches(base, path)
     document: dict[str, Any] = {}

@@ -7,7 +7,7 @@ import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 
 
 def calibrate(
@@ -37,12 +37,10 @@ def calibrate(
     """
     from gearplay.calibration import calibrate as calibration
     from gearplay.calibration.reading import load_plan, plan_folder
-    from gearplay.calibration.trials import Problem
     from gearplay.work.folder import STAGING
 
     loaded = load_plan(plan) if evaluations is None else _with_evaluations(plan, evaluations)
     folder = out if out is not None else Path("out") / f"calibrate-{Path(plan).stem}"
-    compile_kernels(Problem(loaded, loaded.models[0]).cases[0], quiet=json)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             options: dict[str, Any] = {"overwrite": overwrite, "progress": report, "stop": stop}

@@ -8,7 +8,7 @@ import typer
 from gearplay.cli.interrupts import interruptible
 from gearplay.cli.options import CaseName, Changes, si_number
 from gearplay.cli.output import Json, print_json, print_text
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 
 
 def measure(
@@ -36,7 +36,6 @@ def measure(
     length = None if duration is None else si_number("--duration", duration, TIME)
     chosen, built = load_case(case, changes or ()), load_rig(rig)
     check_record_path(out, overwrite=overwrite)
-    compile_kernels(chosen, quiet=json)
     with interruptible() as stop, progress_bar(quiet=json) as report:
         record = record_of(
             chosen, built, member=member, duration=length, seed=seed, progress=report, stop=stop

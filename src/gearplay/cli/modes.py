@@ -7,7 +7,6 @@ import typer
 
 from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text, result_lines
-from gearplay.cli.progress import progress_bar
 
 
 def modes(
@@ -44,8 +43,7 @@ def modes(
     for place in places:
         check_new(place, overwrite=overwrite)
     highest = speed_of(campbell)
-    with progress_bar(quiet=json) as report:
-        found = modes_of(base, load=load, speed=speed, progress=report)
+    found = modes_of(base, load=load, speed=speed)
     diagram = None
     if highest is not None:
         diagram = campbell_of(base, np.linspace(highest / 200.0, highest, 200), load=load)

@@ -9,7 +9,7 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.options import CaseName, Changes, period_of
 from gearplay.cli.output import Json, print_json, print_text, result_lines
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 
 SectionPeriod = Annotated[
     str,
@@ -40,7 +40,6 @@ def motion(
     import gearplay as gp
 
     base = gp.load_case(case, changes or ())
-    compile_kernels(base, quiet=json, derivative=base.run.fixed_step is None)
     try:
         with interruptible() as stop, progress_bar(quiet=json) as report:
             found = gp.motion(

@@ -7,7 +7,6 @@ import typer
 
 from gearplay.cli.options import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, result_lines
-from gearplay.cli.progress import compile_kernels
 
 
 def portrait(
@@ -42,7 +41,6 @@ def portrait(
     data, picture = folder / "portrait.nc", folder / "portrait.png"
     for each in (data, picture):
         check_new(each, overwrite=overwrite)
-    compile_kernels(base, quiet=json)
     found = gp.portrait(base, settle=settle, keep=keep, show=show, period=period_of(period))
     drawn = to_png(found.plot(rotors=tuple(rotor or ())))
     found.save(data, overwrite=overwrite)

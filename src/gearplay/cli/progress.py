@@ -6,14 +6,10 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from gearplay.vocabulary.errors import escape_controls
 from gearplay.vocabulary.progress import Progress as Callback
-
-if TYPE_CHECKING:
-    from gearplay.model.case import Case
-
 
 INTERVAL: Final = 10.0
 """Time [s] between two lines of progress; short work writes none."""
@@ -63,11 +59,3 @@ def progress_bar(*, quiet: bool) -> Iterator[Callback | None]:
             bar.update(task, description=label, completed=done, total=total)
 
         yield report
-
-
-def compile_kernels(case: Case, *, quiet: bool, derivative: bool = False) -> None:
-    """Compile the kernels that a case needs, with progress: a bar on a terminal, else one line."""
-    from gearplay.solver.compiling import prepare
-
-    with progress_bar(quiet=quiet) as bar:
-        prepare(case, derivative=derivative, progress=None if isinstance(bar, Lines) else bar)

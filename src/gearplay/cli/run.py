@@ -13,7 +13,7 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.options import CaseName, Changes
 from gearplay.cli.output import Json, print_json, print_text, say_error
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import SimulationError, TakenError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
@@ -72,7 +72,6 @@ def run(
             check_new(out, overwrite=overwrite)
             check_new(out, overwrite=overwrite, size=LEAST_PACKED * _check_size(chosen))
         check_rotor(chosen, output)
-        compile_kernels(chosen, quiet=json)
         if stop.is_set():
             raise KeyboardInterrupt
         work = simulate if out is None else record

@@ -8,7 +8,7 @@ import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 from gearplay.files.atomic import check_new, make_folder, write_bytes, write_figures, write_text
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
@@ -105,11 +105,10 @@ def _one(
     others: dict[str, str],
 ) -> dict[str, Any]:
     """Run the study with one parameter set, write it into a folder, and return its document."""
-    from gearplay.studies.han2021.simulation import Work, base_case
+    from gearplay.studies.han2021.simulation import Work
 
     check_new(folder / "report.html", overwrite=overwrite)
     make_folder(folder)
-    compile_kernels(base_case(settings.variants[0], settings), quiet=quiet)
     try:
         with interruptible() as stop, progress_bar(quiet=quiet) as report:
             work = Work(report or _silent, stop, PieceStore(folder / "parts").keep)

@@ -4,7 +4,6 @@ import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Annotated, Any
@@ -13,7 +12,7 @@ import typer
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
-from gearplay.cli.progress import compile_kernels, progress_bar
+from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
@@ -117,11 +116,8 @@ def _run(made: Any, folder: Path, engine: Any, *, json: bool, zarr: bool, **opti
         with interruptible() as stop, progress_bar(quiet=json) as report:
             yield report, stop
 
-    prepare = partial(compile_kernels, made.template.base, quiet=json)
     try:
-        found = sweep_in(
-            made, folder, engine, report=True, zarr=zarr, prepare=prepare, watch=watch, **options
-        )
+        found = sweep_in(made, folder, engine, report=True, zarr=zarr, watch=watch, **options)
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."
@@ -174,7 +170,6 @@ def _forecast(made: Any, workers: int | None, *, json: bool) -> None:
     from gearplay.sweeps.tolerances.allowable import search_cases
 
     begun = process_time()
-    compile_kernels(made.template.base, quiet=json)
     found = forecast(made, search=search_cases(made.plan), workers=workers, begun=begun)
     if json:
         print_json({"title": made.plan.title, **asdict(found)})

@@ -5,11 +5,15 @@ has seventy arrays. A group is a table of addresses and shapes instead; how comp
 """
 
 import ctypes
+import json
 from collections.abc import Iterable
-from typing import Any, ClassVar, cast
+from functools import cache
+from typing import Any, ClassVar, Final, cast
 
 import numpy as np
 
+FORMS: Final = "gearplay_forms"
+"""Symbol of the text with the forms of all groups that a library was compiled for."""
 Shapes = tuple[Any, ...]
 """What the types of a group's fields depend on: of an array dtype and dimensions, of a group its class, of a tuple its parts."""
 
@@ -67,3 +71,29 @@ class Group:
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle by the fields: addresses are of this process."""
         return type(self), tuple(getattr(self, name) for name in type(self)._shapes)
+
+
+@cache
+def compiled_forms(library: ctypes.CDLL) -> dict[str, Any]:
+    """Return the forms of the groups that a library was compiled for (`group_forms`)."""
+    text = ctypes.string_at(ctypes.addressof(ctypes.c_char.in_dll(library, FORMS)))
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def form_of(kind: Any) -> Any:
+    """Return how the numbers of a group lie in memory, one of its class having been made, in terms of JSON."""
+    return {name: _form_of_field(shape) for name, shape in kind._shapes.items()}
+
+
+def group_forms() -> dict[str, Any]:
+    """Return the form of every class of groups of which one has been made, by the name of the class."""
+    return {kind.__name__: form_of(kind) for kind in Group.__subclasses__() if "_shapes" in kind.__dict__}
+
+
+def _form_of_field(shape: Any) -> Any:
+    if isinstance(shape, type):
+        return shape.__name__
+    if shape[0] == "tuple":
+        return [_form_of_field(part) for part in shape[1:]]
+    return [repr(shape[0].descr), shape[0].itemsize, shape[1]]

@@ -1,26 +1,17 @@
 """Decorators of kernels that are compiled into their callers.
 
 From Python such a kernel is called as it is written. What is compiled on its own, and called so from Python too, stands in
-`compiled_once`; the compiler itself is loaded only where something has not been compiled before.
+`compiled_once`; the compiler is in `gearplay.build` and no part of a run.
 """
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-
-def _is_disabled() -> bool:
-    """Return whether the environment says so, read as numba reads it."""
-    with suppress(ValueError):
-        return int(os.environ.get("NUMBA_DISABLE_JIT", "0")) != 0
-    return False
-
-
-INTERPRETED = _is_disabled()
+INTERPRETED: Final = os.environ.get("GEARPLAY_INTERPRETED", "0") not in ("", "0")
 """Whether all kernels run as plain Python."""
 CONTAINED: dict[Callable[..., Any], bool] = {}
 """Kernels that are compiled within their callers; True of those that LLVM must inline."""

@@ -1,4 +1,4 @@
-"""Calls of compiled kernels from Python by address, with numba's argument layout and without generated wrappers."""
+"""Calls of kernels of the library from Python, with numba's argument layout."""
 
 import ctypes
 import operator
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gearplay.kernels.by_address import Group
+from gearplay.kernels.by_address import Group, compiled_forms, form_of
 from gearplay.kernels.signatures import Signed, array_of
 
 _NUMBERS: dict[Any, Any] = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}
@@ -19,20 +19,30 @@ _NOTHING = (None, None)
 class _Parameter:
     """How an argument is handed over: the words that it takes."""
 
-    def __init__(self, name: str, hint: Any) -> None:
-        self.name, self.hint, self.array = name, hint, array_of(hint)
+    def __init__(self, name: str, hint: Any, library: ctypes.CDLL) -> None:
+        self.name, self.hint, self.library, self.array = name, hint, library, array_of(hint)
         self.is_group = isinstance(hint, type) and issubclass(hint, Group)
+        self.checked = False
         if self.array is not None:
             pointer, word = ctypes.c_void_p, ctypes.c_int64
             self.words = [pointer, pointer, word, word, pointer, *(2 * self.array[1] * [word])]
         else:
             self.words = [ctypes.c_void_p if self.is_group else _NUMBERS[hint]]
 
+    def _check_form(self) -> None:
+        """Raise `TypeError` where the library was compiled for another form of the group."""
+        form, compiled = form_of(self.hint), compiled_forms(self.library)[self.hint.__name__]
+        if form != compiled:
+            raise TypeError(f"{self.name} was compiled for {compiled}, not for {form}")
+        self.checked = True
+
     def append(self, words: list[Any], value: Any) -> None:
         """Append the words of a value."""
         if self.is_group:
             if not isinstance(value, self.hint):
                 raise TypeError(f"{self.name} must be {self.hint.__name__}, not {type(value).__name__}")
+            if not self.checked:
+                self._check_form()
             words.append(value._address)
         elif self.hint is int:
             number = operator.index(value)
@@ -51,7 +61,7 @@ class _Parameter:
 
 
 class FromPython:
-    """A compiled kernel as Python calls it, without the GIL.
+    """A kernel of the library as Python calls it, without the GIL.
 
     Raises
     ------
@@ -62,12 +72,16 @@ class FromPython:
 
     """
 
-    def __init__(self, signed: Signed, address: int) -> None:
+    def __init__(self, signed: Signed, library: ctypes.CDLL) -> None:
         hints, result = signed.hints
         self.name = signed.name
-        self.parameters = [_Parameter(f"{name} of {signed.name}", hint) for name, hint in hints.items()]
+        self.parameters = [
+            _Parameter(f"{name} of {signed.name}", hint, library) for name, hint in hints.items()
+        ]
         words = [word for parameter in self.parameters for word in parameter.words]
-        self.function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)(address)
+        self.function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)(
+            (signed.symbol, library)
+        )
         self.one = typing.get_origin(result) is not tuple
         parts = (result,) if self.one else typing.get_args(result)
         self.places = [f"at_{n}" for n in range(len(parts))]

@@ -2,14 +2,10 @@
 
 import typing
 from collections.abc import Callable
-from functools import cache, cached_property
-from hashlib import sha256
-from types import CodeType
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-
-from gearplay.kernels.by_address import Group
 
 
 def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
@@ -26,12 +22,12 @@ def array_of(hint: Any) -> tuple[np.dtype[Any], int] | None:
 
 
 class Signed:
-    """A function with a signature, and the address of what compiled code asks for the function's own."""
+    """A function with a signature, and the symbol of its compiled code."""
 
-    def __init__(self, function: Callable[..., Any], asking: int) -> None:
+    def __init__(self, function: Callable[..., Any]) -> None:
         self.py_func = function
         self.name = f"{function.__module__}.{function.__qualname__}"
-        self.asking = asking
+        self.symbol = self.name.replace(".", "_")
 
     @cached_property
     def hints(self) -> tuple[dict[str, Any], Any]:
@@ -39,30 +35,3 @@ class Signed:
         hints = typing.get_type_hints(self.py_func, include_extras=True)
         result = hints.pop("return")
         return hints, result
-
-    @property
-    def form(self) -> str:
-        """A digest of what its compiled code depends on beside the sources of kernels: the form of its groups, its own code."""
-        hints, result = self.hints
-        code = self.py_func.__code__
-        constants = [each for each in code.co_consts if not isinstance(each, CodeType)]
-        kinds = [
-            form_of(hint) if isinstance(hint, type) else repr(hint) for hint in (*hints.values(), result)
-        ]
-        return sha256(repr((kinds, code.co_code, constants, code.co_names)).encode()).hexdigest()[:16]
-
-
-@cache
-def form_of(kind: Any) -> str:
-    """Return how the numbers of a type lie in memory: of a group all its fields, one of it having been made."""
-    if not issubclass(kind, Group):
-        return str(kind.__name__)
-    return repr([(name, _form_of_field(shape)) for name, shape in kind._shapes.items()])
-
-
-def _form_of_field(shape: Any) -> Any:
-    if isinstance(shape, type):
-        return form_of(shape)
-    if shape[0] == "tuple":
-        return [_form_of_field(part) for part in shape[1:]]
-    return (shape[0].descr, shape[0].itemsize, shape[1])

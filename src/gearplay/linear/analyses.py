@@ -19,7 +19,6 @@ from gearplay.results.simulate import case_of
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
-from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -28,13 +27,7 @@ MOST = 100_000
 """Most speeds or frequencies of one call."""
 
 
-def modes(
-    case: Source,
-    *,
-    load: str = "operating",
-    speed: float | str | None = None,
-    progress: Progress | None = None,
-) -> Modes:
+def modes(case: Source, *, load: str = "operating", speed: float | str | None = None) -> Modes:
     """Return natural frequencies, damping ratios and shapes of a case about its static equilibrium.
 
     The equilibrium is that of constant torques with the mean stiffness of the meshes and elastic sleeves; contacts that the load
@@ -50,8 +43,6 @@ def modes(
     speed
         Speed of the leading rotor [rad/s] or with a unit, for trains with carriers: modes are then seen from the turning carrier,
         with gyroscopic and centrifugal forces. None is at rest.
-    progress
-        Progress callback for the compilation of kernels, once after an installation.
 
     Returns
     -------
@@ -74,7 +65,7 @@ def modes(
     (3439.3, 'coupled')
 
     """
-    return modes_of(linear_system(case_of(case), load=load, speed=speed_of(speed), progress=progress))
+    return modes_of(linear_system(case_of(case), load=load, speed=speed_of(speed)))
 
 
 def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "operating") -> Campbell:

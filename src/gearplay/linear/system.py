@@ -29,9 +29,7 @@ from gearplay.parts.mesh.geometry import (
 from gearplay.parts.mesh.law.record import BACK, DRIVE
 from gearplay.parts.mesh.law.slopes import F_P, F_R, FLANK, FLANK_SLOPES
 from gearplay.parts.registry import KINDS, MESH
-from gearplay.solver.compiling import prepare_linear
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.progress import Progress
 
 Floats = NDArray[np.float64]
 
@@ -186,9 +184,7 @@ class LinearSystem:
         return sign * whole[linear.free], float(row[at + F_P]), float(row[at + F_R])
 
 
-def linear_system(
-    case: Case, *, load: str = "operating", speed: float | None = None, progress: Progress | None = None
-) -> LinearSystem:
+def linear_system(case: Case, *, load: str = "operating", speed: float | None = None) -> LinearSystem:
     """Return a case as a linear system about its equilibrium.
 
     ``load`` is "operating" or "none"; ``speed`` [rad/s] is that of its leading rotor, None for a train at rest under its load.
@@ -198,7 +194,6 @@ def linear_system(
     if load not in ("operating", "none"):
         raise InputError(Fault("load", load, "must be operating or none", "Choose one"))
     plain = smooth(case, load=load, speed=speed)
-    prepare_linear(plain.packed, progress=progress)
     system = LinearSystem(case, find_equilibrium(Linear(plain)))
     if not np.all(system.mass):
         _ = system.condensed  # refuses what nothing holds

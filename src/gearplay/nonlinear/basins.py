@@ -19,7 +19,6 @@ from gearplay.pictures.words import axis_label
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
@@ -232,7 +231,6 @@ def basins(
         seconds=total * settle * step,
         numbers=total * 2.0 * MOST_ORDER * len(flow.free),
     )
-    prepare(base)
     axes = [np.linspace(grid.low, grid.high, grid.count) for grid in grids]
     starts = [
         values if pair is None or grid.name not in NAMES else pair.entry(grid.name, values)

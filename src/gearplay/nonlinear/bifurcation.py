@@ -14,7 +14,6 @@ from gearplay.model.reading import Source
 from gearplay.nonlinear.diagrams import Diagram
 from gearplay.nonlinear.orbits.period_map import common_period, section_period
 from gearplay.nonlinear.thread_pool import share_out
-from gearplay.solver.compiling import prepare
 from gearplay.solver.continuation import ramp_speeds
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
@@ -160,7 +159,6 @@ def bifurcation(
     check_work(
         "bifurcation", packed, seconds=span, numbers=float(numbers.size) * len(directions) * keep * len(names)
     )
-    prepare(first)
     table = np.full((len(directions), numbers.size, keep, len(names)), np.nan)
     reasons = [[""] * numbers.size for _ in directions]
     starts = [[""] * numbers.size for _ in directions]

@@ -22,9 +22,8 @@ from gearplay.nonlinear.record_length import (
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.base import Column, Tabled
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
-from gearplay.solver.integration import Course
+from gearplay.solver.integration import Course, refuse_fixed_steps
 from gearplay.solver.limits import check_work
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, Tick, ticking
@@ -186,7 +185,7 @@ def lyapunov_exponents(
     span = case.run.duration if duration is None else duration
     lead = case.run.transient if transient is None else transient
     check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))
-    prepare(case, derivative=True)
+    refuse_fixed_steps(case)
     remembers = any(sleeve.restitution < 1.0 for sleeve in case.sleeves.values())
     whole = number == most and not remembers
     found = _Record(flow, member, lead, span, number, whole=whole, checked=checked, progress=progress)

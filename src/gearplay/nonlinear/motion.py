@@ -23,7 +23,6 @@ from gearplay.pictures.words import plain
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.limits import check_work
@@ -211,7 +210,6 @@ def motion(
         step, has_derivative = chosen.step, base.run.fixed_step is None
         seconds = (settle + periods) * step * (1 + ensemble)
         check_work("motion", flow.packed, seconds=seconds, numbers=20.0 * periods * (1 + ensemble))
-        prepare(base, derivative=has_derivative)
         samples, swing = _section(flow, step, periods, settle, report, stop)
         resolution = TRUSTED * base.run.tolerance * flow.natural[flow.free]
         exponent, known = (math.nan, math.nan), None

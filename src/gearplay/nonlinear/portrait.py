@@ -19,7 +19,6 @@ from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.result import Result
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
@@ -119,7 +118,6 @@ def portrait(
     )
     import xarray as xr  # after the refusals, which are to come at once
 
-    prepare(base)
     strobing = partial(section, base, signals, member=member)
     hitting = partial(impacts, base, signals, duration=keep * step, transient=settle * step, member=member)
     with limited(base.run.max_wall_time):

@@ -17,7 +17,6 @@ from gearplay.pictures.words import plain, shown_in
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
@@ -145,7 +144,6 @@ def section(
     flow = Flow(base)
     step = section_period(flow.packed, period)
     check_work("section", flow.packed, seconds=(settle + keep) * step, numbers=keep * (len(signals) + 20.0))
-    prepare(base)
     start = flow.start(usual_member(base) if member is None else member)
     observe, integration = Observables(flow.packed, signals), flow.begin(start)
     if settle:
@@ -216,7 +214,6 @@ def impacts(
         raise InputError(Fault("change", change, "must be onset or release", "Choose one"))
     end = base.run.transient + base.run.duration
     check_work("impacts", flow.packed, seconds=end)
-    prepare(base)
     start = flow.start(usual_member(base) if member is None else member)
     observe, integration = Observables(flow.packed, signals), flow.begin(start)
     if base.run.transient > 0.0:

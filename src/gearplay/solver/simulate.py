@@ -13,7 +13,6 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
-from gearplay.solver.compiling import prepare_packed
 from gearplay.solver.continuation import End
 from gearplay.solver.deadline import in_request
 from gearplay.solver.integration import Course
@@ -29,8 +28,7 @@ MOST_WRITTEN = 1e7
 
 
 def _load(case: Case, packed: Packed) -> None:
-    """Compile the kernels of the case and load the data common to all runs, before threads share them."""
-    prepare_packed(packed, fixed=case.run.fixed_step is not None)
+    """Load the kernels and the data common to all runs, before threads share them."""
     Course(case, packed, np.zeros(packed.state_size)).take_chunk(0.0, 0)
 
 
@@ -77,7 +75,6 @@ def run_one(
     """Simulate one member on the caller's thread, for callers with a pool of their own; see `run_members`.
 
     ``origin`` is the end of an earlier run of the same mechanism, from which this one continues.
-    The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)

@@ -153,14 +153,12 @@ def sweep_in(
     report: bool = False,
     retry: bool = False,
     zarr: bool = False,
-    prepare: Callable[[], None] | None = None,
     watch: Callable[[], AbstractContextManager[tuple[Progress | None, threading.Event | None]]],
 ) -> Finished:
     """Run, or resume, a sweep in a folder and assemble its product; the options are those of `sweep`.
 
-    A shard only runs its cases. A product too large for one piece is written as Zarr alone. Once the folder is known to fit,
-    ``prepare`` is called if threads will run cases, and the work is done within ``watch()``, which yields the progress callback
-    and the event that ends it.
+    A shard only runs its cases. A product too large for one piece is written as Zarr alone. The work is done within ``watch()``,
+    which yields the progress callback and the event that ends it.
     """
     from gearplay.sweeps.report.page import write_sweep_report
     from gearplay.sweeps.tolerances.page import write_tolerances
@@ -174,13 +172,6 @@ def sweep_in(
 
     def work(place: Path) -> Finished:
         left = folders.jobs_left(made, place, engine, retry=retry)
-        if (
-            prepare is not None
-            and (left or tolerance)
-            and engine.scheduler is None
-            and engine.kind == "threads"
-        ):
-            prepare()
         with watch() as (progress, stop), engine.lasting() as lasting:
             ran = folders.run_in(made, place, lasting, left, progress=progress, stop=stop)
             if engine.shard is not None:

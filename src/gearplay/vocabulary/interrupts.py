@@ -8,35 +8,17 @@ from types import FrameType
 
 SOON = 0.05
 """When an interrupt that cannot be raised yet is tried again [s]."""
-LOST_WITHIN = {
-    ("gearplay.kernels.compiled_once", "Once._answer"),  # compiled code calls it
-    ("scipy.stats._qmc", "Sobol.__init__"),  # it calls Cython that reads a file
-    ("numba.core.base", "BaseContext.refresh"),  # half of its registrations would be made twice, or never
-    ("numba.core.typing.context", "BaseContext.refresh"),
-    *(
-        ("numba.core.compiler_lock", f"_CompilerLock.{each}")
-        for each in ("acquire", "release", "__enter__", "__exit__")
-    ),
-}
-"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and continues, or
-a lock stays taken."""
-SPOILT_BY_IT = "llvmlite"
-"""A package that an exception may not come into: LLVM's memory would be freed twice, or its lock held for ever."""
+LOST_WITHIN = {("scipy.stats._qmc", "Sobol.__init__")}  # it calls Cython that reads a file
+"""Functions, module and name, that an exception may not pass through: compiled code prints a traceback and continues."""
 
 
 def would_harm(frame: FrameType | None) -> bool:
-    """Return whether an exception at a frame would reach code that cannot propagate it, or leave a state half changed.
-
-    So would a partial import of a numba module: imported again, it finds its types registered and fails.
-    """
-    found: set[str] = set()
+    """Return whether an exception at a frame would reach code that cannot propagate it."""
     while frame is not None:
-        module = str(frame.f_globals.get("__name__"))
-        if (module, frame.f_code.co_qualname) in LOST_WITHIN:
+        if (str(frame.f_globals.get("__name__")), frame.f_code.co_qualname) in LOST_WITHIN:
             return True
-        found.add(module.partition(".")[0])
         frame = frame.f_back
-    return SPOILT_BY_IT in found or {"importlib", "numba"} <= found
+    return False
 
 
 class Again:

@@ -35,7 +35,6 @@ def run_threads(
     Yields the pieces of several finished jobs at a time: each transfer costs a wait for the consumer. Closing the iterator, or
     ``stop``, ends every job early.
     """
-    task.prepare()
     waiting, lock, ended = iter(jobs), threading.Lock(), threading.Event()
     done: queue.SimpleQueue[list[Piece] | BaseException | None] = queue.SimpleQueue()
     space = threading.Semaphore(100)  # a consumer that cannot keep up must not fill the memory

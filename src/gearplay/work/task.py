@@ -17,9 +17,6 @@ PAUSE = 0.1
 class Task(Protocol[Piece]):
     """Jobs by number, each with the pieces of result that it gives."""
 
-    def prepare(self) -> None:
-        """Do work that all jobs need, such as compilation, before threads share it."""
-
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Piece]:
         """Return the pieces of a job; none once stopped."""
 

@@ -15,8 +15,8 @@ from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
 from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.results.simulate import case_of
-from gearplay.solver.compiling import prepare
 from gearplay.solver.deadline import limited
+from gearplay.solver.integration import refuse_fixed_steps
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
@@ -58,7 +58,7 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
 
     """
     base = sharp(case_of(case))
-    prepare(base, derivative=True)
+    refuse_fixed_steps(base)
     family = StrobeMap(lambda _: base, 0.0)
     with limited(base.run.max_wall_time):
         found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
@@ -261,12 +261,12 @@ def _value_now(base: Case, path: str) -> float:
 def _prepared(
     case: Source | Family, path: str, low: Any, high: Any, size: float | None, orbits: int
 ) -> tuple[Varied, Settings, Case]:
-    """Return the family of cases, the settings of its branches, and its first case at the tolerance of derivatives, compiled."""
+    """Return the family of cases, the settings of its branchesand its first case at the tolerance of derivatives."""
     varied = Varied(case, path)
     ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
         raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
     natural = 0.1 * (ends[1] - ends[0]) if size is None else size
     base = sharp(varied.case(ends[0]))
-    prepare(base, derivative=True)
+    refuse_fixed_steps(base)
     return varied, Settings(low=ends[0], high=ends[1], size=natural, orbits=orbits), base

@@ -10,7 +10,6 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
-from gearplay.solver.compiling import prepare
 from gearplay.solver.continuation import End
 from gearplay.solver.simulate import run_one
 from gearplay.solver.status import Status
@@ -44,10 +43,6 @@ class Sweep:
     def remake(self) -> tuple[Callable[[str], "Sweep"], str]:
         """How another process makes the same sweep."""
         return sweep_of, self.plan.model_dump_json()
-
-    def prepare(self) -> None:
-        """Compile the kernels."""
-        prepare(self.template.base)
 
     @property
     def bytes(self) -> float:

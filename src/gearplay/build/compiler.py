@@ -1,7 +1,7 @@
-"""Extensions of numba's compiler: groups of arrays passed by address, and kernels called by address.
+"""Extensions of numba's compiler: groups of arrays passed by address, kernels called by their symbols.
 
-Nothing imports this module before something has to be compiled. numba's decorators are for functions that Python calls; here
-compiled code calls, so that its wrappers for Python are left out.
+numba's decorators are for functions that Python calls; here compiled code calls, so that its wrappers for Python are left out.
+What is private of numba is used in this module alone.
 """
 
 import hashlib
@@ -20,20 +20,12 @@ from numba.core.datamodel import models
 from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin, lower_constant
 from numba.core.typing.templates import AttributeTemplate, signature
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    lower_getattr_generic,
-    register_model,
-    typeof_impl,
-    unbox,
-)
+from numba.extending import infer_getattr, lower_getattr_generic, register_model, typeof_impl
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import CONTAINED
-from gearplay.kernels.machine_code import Code
 from gearplay.kernels.signatures import Signed, array_of
 
 # IEEE semantics: ``fastmath`` stays off because it deletes NaN guards; ``error_model="numpy"`` lets a division by zero
@@ -42,7 +34,6 @@ from gearplay.kernels.signatures import Signed, array_of
 _OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _WITHIN = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _TUPLE: Any = types.BaseTuple
-_ADDRESS = ir.IntType(64)
 _PLAIN: dict[Any, Any] = {int: types.int64, float: types.float64, bool: types.boolean, type(None): types.none}
 
 
@@ -52,21 +43,21 @@ def jitted(function: Callable[..., Any], **more: Any) -> Any:
 
 
 @global_compiler_lock
-def compile_kernel(once: Signed) -> Code:
-    """Compile a kernel for the signature that its annotations give."""
-    wanted = signature_of(once)
-    dispatcher = jitted(once.py_func, **_WITHIN)
-    if dispatcher is once.py_func:
-        raise RuntimeError(
-            "numba is told not to compile, but by its own file or in Python: set NUMBA_DISABLE_JIT=1 instead"
-        )
+def compile_kernel(kernel: Signed) -> llvm.ModuleRef:
+    """Return a kernel's module: one function that others see, by the kernel's symbol."""
+    wanted = signature_of(kernel)
+    dispatcher = jitted(kernel.py_func, **_WITHIN)
     dispatcher.compile(wanted)
     entry = dispatcher.overloads[wanted.args]
-    declared = [
-        function.name for function in entry.library._final_module.functions if function.is_declaration
-    ]
-    needs = [name for name in declared if not name.startswith("llvm.")]
-    return Code(entry.fndesc.llvm_func_name, needs, entry.library._get_compiled_object())
+    module = entry.library._final_module.clone()
+    for function in module.functions:
+        if function.name == entry.fndesc.llvm_func_name:
+            function.name = kernel.symbol
+        elif not function.is_declaration:
+            function.linkage = "internal"
+    for variable in module.global_variables:
+        variable.linkage = "internal"
+    return module
 
 
 @cache
@@ -84,7 +75,7 @@ def _typeof_function(value: Any, _: Any) -> Any:
 
 
 class GroupType(types.Type):
-    """How numba knows a group: the type of each field, and its first word in the table."""
+    """numba's type of a group: the type of each field, and its first word in the table."""
 
     def __init__(self, name: str, fields: dict[str, Any]) -> None:
         self.fields = fields
@@ -138,15 +129,6 @@ class _GroupAttributes(AttributeTemplate):
         return group.fields.get(field)
 
 
-@unbox(GroupType)
-def _unbox(kind: GroupType, value: Any, c: Any) -> NativeValue:
-    """Take a group from Python, for functions of numba's own."""
-    number = c.pyapi.object_getattr_string(value, "_address")
-    address = c.pyapi.long_as_voidptr(number)
-    c.pyapi.decref(number)
-    return NativeValue(address)
-
-
 def _load(builder: Any, table: Any, slot: int, kind: Any) -> Any:
     """Emit the load of a word that never changes: read once it need not be read again, whatever is written in between."""
     place = builder.gep(table, [ir.Constant(ir.IntType(64), 8 * slot)], source_etype=ir.IntType(8))
@@ -183,7 +165,7 @@ def _lower(context: Any, builder: Any, group: GroupType, table: Any, field: str)
     return _field(context, builder, table, group.slots[field], group.fields[field])
 
 
-# Kernels that are called by address
+# Kernels that are called by their symbols
 
 
 def _hinted(hint: Any) -> Any:
@@ -200,75 +182,67 @@ def _hinted(hint: Any) -> Any:
 
 
 @cache
-def signature_of(once: Signed) -> Any:
+def signature_of(kernel: Signed) -> Any:
     """Return numba's signature of a kernel, from its annotations."""
-    hints, result = once.hints
+    hints, result = kernel.hints
     return signature(_hinted(result), *map(_hinted, hints.values()))
 
 
-class OnceType(types.Callable):
-    """How numba knows a kernel that is called by address."""
+class KernelType(types.Callable):
+    """numba's type of a kernel of the library."""
 
-    def __init__(self, once: Signed) -> None:
-        self.once = once
-        super().__init__(f"once({once.name})")
+    def __init__(self, kernel: Signed) -> None:
+        self.kernel = kernel
+        super().__init__(f"kernel({kernel.name})")
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
         """Return the signature, whatever literal numbers a call gives."""
-        wanted = signature_of(self.once)
+        wanted = signature_of(self.kernel)
         if kws or len(args) != len(wanted.args):
-            raise TypingError(f"{self.once.name} takes {len(wanted.args)} arguments by place")
+            raise TypingError(f"{self.kernel.name} takes {len(wanted.args)} arguments by place")
         for given, want in zip(args, wanted.args, strict=True):
             if context.can_convert(given, want) is None:
-                raise TypingError(f"{self.once.name} takes {wanted.args}, not {args}")
+                raise TypingError(f"{self.kernel.name} takes {wanted.args}, not {args}")
         return wanted
 
     def get_call_signatures(self) -> Any:
         """Return the only signature."""
-        return [signature_of(self.once)], False
+        return [signature_of(self.kernel)], False
 
     def get_impl_key(self, sig: Any) -> str:
         """Return what the call is emitted by."""
-        return self.once.name
+        return self.kernel.name
 
 
-@register_model(OnceType)
-class _OnceModel(models.OpaqueModel):
-    """Nothing: the call knows its address."""
+@register_model(KernelType)
+class _KernelModel(models.OpaqueModel):
+    """Nothing: the linker puts in the address."""
 
 
 @cache
-def _once_type(once: Signed) -> OnceType:
-    llvm.add_symbol(once.name, once.asking)  # numba links what it compiles, too
+def _kernel_type(kernel: Signed) -> KernelType:
+    # numba also loads what it compiles into this process, where nothing is run: any address will do.
+    llvm.add_symbol(kernel.symbol, llvm.address_of_symbol("memcpy"))
 
-    @lower_builtin(once.name, types.VarArg(types.Any))
+    @lower_builtin(kernel.name, types.VarArg(types.Any))
     def call(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        """Emit a call by address."""
-        word = cgutils.add_global_variable(builder.module, _ADDRESS, f"{once.name}.address")
-        word.linkage, word.initializer = "internal", ir.Constant(_ADDRESS, 0)
-        known = builder.load(word)
-        address = cgutils.alloca_once_value(builder, known)
-        with builder.if_then(builder.icmp_unsigned("==", known, ir.Constant(_ADDRESS, 0)), likely=False):
-            ask = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_ADDRESS, []), once.name)
-            found = builder.call(ask, [])
-            builder.store(found, word)
-            builder.store(found, address)
+        """Emit a call by the kernel's symbol."""
         kind = context.call_conv.get_function_type(sig.return_type, sig.args)
-        callee = builder.inttoptr(builder.load(address), kind.as_pointer())
+        callee = cgutils.get_or_insert_function(builder.module, kind, kernel.symbol)
         status, result = context.call_conv.call_function(builder, callee, sig.return_type, sig.args, args)
         # An error is an index beyond its bounds, where these are checked.
         with cgutils.if_unlikely(builder, status.is_error):
             context.call_conv.return_status_propagate(builder, status)
         return result
 
-    return OnceType(once)
+    return KernelType(kernel)
 
 
 @typeof_impl.register(Signed)
-def _typeof(value: Signed, _: Any) -> OnceType:
-    return _once_type(value)
+def _typeof(value: Signed, _: Any) -> KernelType:
+    return _kernel_type(value)
 
 
-@lower_constant(OnceType)
+@lower_constant(KernelType)
 def _constant(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return context.get_dummy_value()

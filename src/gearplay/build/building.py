@@ -1,0 +1,83 @@
+"""Building of the kernel library: one process at a time in a folder, complete or not at all."""
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from gearplay.build.header import header
+from gearplay.build.linking import link
+from gearplay.build.objects import forms_object, object_files
+from gearplay.build.targets import TARGETS, host
+from gearplay.kernels.compiled_once import KERNELS
+from gearplay.kernels.library import SOURCES, WHERE, LibraryError, find, folders, source_digest
+from gearplay.vocabulary.file_lock import try_lock
+
+STAYING = 4
+"""Libraries of other sources that stay in a folder, the latest."""
+DAYS = 30.0
+"""Days after which an object file that no build used goes."""
+
+
+def build(
+    targets: Sequence[str],
+    progress: Callable[[int, int], None],
+    *,
+    folder: Path | None = None,
+) -> dict[str, Path]:
+    """Build the libraries of these sources for some platforms where they are not there; return their files.
+
+    ``folder`` is where they go, that of this installation where None; ``progress`` gets what is done of what there
+    was to do.
+
+    Raises `LibraryError` where one cannot be built.
+    """
+    place = folder or next(filter(_takes_files, folders()), None)
+    if place is None:
+        tried = " or ".join(map(str, folders()))
+        raise LibraryError(f"No folder for it can be written to ({tried}). Name one: set {WHERE}.")
+    place.mkdir(parents=True, exist_ok=True)
+    with _alone(place):
+        places = {each: place if each == host() else place / each for each in targets}
+        found = {each: find(places[each], TARGETS[each].suffix) for each in targets}
+        if None in found.values():
+            objects = object_files(place / "objects", targets, progress)
+            if source_digest() != SOURCES:
+                raise LibraryError("The kernels' sources changed while it was built. Start again.")
+            (place / "gearplay.h").write_text(header(list(KERNELS.values())), encoding="ascii")
+            for each, at in places.items():
+                at.mkdir(exist_ok=True)
+                found[each] = link(each, [*objects[each], forms_object(place / "objects", each)], at)
+            _forget_old(place)
+    return {each: file for each, file in found.items() if file is not None}
+
+
+def _takes_files(folder: Path) -> bool:
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    return False
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Let one process at a time build in a folder: the next finds it done."""
+    while (handle := try_lock(folder / ".lock")) is None:
+        time.sleep(0.1)
+    try:
+        yield
+    finally:
+        os.close(handle)
+
+
+def _forget_old(folder: Path) -> None:
+    """Remove libraries of other sources but the latest, and object files that no build has used for long."""
+    others = [file for file in folder.glob("gearplay-*-*") if f"-{SOURCES}-" not in file.name]
+    for file in sorted(others, key=lambda each: each.stat().st_mtime)[: -(STAYING - 1)]:
+        file.unlink(missing_ok=True)
+    for file in (folder / "objects").iterdir():
+        if time.time() - file.stat().st_mtime > DAYS * 86400.0:
+            file.unlink(missing_ok=True)

@@ -1,0 +1,61 @@
+"""Linking of the object files to one shared library, by the system's C compiler or by zig's."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import uuid
+from collections.abc import Sequence
+from pathlib import Path
+
+from gearplay.build.targets import TARGETS, host
+from gearplay.kernels.library import SOURCES, LibraryError, content_digest
+
+
+def linker(target: str) -> list[str]:
+    """Return the command that links for a platform: ``cc`` for this one where there is one, else zig.
+
+    Raises `LibraryError` where there is neither.
+    """
+    own = target == host()
+    compiler = shutil.which("cc") or shutil.which("clang") or shutil.which("gcc")
+    if own and compiler is not None and sys.platform != "win32":
+        return [compiler]
+    if importlib.util.find_spec("ziglang") is None:
+        what = "a C compiler (cc), or " if own else ""
+        raise LibraryError(
+            f"Nothing links a kernel library for {target}. Install {what}zig: pip install ziglang."
+        )
+    return [sys.executable, "-m", "ziglang", "cc", "-target", TARGETS[target].zig]
+
+
+def link(target: str, objects: Sequence[Path], folder: Path) -> Path:
+    """Link object files to the library of a platform in a folder, complete or not at all; return its file.
+
+    Raises `LibraryError` where the linker fails.
+    """
+    made = TARGETS[target]
+    flags = {
+        ".so": ["-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-lm"],
+        ".dll": ["-Wl,--export-all-symbols", "-Wl,--no-insert-timestamp"],
+        ".dylib": [],
+    }[made.suffix]
+    beside = folder / f"{uuid.uuid4().hex}.part"
+    with tempfile.TemporaryDirectory() as place:
+        listed = Path(place) / "objects"
+        listed.write_text("\n".join(f'"{file.as_posix()}"' for file in objects), encoding="utf-8")
+        command = [*linker(target), "-shared", "-o", str(beside), f"@{listed}", *flags]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        if done.returncode != 0 or not beside.exists():
+            lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+            raise LibraryError(
+                f"{Path(command[0]).name} cannot link the kernel library for {target}: {lines[-1]}"
+            )
+        file = folder / f"gearplay-{SOURCES}-{content_digest(beside.read_bytes())}{made.suffix}"
+        os.replace(beside, file)
+    finally:
+        beside.unlink(missing_ok=True)
+    return file
