@@ -20,16 +20,15 @@ from numba import njit
 
 import gearplay as gp
 from bench import joined, loaded, page, plain, trains, work_precision
+from bench.jit import jitted
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET, spread
 from gearplay.integrate import dispatch, stepper
 from gearplay.integrate import run as kernel
 from gearplay.integrate.right_hand_side import right_hand_side
-from gearplay.kernels.compiler import jitted
 from gearplay.kernels.layout import LOADED
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import pack
-from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_members
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmark.md"
@@ -200,12 +199,12 @@ def starting():
         "print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n"
     )
     with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+        environment = {**os.environ, "GEARPLAY_LIBRARY": cache}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or each process compiles its libraries anew
         run = [sys.executable, "-m", "gearplay.cli.main", "run", "han2021", "--set", "run.duration=0.1"]
         for words, command in (
-            ("the first `gearplay run` ever, kernels compiled", run),
-            ("`gearplay run han2021`, kernels cached", run),
+            ("the first `gearplay run` ever of a source tree, its kernels built", run),
+            ("`gearplay run han2021`", run),
             ("`gearplay --version`", [sys.executable, "-m", "gearplay.cli.main", "--version"]),
             ("`import gearplay`", [sys.executable, "-c", "import gearplay"]),
         ):
@@ -240,7 +239,7 @@ def hardware():
     """Return the operations of a right-hand side against the machine, and what fixed steps would need."""
     done = subprocess.run(
         [sys.executable, "-m", "bench.flops"],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        env={**os.environ, "GEARPLAY_INTERPRETED": "1"},
         check=True,
         capture_output=True,
         text=True,
@@ -303,7 +302,6 @@ def ross():
     if reason:
         return [f"Missing: ROSS: {reason}."]
     case = gp.replace(gp.load_case("external-pair"), {"run.tolerance": 1e-6})
-    prepare(case)
 
     def own():
         run_members(case, [0], signals=["output.ax"], duration=1.0, transient=0.0, threads=1)

@@ -1,6 +1,6 @@
 """Floating-point operations of one right-hand side, counted: the kernels in plain Python on numbers that count.
 
-Run with NUMBA_DISABLE_JIT=1. A square root, a sine or a cosine counts as one; constants among themselves count nothing.
+Run with GEARPLAY_INTERPRETED=1. A square root, a sine or a cosine counts as one; constants among themselves count nothing.
 """
 
 import importlib

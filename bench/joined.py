@@ -6,7 +6,6 @@ Alone: ``python -m bench.joined``.
 import time
 
 import gearplay as gp
-from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_one
 
 COUPLINGS = {"0.2 kN m/rad": (2e2, 0.05), "2 kN m/rad": (2e3, 0.1), "20 kN m/rad": (2e4, 1.0)}
@@ -43,7 +42,6 @@ def report():
     """Return the table of costs per contact change, measured in turn."""
     cases = {"one rotor": _case(), **{name: _case(each) for name, each in COUPLINGS.items()}}
     for case in cases.values():
-        prepare(case)
         _per_change(case)
     costs = {name: [] for name in cases}
     for _ in range(REPEATS):

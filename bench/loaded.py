@@ -11,7 +11,6 @@ from bench.peers import numbalsoda_peer, scipy_peer
 from bench.problem import Problem, spread
 from gearplay.integrate import run as kernel
 from gearplay.integrate.implicit import BACKOFF, FIRST_BACKOFF
-from gearplay.solver.compiling import prepare
 from gearplay.solver.flow import Flow
 
 DURATION = 0.1
@@ -173,8 +172,6 @@ def make_problems():
     problems = [
         Loaded(name, make(), SHORT.get(name, DURATION), (0,), begin=LEAD) for name, make in PROBLEMS.items()
     ]
-    for problem in problems:
-        prepare(problem.case)
     return problems
 
 

@@ -4,10 +4,10 @@ import time
 
 import numpy as np
 
+from bench.jit import jitted
 from bench.problem import STATES, derivative
 from gearplay.integrate.runge_kutta import ERROR, ORDER, STAGES, WEIGHTS
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.compiler import jitted
 
 NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 

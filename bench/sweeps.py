@@ -35,11 +35,9 @@ def plan_of(cases, duration):
 def alone(duration, cases):
     """Return the mean time [s] of the simulation alone, one core, nothing beside it."""
     import gearplay as gp
-    from gearplay.solver.compiling import prepare
     from gearplay.solver.simulate import run_one
 
     base = gp.replace(gp.load_case("han2021"), {**PLAN["set"], "run.duration": duration})
-    prepare(base)
     run_one(base, signals=["ring.vx"])
     each = [gp.replace(base, {"run.seed": seed}) for seed in range(cases)]
     started = time.perf_counter()
@@ -50,13 +48,10 @@ def alone(duration, cases):
 
 def measure(cases, duration, workers):
     """Return (seconds, peak memory of the parent [MB]) of a sweep in a folder."""
-    from gearplay.solver.compiling import prepare
     from gearplay.sweeps.plans.reading import load_sweep
-    from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.sweep import sweep
 
     plan = load_sweep(plan_of(cases, duration))
-    prepare(Sweep(plan).template.base)
     with tempfile.TemporaryDirectory() as folder:
         started = time.perf_counter()
         sweep(plan, folder=folder, threads=workers)

@@ -10,7 +10,6 @@ import numpy as np
 
 import gearplay as gp
 from bench.loaded import LEAD, PROBLEMS, Loaded
-from gearplay.solver.compiling import prepare
 from gearplay.solver.simulate import run_members
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -77,7 +76,6 @@ def main():
         if len(sys.argv) > 1 and name not in sys.argv[1:]:
             continue
         case = make()
-        prepare(case)
         parts = [Loaded(name, case, span, (0,), begin=LEAD) for span in (2e-3, 0.1)]
         many = name != "planetary"
         reference = statistics(case, 1e-11, range(MEMBERS + 1, 2 * MEMBERS + 1)) if many else None

@@ -3,12 +3,12 @@
 from functools import lru_cache
 
 import numpy as np
+from gearplay.kernels.compiler import group_type
 from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from bench.problem import STATES, derivative
-from gearplay.kernels.compiler import group_type
 
 SMALLEST_RELATIVE = 100.0 * np.finfo(float).eps  # SciPy raises anything below to this
 EVALUATION_LIMIT = 20_000_000  # a solver that needs more has failed

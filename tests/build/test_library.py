@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -217,6 +218,36 @@ def test_builds_at_the_same_time_end_with_one_library(tmp_path: Path, tried: Cal
         assert len(list(folder.glob("*.so"))) == 1
         shutil.rmtree(folder)
     tried(3 * rounds)
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_a_build_with_one_sentence(tmp_path: Path) -> None:
+    """A command waits for a build of several minutes: Ctrl-C ends both, with all processes; kernels that are compiled stay."""
+    command = [sys.executable, "-m", "gearplay", "run", "han2021", "--duration", "0.1"]
+    environment = {**os.environ, "GEARPLAY_LIBRARY": str(tmp_path)}
+    running = subprocess.Popen(
+        command,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    for _ in range(600):
+        time.sleep(0.1)
+        if list(tmp_path.glob("objects/*.o")):
+            break
+    os.killpg(running.pid, signal.SIGINT)
+    _, said = running.communicate(timeout=30.0)
+    assert running.returncode == 130
+    assert "Traceback" not in said
+    assert said.count("nterrupted") == 1
+    with pytest.raises(ProcessLookupError):
+        for _ in range(300):
+            os.killpg(running.pid, 0)
+            time.sleep(0.1)
+    assert list(tmp_path.glob("objects/*.o"))
+    assert find(tmp_path) is None
 
 
 @pytest.mark.slow

@@ -284,7 +284,6 @@ def kill_again_and_again(plan: str, out: str, log: str) -> None:
     """
     chance, kills, at_work = random.Random(1), 0, 0
     made = Sweep(load_sweep(plan))
-    made.prepare()
     import h5netcdf  # noqa: F401
     import xarray  # noqa: F401
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gearplay.solver.compiling import prepare
 
 import gearplay as gp
 from building import Measured
@@ -37,7 +36,6 @@ def test_two_carried_runs_are_one(name: str, measured: Measured) -> None:
     if name != "han2021":
         changes = [{k: v for k, v in c.items() if "ring" not in k} for c in changes]
     whole, first, second = (gp.replace(base, c) for c in changes)
-    prepare(base)
     expected = run_one(whole)
     half = run_one(first)
     found = run_one(second, origin=half.end)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gearplay.solver.compiling import prepare
 
 import gearplay as gp
 from gearplay.model.reading import replace
@@ -40,11 +39,6 @@ def values(of: gp.Case, step: float | None, contacts: str = "step") -> np.ndarra
     return run.values
 
 
-@pytest.fixture(autouse=True, scope="module")
-def compiled() -> None:
-    prepare(case())
-
-
 @pytest.mark.parametrize("contacts", SCHEMES)
 def test_between_contacts_steps_add_nothing(contacts: str) -> None:
     """Nothing is touched and nothing pulls: uniform motion, which any consistent formula keeps to rounding."""
@@ -55,7 +49,6 @@ def test_between_contacts_steps_add_nothing(contacts: str) -> None:
             "run": {"duration": 4e-3, "sampling": 1e5},
         }
     )
-    prepare(free)
     changes = {"run.fixed_step": 1e-5, "run.fixed_step_contacts": contacts}
     run = run_one(replace(free, changes), signals=["disc.x", "disc.vx", "disc.omega"])
     assert np.ptp(run.values[:, 1:], axis=0) == pytest.approx([0.0, 0.0], abs=1e-15)
@@ -87,7 +80,6 @@ def smooth_cases() -> dict[str, gp.Case]:
 def test_between_contacts_it_is_the_same_where_they_are_judged(name: str) -> None:
     """The stages take no samples of a servo."""
     smooth = smooth_cases()[name]
-    prepare(smooth)
     frozen, judged = (
         run_one(replace(smooth, {"run.fixed_step": 3e-5, "run.fixed_step_contacts": contacts}))
         for contacts in SCHEMES
@@ -173,7 +165,6 @@ def test_a_step_judged_at_every_stage_is_that_of_a_script(
     """Contacts begin, pull and end many times within 100 steps; some steps end with a contact that pulls at once."""
     run = {"duration": 100.5 * h, "sampling": 1.0 / h, "fixed_step": h, "fixed_step_contacts": "stage"}
     judged = gp.load_case(parts | {"run": run})
-    prepare(judged)
     found = run_one(judged, signals=signals)
     assert found.success
     assert np.sum(found.statistics.impacts_per_second) * 100 * h > 3

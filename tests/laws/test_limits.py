@@ -192,13 +192,13 @@ print(json.dumps([int(run.status), run.final_state.tolist(), run.log.tolist()]))
 
 @pytest.mark.slow
 def test_interpreted_kernels_give_the_same_numbers() -> None:
-    """NUMBA_DISABLE_JIT=1: the same state and contact log to 1e-12 after 2 ms of rattle."""
+    """GEARPLAY_INTERPRETED=1: the same state and contact log to 1e-12 after 2 ms of rattle."""
     document = free_pair_case("internal", "coupled", 1)
     document["run"] |= {"duration": 2e-3, "tolerance": 1e-8}
     document["meshes"][0]["damping"] = {"ratio": 0.05}
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, json.dumps(document)],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        env={**os.environ, "GEARPLAY_INTERPRETED": "1"},
         capture_output=True,
         text=True,
         check=True,

@@ -1,3 +1,3 @@
 """Leave to `make mutation` what needs cosmic-ray, or changes how kernels are cached."""
 
-collect_ignore = ["mutants.py", "narrow_stamps.py", "run.py"]
+collect_ignore = ["mutants.py", "run.py"]

@@ -16,12 +16,10 @@ NO_PHYSICS = (
     "arrays",
     "by_address",
     "compiled",
-    "compiled_files",
     "compiled_once",
-    "compiler",
     "from_python",
-    "machine_code",
-    "signed",
+    "library",
+    "signatures",
 )
 """Kernels that only say how kernels are compiled."""
 MODEL = [

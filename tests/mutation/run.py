@@ -68,15 +68,13 @@ def ask(tree: Path, tests: Sequence[str], cache: Path, limit: float) -> str:
         "-q",
         "-p",
         "no:cacheprovider",
-        "-p",
-        "narrow_stamps",
         "-m",
         "not hostile and not study",
     )
     surroundings = os.environ | {
-        "PYTHONPATH": os.pathsep.join([str(tree / "src"), str(tree / "tests" / "mutation")]),
+        "PYTHONPATH": str(tree / "src"),
         "PYTHONDONTWRITEBYTECODE": "1",
-        "NUMBA_CACHE_DIR": str(cache),
+        "GEARPLAY_LIBRARY": str(cache),
     }
     command = [sys.executable, "-m", "pytest", *options, *tests]
     try:
@@ -106,7 +104,7 @@ def judge(mutant: Mutant, tree: Path, tests: Sequence[str], cache: Path, limit: 
     original, own = file.read_text(encoding="utf-8"), cache.with_name("own")
     file.write_text(mutant.text(), encoding="utf-8")
     shutil.rmtree(own, ignore_errors=True)
-    shutil.copytree(cache, own, copy_function=os.link)  # numba replaces files and never writes into one
+    shutil.copytree(cache, own, copy_function=os.link)  # the build replaces files and never writes into one
     try:
         by = ask(tree, tests, own, limit)
     finally:
@@ -129,7 +127,7 @@ def main() -> None:
         "--page", action="store_true", help="write the page from what was found, and ask nothing"
     )
     options = parser.parse_args()
-    kept, tree, cache = (options.folder / name for name in ("mutants.json", "tree", "numba"))
+    kept, tree, cache = (options.folder / name for name in ("mutants.json", "tree", "library"))
     rows: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
     drawn, counts = draw(options.count, options.seed)
     if options.again:

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gearplay.solver.compiling import prepare
 
 import gearplay as gp
 from gearplay.solver.simulate import run_one
@@ -41,7 +40,6 @@ def test_steps_are_runs_chained_by_hand() -> None:
     found = sweep(plan_with(), reduce=None).ds
     assert found.path.dims == ("speed", "direction", "path_time")
     base = gp.replace(gp.load_case("han2021"), PLAN["set"])
-    prepare(base)
     for direction, way in (("up", (60.0, 90.0, 120.0)), ("down", (120.0, 90.0, 60.0))):
         origin, before = None, 0.0
         for rpm in way:

@@ -13,6 +13,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from numba import config
 
 from gearplay.kernels.by_address import Group, form_of
 from gearplay.kernels.compiled import CONTAINED
@@ -23,8 +24,8 @@ def key_of(kernel: Signed, *options: object) -> str:
     """Return the key of a kernel's machine code for options of the compiler; one of each group must have been made."""
     found: dict[str, str] = {}
     _follow(kernel.py_func, found)
-    parts = (sorted(found.items()), _signature(kernel), numba.__version__, llvmlite.__version__)
-    parts = (*parts, numba.config.BOUNDSCHECK, options)
+    compiler = (numba.__version__, llvmlite.__version__, config.BOUNDSCHECK)  # type: ignore[attr-defined]
+    parts = (sorted(found.items()), _signature(kernel), compiler, options)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 

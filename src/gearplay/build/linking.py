@@ -39,7 +39,7 @@ def link(target: str, objects: Sequence[Path], folder: Path) -> Path:
     made = TARGETS[target]
     flags = {
         ".so": ["-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-lm"],
-        ".dll": ["-Wl,--export-all-symbols", "-Wl,--no-insert-timestamp"],
+        ".dll": ["-Wl,--export-all-symbols"],
         ".dylib": [],
     }[made.suffix]
     beside = folder / f"{uuid.uuid4().hex}.part"

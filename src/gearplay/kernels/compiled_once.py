@@ -7,7 +7,7 @@ body long, and for all that Python calls.
 
 from collections.abc import Callable
 from functools import cached_property, partial, update_wrapper
-from typing import Generic, ParamSpec, TypeVar, cast
+from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 from gearplay.kernels.compiled import INTERPRETED
 from gearplay.kernels.from_python import FromPython
@@ -17,7 +17,7 @@ from gearplay.kernels.signatures import Signed
 P = ParamSpec("P")
 R = TypeVar("R")
 
-KERNELS: "dict[str, Kernel[..., object]]" = {}
+KERNELS: "dict[str, Kernel[..., Any]]" = {}
 """All of them, by module and name."""
 
 

@@ -1,0 +1,16 @@
+"""Functions of the benchmark that numba compiles with kernels in them, for calls from Python."""
+
+from numba.extending import NativeValue, unbox
+
+from gearplay.build.compiler import GroupType, jitted
+
+__all__ = ["jitted"]
+
+
+@unbox(GroupType)
+def _unbox(kind, value, c):
+    """Take a group of arrays from Python by the address of its table."""
+    number = c.pyapi.object_getattr_string(value, "_address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return NativeValue(address)
