@@ -17,6 +17,7 @@ $(BIN)/python:
 
 # Without --no-compile pip would turn a thousand modules into bytecode that nobody imports: 15 s.
 $(VENV)/user.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "Installing gearplay and compiling its kernels: two to four minutes, once."
 	$(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check -c constraints.txt -e .
 	@touch $@
 

@@ -10,13 +10,57 @@ from gearplay.kernels.signatures import Signed, array_of
 
 _NUMBERS: dict[Any, str] = {int: "int64_t", float: "double", bool: "uint8_t", type(None): "void *"}
 _ELEMENTS = {"<f8": "double", "<i8": "int64_t", "<c16": "double", "|b1": "uint8_t"}
+_KEYWORDS = [
+    "auto",
+    "bool",
+    "break",
+    "case",
+    "char",
+    "class",
+    "const",
+    "continue",
+    "default",
+    "delete",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "extern",
+    "float",
+    "for",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "new",
+    "operator",
+    "private",
+    "public",
+    "register",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "this",
+    "typedef",
+    "union",
+    "unsigned",
+    "void",
+    "volatile",
+    "while",
+]
 _HEAD = """\
 /* Kernels of gearplay, written by its build.
  *
  * A kernel returns 0, or another number where an index was beyond its array (in libraries that check bounds), and writes its
  * result to the first argument; the second must point to a null pointer. A group is a struct of arrays: the address of the
  * numbers, then the array's extents; arrays are C-contiguous, complex numbers are pairs. An array outside a group takes a
- * null pointer twice, its size, the bytes of a number, its address, its extents and its strides in bytes.
+ * null pointer twice, its size, the bytes of a number, its address, its extents and its strides in bytes. A name that is a
+ * keyword ends in an underscore.
  */
 #ifndef GEARPLAY_H
 #define GEARPLAY_H
@@ -98,7 +142,7 @@ def _record(name: str, dtype: np.dtype[Any], structs: dict[str, str]) -> str:
     for each in dtype.names:
         kind = dtype[each]
         extent = "".join(f"[{n}]" for n in kind.shape)
-        fields.append(f"{_element(kind.base)} {each}{extent};")
+        fields.append(f"{_element(kind.base)} {each}{'_' * (each in _KEYWORDS)}{extent};")
     structs[name] = "\n    ".join(["typedef struct {", *fields]) + f"\n}} {name};"
     return name
 

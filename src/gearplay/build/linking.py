@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import uuid
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -42,20 +41,16 @@ def link(target: str, objects: Sequence[Path], folder: Path) -> Path:
         ".dll": ["-Wl,--export-all-symbols"],
         ".dylib": [],
     }[made.suffix]
-    beside = folder / f"{uuid.uuid4().hex}.part"
-    with tempfile.TemporaryDirectory() as place:
-        listed = Path(place) / "objects"
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        listed, linked = Path(place) / "objects", Path(place) / f"gearplay{made.suffix}"
         listed.write_text("\n".join(f'"{file.as_posix()}"' for file in objects), encoding="utf-8")
-        command = [*linker(target), "-shared", "-o", str(beside), f"@{listed}", *flags]
+        command = [*linker(target), "-shared", "-o", str(linked), f"@{listed}", *flags]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
-    try:
-        if done.returncode != 0 or not beside.exists():
+        if done.returncode != 0 or not linked.exists():
             lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
             raise LibraryError(
                 f"{Path(command[0]).name} cannot link the kernel library for {target}: {lines[-1]}"
             )
-        file = folder / f"gearplay-{SOURCES}-{content_digest(beside.read_bytes())}{made.suffix}"
-        os.replace(beside, file)
-    finally:
-        beside.unlink(missing_ok=True)
+        file = folder / f"gearplay-{SOURCES}-{content_digest(linked.read_bytes())}{made.suffix}"
+        os.replace(linked, file)
     return file
