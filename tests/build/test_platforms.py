@@ -192,7 +192,8 @@ def check_motions(command: Sequence[str], folder: Path) -> None:
     for case, span in CASES.items():
         run, found = followed(case, span, command, folder)
         equal = all(np.array_equal(values, getattr(run, name)) for name, values in found.items())
-        print(f"{case}: {'the same bits' if equal else 'up to %.1e' % abs(found['y'] - run.y).max()}")  # noqa: T201
+        apart = abs(found["y"] - run.y).max()
+        print(f"{case}: {'the same bits' if equal else f'up to {apart:.1e} apart'}")  # noqa: T201
         assert np.array_equal(found["counts"], run.counts), case
         for i in range(found["y"].size // 6):
             assert np.allclose(

@@ -10,49 +10,11 @@ from gearplay.kernels.signatures import Signed, array_of
 
 _NUMBERS: dict[Any, str] = {int: "int64_t", float: "double", bool: "uint8_t", type(None): "void *"}
 _ELEMENTS = {"<f8": "double", "<i8": "int64_t", "<c16": "double", "|b1": "uint8_t"}
-_KEYWORDS = [
-    "auto",
-    "bool",
-    "break",
-    "case",
-    "char",
-    "class",
-    "const",
-    "continue",
-    "default",
-    "delete",
-    "do",
-    "double",
-    "else",
-    "enum",
-    "extern",
-    "float",
-    "for",
-    "goto",
-    "if",
-    "inline",
-    "int",
-    "long",
-    "new",
-    "operator",
-    "private",
-    "public",
-    "register",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "static",
-    "struct",
-    "switch",
-    "this",
-    "typedef",
-    "union",
-    "unsigned",
-    "void",
-    "volatile",
-    "while",
-]
+_KEYWORDS = {
+    "auto", "bool", "case", "char", "class", "const", "default", "double", "enum", "extern", "float", "goto", "inline", "int",
+    "long", "new", "operator", "private", "public", "register", "short", "signed", "static", "struct", "switch", "this", "typedef",
+    "union", "unsigned", "void", "volatile",
+}  # fmt: skip
 _HEAD = """\
 /* Kernels of gearplay, written by its build.
  *
