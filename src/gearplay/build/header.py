@@ -12,8 +12,8 @@ _NUMBERS: dict[Any, str] = {int: "int64_t", float: "double", bool: "uint8_t", ty
 _ELEMENTS = {"<f8": "double", "<i8": "int64_t", "<c16": "double", "|b1": "uint8_t"}
 _KEYWORDS = {
     "auto", "bool", "case", "char", "class", "const", "default", "double", "enum", "extern", "float", "goto", "inline", "int",
-    "long", "new", "operator", "private", "public", "register", "short", "signed", "static", "struct", "switch", "this", "typedef",
-    "union", "unsigned", "void", "volatile",
+    "long", "new", "operator", "private", "public", "register", "short", "signed", "static", "struct", "switch", "this",
+    "typedef", "union", "unsigned", "void", "volatile",
 }  # fmt: skip
 _HEAD = """\
 /* Kernels of gearplay, written by its build.
