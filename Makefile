@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPREAD := -n logical --dist load --maxschedchunk 4
 PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/laws/,test_involute_backlash.py test_event_order.py)
 
-.PHONY: help study extras test test-all test-full torture mutation verification lint format bench docs clean
+.PHONY: help study extras test test-all platforms test-full torture mutation verification lint format bench docs clean
 
 help: ## print this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
@@ -48,6 +48,9 @@ test: $(VENV)/dev.stamp ## set up, then run the tests in some minutes
 test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and some physics without the compiler; what CI runs
 	GEARPLAY_TESTS=all $(BIN)/python -m pytest $(SPREAD)
 	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+
+platforms: $(VENV)/dev.stamp ## build the kernel library for Windows and ARM, follow motions with it under wine64 and qemu-aarch64
+	GEARPLAY_TESTS=full $(BIN)/python -m pytest -s -rs tests/build/test_platforms.py
 
 test-full: $(VENV)/dev.stamp ## all tests with every repetition, some hours
 	GEARPLAY_TESTS=full $(BIN)/python -m pytest $(SPREAD)
