@@ -9,7 +9,7 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib import import_module
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -79,7 +79,7 @@ def object_files(
                     done += _length(jobs[job])
                     progress(done, total)
             except BaseException:
-                for process in list((pool._processes or {}).values()):
+                for process in active_children():
                     process.terminate()
                 raise
     return {each: [_kept(folder, keys[name][each]) for name in names] for each in targets}
