@@ -23,7 +23,7 @@ from gearplay.vocabulary.errors import InputError, MeasurementError
 
 pytestmark = pytest.mark.hostile
 
-FORMATS = ("csv", "uff", "tdms", "mdf4", "wav", "mat", "hdf5", "netcdf")
+FORMATS = ("csv", "uff", "tdms", "mdf4", "wav", "mat", "hdf5", "netcdf", "numpy")
 SUFFIXES = {
     "csv": ".csv",
     "uff": ".uff",
@@ -34,6 +34,7 @@ SUFFIXES = {
     "hdf5": ".h5",
 }
 SUFFIXES["netcdf"] = ".nc"
+SUFFIXES["numpy"] = ".npz"
 TRUNCATIONS, FLIPS, BLOCKS, OTHERS = 50, 25, 15, 10
 TOTAL = TRUNCATIONS + FLIPS + BLOCKS + OTHERS
 SAMPLES = 300
@@ -107,6 +108,10 @@ def write_plain_mat(path: Path, record: Record) -> None:
     savemat(path, {"fs": RATE, **{channel.name: channel.values for channel in record.channels}})
 
 
+def write_npz(path: Path, record: Record) -> None:
+    np.savez(path, fs=RATE, **{channel.name: channel.values for channel in record.channels})
+
+
 def write_hdf5_mat(path: Path, record: Record) -> None:
     write_plain_hdf5(path, record, userblock_size=512)
     content = path.read_bytes()
@@ -148,6 +153,7 @@ WRITERS: dict[str, tuple[Callable[[Path, Record], None], ...]] = {
     "mat": (ours, write_plain_mat, write_hdf5_mat),
     "hdf5": (ours, write_plain_hdf5),
     "netcdf": (ours,),
+    "numpy": (write_npz,),
 }
 
 

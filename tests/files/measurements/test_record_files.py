@@ -138,6 +138,10 @@ def twice(path: Path) -> None:
     path.write_bytes(once + path.read_bytes()[128:])
 
 
+def npz(**arrays: object) -> Write:
+    return lambda path: np.savez(path, **arrays)  # type: ignore[arg-type]
+
+
 def waves(width: int, channels: int = 1) -> Write:
     def write(path: Path) -> None:
         with wave.open(str(path), "wb") as file:
@@ -306,6 +310,12 @@ SOUND = [
     Sound("wave-16.wav", waves(2), {"channel 1": VALUES / 5}, tolerance=1e-4),
     Sound("wave-24.wav", waves(3, 2), {"channel 1": VALUES / 5, "channel 2": VALUES / 5}, tolerance=1e-6),
     Sound("scipy-float.wav", lambda path: wavfile.write(path, 1000, VALUES.astype("f4")), {"channel 1": VALUES}, tolerance=1e-6),
+    Sound("matrix.npy", lambda path: np.save(path, np.stack([TIME, VALUES, OTHER], 1)),
+          {"matrix 2": VALUES, "matrix 3": OTHER}, tolerance=1e-9),
+    Sound("named.npz", npz(acc=VALUES, force=np.asfortranarray(OTHER.astype(">f4")), fs=RATE, acc_unit="g"),
+          {"acc": VALUES, "force": OTHER}, {"acc": "g"}, tolerance=1e-6),
+    Sound("packed.npz", lambda path: np.savez_compressed(path, acc=VALUES, t=TIME), ACC),
+    Sound("records.npz", npz(run=np.rec.fromarrays([TIME, VALUES], names="t, acc")), {"run.acc": VALUES}),
     Sound("increment.tdms", tdms(VALUES, {"wf_increment": 1e-3, "unit_string": "g"}), ACC, {"acc": "g"}),
     Sound("linear-scaling.tdms", tdms(COUNTS.astype("i2"), LINEAR | {"wf_increment": 1e-3}), {"acc": 0.5 * COUNTS + 1}),
     Sound("time-channels.tdms", tdms_groups, {"a/acc": VALUES, "b/acc": OTHER}, {"a/acc": "m/s²"}),
@@ -336,6 +346,10 @@ REFUSED = [
     Refused("gap.nc", netcdf(np.where(TIME > 0.2, TIME + 0.01, TIME)), "largest jitter"),
     Refused("nan.nc", netcdf(TIME, _FillValue=VALUES[3]), "finite numbers; 1 of 400"),
     Refused("cut.h5", cut(h5(lambda f: put(f, {"acc": VALUES, "fs": RATE})), 0.6), "readable HDF5"),
+    Refused("objects.npy", lambda path: np.save(path, np.array([print], dtype=object)), "holds objects of Python"),
+    Refused("cut.npy", cut(lambda path: np.save(path, VALUES), 0.9), "declares 3200 bytes of numbers and holds"),
+    Refused("two-rates.npz", npz(acc=VALUES, fs=RATE, dt=1e-2), "two sampling rates for 'acc'"),
+    Refused("cut.npz", cut(npz(acc=VALUES, fs=RATE), 0.9), "readable NumPy"),
     Refused("unfinished.wav", unfinished_wav, "declares 8 bytes in its RIFF header"),
     Refused("unknown-scaling.tdms", tdms(COUNTS.astype("i2"), UNKNOWN | {"wf_increment": 1e-3}), "scale type: Reciprocal"),
     Refused("cut.tdms", cut(tdms(VALUES, {"wf_increment": 1e-3}), 0.9), "declares to end at byte"),

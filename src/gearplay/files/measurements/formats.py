@@ -27,6 +27,7 @@ FORMATS: Final = {
     "mdf4": Format((".mf4", ".mdf"), (b"MDF ", b"UnFinMF "), "mdf4", "asammdf", "asammdf"),
     "wav": Format((".wav", ".wave"), (b"RIFF", b"RIFX", b"RF64"), "wav", "SciPy", "scipy.io"),
     "mat": Format((".mat",), (b"MATLAB ",), "mat", "SciPy", "scipy.io"),
+    "numpy": Format((".npy", ".npz"), (b"\x93NUMPY", b"PK\x03\x04"), "npy", "NumPy", "numpy"),
     "hdf5": Format((".h5", ".hdf5", ".hdf", ".he5"), (HDF5_MARK,), "hdf5", "the HDF5 library", "h5py"),
     "netcdf": Format(
         (".nc", ".nc4", ".cdf"), (b"CDF\x01", b"CDF\x02", b"CDF\x05"), "hdf5", "the HDF5 library", "h5py"

@@ -2,15 +2,14 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Iterator
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from gearplay.files.measurements import hdf5
 from gearplay.files.measurements.building import Request
 from gearplay.files.measurements.formats import HDF5_MARK
-from gearplay.files.measurements.named_arrays import Entry, NamedArrays
+from gearplay.files.measurements.named_arrays import NamedArrays, leaves
 from gearplay.files.measurements.refusing import DENSEST, MOST_NODES, damaged, fenced, quoted
 from gearplay.files.record import Record
 
@@ -49,29 +48,7 @@ def read(request: Request) -> Record:
         warnings.simplefilter("error", MatReadWarning)
         found = loadmat(file, simplify_cells=True, chars_as_strings=True)
     variables = {name: value for name, value in found.items() if not name.startswith("__")}
-    entries = list(_flat((), variables))
+    entries = list(leaves((), variables))
     if len(entries) > MOST_NODES:
         raise damaged(path, f"has more than {MOST_NODES} values", "Save fewer variables")
     return NamedArrays(request, entries, lambda entry: np.asarray(entry.value)).record("mat")
-
-
-def _flat(path: tuple[str, ...], value: Any) -> Iterator[Entry]:
-    """Yield the leaves of nested structures and cells; elements of cells and structure arrays are numbered from 1."""
-    if isinstance(value, dict):
-        for name, inside in value.items():
-            yield from _flat((*path, str(name)), inside)
-        return
-    if isinstance(value, np.ndarray) and value.dtype == object:
-        value = list(value.ravel(order="F"))
-    if isinstance(value, list):
-        if value and all(isinstance(each, str) for each in value):
-            yield Entry(path, value)
-            return
-        for place, inside in enumerate(value, start=1):
-            yield from _flat((*path[:-1], f"{path[-1]}({place})"), inside)
-        return
-    if isinstance(value, (int, float, np.generic)):
-        value = np.asarray(value)
-    if isinstance(value, np.ndarray) and value.dtype.kind == "U":
-        value = list(value.ravel()) if value.size != 1 else str(value.ravel()[0])
-    yield Entry(path, value)

@@ -82,6 +82,28 @@ class Entry:
         return f"{'.'.join(self.path)} ({shape} {'table' if kind.names else kind.name})"
 
 
+def leaves(path: tuple[str, ...], value: Any) -> Iterator[Entry]:
+    """Yield the values within nested structures and cells; elements of cells and structure arrays are numbered from 1."""
+    if isinstance(value, dict):
+        for name, inside in value.items():
+            yield from leaves((*path, str(name)), inside)
+        return
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        value = list(value.ravel(order="F"))
+    if isinstance(value, list):
+        if value and all(isinstance(each, str) for each in value):
+            yield Entry(path, value)
+            return
+        for place, inside in enumerate(value, start=1):
+            yield from leaves((*path[:-1], f"{path[-1]}({place})"), inside)
+        return
+    if isinstance(value, (int, float, np.generic)):
+        value = np.asarray(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind == "U":
+        value = list(value.ravel()) if value.size != 1 else str(value.ravel()[0])
+    yield Entry(path, value)
+
+
 Load = Callable[[Entry], NDArray[Any]]
 
 
