@@ -170,7 +170,7 @@ def test_windows_library_follows_the_same_motion(foreign: Path, tmp_path: Path) 
         pytest.skip("no wine64")
     (library,) = (foreign / "windows-x86_64").glob("*.dll")
     host = compiled_host([*zig("x86_64-windows-gnu"), f"-I{foreign}"], tmp_path, library)
-    shutil.copy2(library, tmp_path)
+    shutil.copy2(library, tmp_path / "gearplay.dll")  # the name by which it was linked
     check_motions(
         [wine, str(host.with_suffix(".exe") if host.with_suffix(".exe").exists() else host)], tmp_path
     )
