@@ -36,8 +36,9 @@ they are. Do not edit.
 * Ctrl-C at any time ends a command with exit code 130 and one sentence that names the kept results; the same
   command continues there. A second Ctrl-C within three seconds destroys nothing. `gearplay run --out` keeps
   what was computed until then.
-* Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: LLVM does not survive it
-  everywhere, and an abort would take a whole notebook along.
+* Within a function of gearplay that Python calls, Ctrl-C is raised where it harms nothing: compiled code of some
+  libraries would lose it, and keep a table half filled.
+* The kernel library is loaded whole and from a trusted owner, or not at all; builds at the same time end with one.
 * `run.max_wall_time` holds while signals are sampled too; a result that would take longer to compress is
   written as it is.
 * A request to the page that does not become whole in 10 s (its body: 30 s more) is dropped; none leaves a traceback.
