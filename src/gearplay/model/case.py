@@ -11,7 +11,6 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from gearplay.model.case_table import case_html
 from gearplay.model.consistency import cross_faults
 from gearplay.model.expansion import at_temperature
 from gearplay.model.members import set_faults, with_members, without_members
@@ -259,7 +258,7 @@ class Case(Part):
             rule = "must be left out beside rotors and meshes, which it stands for"
             raise InputError(Fault(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table"))
 
-    _changed: ChangedPaths = PrivateAttr(default_factory=ChangedPaths)
+    _changed: ChangedPaths = PrivateAttr(ChangedPaths())
 
     @property
     def changed(self) -> tuple[str, ...]:
@@ -322,6 +321,8 @@ class Case(Part):
         return at_temperature(self)
 
     def _repr_html_(self) -> str:
+        from gearplay.model.case_table import case_html
+
         return case_html(self)
 
     @cached_property

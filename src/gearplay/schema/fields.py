@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Annotated, Any, Final, NoReturn, TypeVar
+from typing import Annotated, Any, Final, NamedTuple, NoReturn, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -38,8 +38,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
 """Largest magnitude of each dimension [SI]: far above any machine, far below where arithmetic breaks."""
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """What is wrong at `at`, a path below the part that is being checked."""
 
     at: tuple[str | int, ...]
@@ -68,6 +67,7 @@ class Part(BaseModel):
         strict=True,
         validate_default=False,
         hide_input_in_errors=True,
+        defer_build=True,
     )
 
 
@@ -205,8 +205,7 @@ def _plain_number(value: Any) -> float:
     return number + 0.0
 
 
-@dataclass(frozen=True)
-class Listed:
+class Listed(NamedTuple):
     """Validator that takes a TOML list as a tuple and checks its length.
 
     Parameters
@@ -245,8 +244,7 @@ class Listed:
         return tuple(value)
 
 
-@dataclass(frozen=True)
-class Counted:
+class Counted(NamedTuple):
     """Validator that checks the size of a table of names before any entry is validated.
 
     Parameters
