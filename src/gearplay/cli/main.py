@@ -128,10 +128,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Words after ``gearplay``; those of the process if not given. ``--debug`` may stand anywhere.
 
     """
-    gc.set_threshold(100_000)  # what is imported stays: to look through it again and again takes longer than to import it
+    gc.set_threshold(
+        100_000
+    )  # what is imported stays: to look through it again and again takes longer than to import it
     open_streams()
     os.environ["MPLBACKEND"] = "agg"  # commands open no window, and one that does not exist stops matplotlib
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else the metadata of all installed packages are read
+    os.environ.setdefault(
+        "PYDANTIC_DISABLE_PLUGINS", "__all__"
+    )  # else the metadata of all installed packages are read
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
     code = run([word for word in words if word != "--debug"], debug=debug)

@@ -1,7 +1,5 @@
 """The case: complete input of a simulation, validated and frozen."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
@@ -73,7 +71,7 @@ class Run(Part):
     max_wall_time: MostWallTime | None = None
 
     @model_validator(mode="after")
-    def _check(self) -> Run:
+    def _check(self) -> "Run":
         check_contacts(self.fixed_step, self.fixed_step_contacts)
         return self
 
@@ -219,7 +217,7 @@ class Case(Part):
         return with_members(given)
 
     @model_validator(mode="after")
-    def _check(self) -> Case:
+    def _check(self) -> "Case":
         if not self.rotors:
             raise InputError(NO_ROTORS)
         self._check_pair()
@@ -265,7 +263,7 @@ class Case(Part):
         """Paths that were changed since the case was read from its file, for titles; not part of the case's identity."""
         return tuple(self._changed)
 
-    def with_changed(self, paths: Iterable[str]) -> Case:
+    def with_changed(self, paths: Iterable[str]) -> "Case":
         """Note changed paths, and return the case itself."""
         self._changed = ChangedPaths(dict.fromkeys([*self._changed, *paths]))
         return self
@@ -316,7 +314,7 @@ class Case(Part):
         return document
 
     @cached_property
-    def operating(self) -> Case:
+    def operating(self) -> "Case":
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
         return at_temperature(self)
 

@@ -1,7 +1,5 @@
 """Numerical settings of a computation: error tolerance, method, limits."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field, ValidationError, model_validator
@@ -98,7 +96,7 @@ class Policy(Part):
             raise InputError(translate(error, given, Policy)) from None
 
     @model_validator(mode="after")
-    def _check(self) -> Policy:
+    def _check(self) -> "Policy":
         check_contacts(self.fixed_step, self.fixed_step_contacts)
         return self
 

@@ -18,7 +18,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from gearplay.schema.unit_spellings import as_force, spelled
 from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -151,11 +150,15 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
 
 def _factor(unit: str, quantity: Quantity) -> Fraction | float:
     """Return how many SI units are in one of a unit, however it is spelled."""
+    factor = _table_factor(unit, quantity.unit)
+    if factor is not None:
+        return factor
+    from gearplay.schema.unit_spellings import as_force, spelled
+
     plain = spelled(unit, quantity.unit)
-    for each in (unit, plain):
-        factor = _table_factor(each, quantity.unit)
-        if factor is not None:
-            return factor
+    factor = _table_factor(plain, quantity.unit)
+    if factor is not None:
+        return factor
     plain = _check_unit(plain, quantity)
     try:
         return _pint_factor(plain, quantity.unit, quantity.long_name)

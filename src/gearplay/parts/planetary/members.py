@@ -1,7 +1,5 @@
 """Parts of a planetary set: members, planets, position errors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Annotated, Any, Final
@@ -55,7 +53,7 @@ class Member(Part):
     sleeve: Annotated[Sleeve | None, Field(description="sleeve that holds it, with clearance")] = None
 
     @model_validator(mode="after")
-    def _check(self) -> Member:
+    def _check(self) -> "Member":
         problems = []
         if self.fixed and self.drive is not None:
             rule = "must not be given for a member that is fixed"

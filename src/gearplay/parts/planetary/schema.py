@@ -1,7 +1,5 @@
 """Planetary sets: one table for sun, ring, carrier and planets, with pins and meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Final, Literal
@@ -80,7 +78,7 @@ class Planetary(Part):
     ] = (0.0, 0.0)
 
     @model_validator(mode="after")
-    def _check(self) -> Planetary:
+    def _check(self) -> "Planetary":
         refuse(self._problems())
         return self
 
