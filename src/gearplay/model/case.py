@@ -136,7 +136,7 @@ class Case(Part):
     """
 
     model_config = ConfigDict(
-        json_schema_extra=lambda schema: schema["required"].remove("rotors")
+        defer_build=False, json_schema_extra=lambda schema: schema["required"].remove("rotors")
     )  # sets have their own
 
     title: Annotated[

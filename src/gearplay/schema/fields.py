@@ -58,7 +58,10 @@ def _refuse_here(rule: str, cure: str) -> NoReturn:
 
 
 class Part(BaseModel):
-    """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions."""
+    """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions.
+
+    A part is built with the whole that it belongs to, or when it is first used on its own.
+    """
 
     model_config = ConfigDict(
         frozen=True,
