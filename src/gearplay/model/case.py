@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
@@ -28,15 +28,35 @@ from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.housing.schema import Base
 from gearplay.parts.mesh.schema import Mesh
-from gearplay.parts.planetary.schema import Planetary
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS, JOINTS
-from gearplay.schema.fields import Counted, FrozenTable, Listed, Measure, Name, Part, RotorName, is_absent
+from gearplay.schema.fields import (
+    Counted,
+    FrozenTable,
+    Later,
+    Listed,
+    Measure,
+    Name,
+    Part,
+    RotorName,
+    is_absent,
+)
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
+
+if TYPE_CHECKING:
+    from gearplay.parts.planetary.schema import Planetary
+else:
+
+    def _planetary() -> type[Part]:
+        from gearplay.parts.planetary.schema import Planetary
+
+        return Planetary
+
+    Planetary = Annotated[Any, Later(_planetary)]
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 _NOT_PRINTED = "must be 0 as published, where teeth have no friction"

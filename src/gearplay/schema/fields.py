@@ -290,6 +290,29 @@ class FrozenTable(dict[str, Value]):
         return type(self), (dict(self),)
 
 
+@dataclass(frozen=True)
+class Later:
+    """Type of a part that few cases have: `find` imports it, when the first such part is read.
+
+    >>> Later(lambda: Part).read({})
+    Part()
+    """
+
+    find: Callable[[], type[Part]]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return handler(self.find().__pydantic_core_schema__)
+
+    def read(self, value: Any) -> Part:
+        """Return the part, or raise its ``ValidationError``."""
+        return self.find().model_validate(value)
+
+
 def by_kind(*kinds: str) -> Callable[[Any], str | None]:
     """Return a discriminator that reads the field `kind` of a table; its tags start with `KIND`."""
 

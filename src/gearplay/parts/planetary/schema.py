@@ -17,6 +17,7 @@ from gearplay.parts.mesh.schema import (
     Stiffness,
 )
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
+from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.gear import ADDENDUM, Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
 from gearplay.parts.sleeve.schema import Sleeve
@@ -27,7 +28,6 @@ from gearplay.vocabulary import quantities as q
 FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
 
-MEMBERS: Final = ("sun", "ring", "carrier")
 SHARED: Final = (
     "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
 )  # fmt: skip
