@@ -271,6 +271,8 @@ class Trajectory:
         places = {(column.signal, column.label): at for at, column in enumerate(self.columns)}
         known = [(k, places[each]) for k, each in enumerate(wanted) if each in places]
         samples = self.samples.thinned([at for _, at in known], stride)
+        if len(known) == len(wanted):
+            return samples
         found = np.full((len(samples), len(wanted)), np.nan)
         found[:, [k for k, _ in known]] = samples
         return found
