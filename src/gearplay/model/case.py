@@ -26,7 +26,6 @@ from gearplay.model.policy import (
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
-from gearplay.parts.housing.schema import Base
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
@@ -48,15 +47,21 @@ from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
 
 if TYPE_CHECKING:
+    from gearplay.parts.housing.schema import Base
     from gearplay.parts.planetary.schema import Planetary
 else:
+
+    def _base() -> type[Part]:
+        from gearplay.parts.housing.schema import Base
+
+        return Base
 
     def _planetary() -> type[Part]:
         from gearplay.parts.planetary.schema import Planetary
 
         return Planetary
 
-    Planetary = Annotated[Any, Later(_planetary)]
+    Base, Planetary = Annotated[Any, Later(_base)], Annotated[Any, Later(_planetary)]
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 _NOT_PRINTED = "must be 0 as published, where teeth have no friction"
