@@ -128,14 +128,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         Words after ``gearplay``; those of the process if not given. ``--debug`` may stand anywhere.
 
     """
-    gc.set_threshold(
-        100_000
-    )  # what is imported stays: to look through it again and again takes longer than to import it
     open_streams()
     os.environ["MPLBACKEND"] = "agg"  # commands open no window, and one that does not exist stops matplotlib
-    os.environ.setdefault(
-        "PYDANTIC_DISABLE_PLUGINS", "__all__"
-    )  # else the metadata of all installed packages are read
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # not searched for in all packages
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
     code = run([word for word in words if word != "--debug"], debug=debug)
@@ -144,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
-    gc.freeze()  # the collection of all objects at the end takes a tenth of a second
+    gc.freeze()  # or Python's end spends a tenth of a second on a last collection
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # while Python itself ends
     sys.exit(code)
 
