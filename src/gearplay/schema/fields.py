@@ -306,10 +306,7 @@ class Later:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        part = self.find()
-        return handler(
-            {"ref": f"{part.__module__}.{part.__qualname__}:{id(part)}", **part.__pydantic_core_schema__}
-        )
+        return handler(self.find().__pydantic_core_schema__)
 
     def read(self, value: Any) -> Part:
         """Return the part, or raise its ``ValidationError``."""
