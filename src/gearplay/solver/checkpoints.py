@@ -10,9 +10,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +80,8 @@ def _states(run: Any) -> Iterator[NDArray[Any]]:
             yield from _states(value) if is_dataclass(value) else (value,)
 
 
-class _Mark(NamedTuple):
+@dataclass(frozen=True)
+class _Mark:
     """A state on the way: time [s], copies of the arrays."""
 
     time: float
