@@ -190,33 +190,44 @@ def scaling():
 
 
 def starting():
-    """Return start-up times and memory of fresh processes."""
-    lines = ["| whole process | time [s] | peak memory [MiB] |", "|---|---:|---:|"]
+    """Return start-up times and memory of fresh processes, those but the first in turn, and their ratio to numpy's import."""
+    lines = ["| whole process | time [s] | over `import numpy` | peak memory [MiB] |", "|---|---:|---:|---:|"]
     program = (
         "import resource, subprocess, sys, time\n"
         "began = time.perf_counter()\n"
         "subprocess.run(sys.argv[1:], check=True, capture_output=True)\n"
         "print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n"
     )
-    with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "GEARPLAY_LIBRARY": cache}
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "GEARPLAY_LIBRARY": folder}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)  # or each process compiles its libraries anew
-        run = [sys.executable, "-m", "gearplay.cli.main", "run", "han2021", "--set", "run.duration=0.1"]
-        for words, command in (
-            ("the first `gearplay run` ever of a source tree, its kernels built", run),
-            ("`gearplay run han2021`", run),
-            ("`gearplay --version`", [sys.executable, "-m", "gearplay.cli.main", "--version"]),
-            ("`import gearplay`", [sys.executable, "-c", "import gearplay"]),
-        ):
+
+        def timed(words):
             done = subprocess.run(
-                [sys.executable, "-c", program, *command],
+                [sys.executable, "-c", program, sys.executable, *words],
                 env=environment,
                 check=True,
                 capture_output=True,
                 text=True,
             )
-            seconds, peak = done.stdout.split()
-            lines.append(f"| {words} | {float(seconds):.2f} | {float(peak):.0f} |")
+            return tuple(map(float, done.stdout.split()))
+
+        own = ["-m", "gearplay"]
+        run = [*own, "run", "han2021", "--duration", "0.1"]
+        seconds, peak = timed(run)
+        lines.append(f"| the first `gearplay run` ever of a source tree, its kernels built | {seconds:.2f} | | {peak:.0f} |")
+        commands = {
+            "`import numpy`": ["-c", "import numpy"],
+            "`import gearplay`": ["-c", "import gearplay"],
+            "`gearplay --help`": [*own, "--help"],
+            "`gearplay check han2021`": [*own, "check", "han2021"],
+            "`gearplay run han2021 --duration 0.1`": run,
+            "the same, saved": [*run, "--out", f"{folder}/run.nc", "--overwrite"],
+        }
+        rounds = [[timed(words) for words in commands.values()] for _ in range(7)]
+        medians = np.median(rounds, axis=0)
+        for name, (seconds, peak) in zip(commands, medians, strict=True):
+            lines.append(f"| {name} | {seconds:.2f} | {seconds / medians[0, 0]:.2f} | {peak:.0f} |")
     return lines
 
 

@@ -1,12 +1,22 @@
+import pickle
 from typing import Any
 
 import pytest
 
+from gearplay.model.field_units import unit_at
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
 from gearplay.model.schema import json_schema
 from gearplay.vocabulary.errors import InputError
+from programs import run_program
 
+RECEIVER = """
+import pickle, sys
+case = pickle.loads(bytes.fromhex(sys.argv[1]))
+from gearplay.model.reading import load_case
+print(case.sha256, load_case(case.resolved()) == case)
+"""
+"""What a worker process does first."""
 SMALL: dict[str, Any] = {"rotors": {"disc": {"mass": 1, "inertia": 1}}, "run": {"duration": 1}}
 
 
@@ -98,3 +108,23 @@ def test_the_schema_has_units_and_bounds() -> None:
     assert parts["Sleeve"]["properties"]["restitution"]["maximum"] == 1.0
     assert json_schema()["properties"]["rotors"]["maxProperties"] == 200
     assert json_schema()["properties"]["gravity"]["minItems"] == 2
+
+
+def test_parts_built_later_are_as_any_other() -> None:
+    """Planetary sets and a moving housing are built where a case has one: schema, units, messages and round trip know them."""
+    parts, fields = json_schema()["$defs"], json_schema()["properties"]
+    assert {"$ref": "#/$defs/Planetary"} in fields["planetary"]["patternProperties"].values()
+    assert {"$ref": "#/$defs/Base"} in fields["base"]["anyOf"]
+    assert {"sun", "planets"} <= parts["Planetary"]["properties"].keys()
+    assert unit_at(load_case("han2021"), "base.acceleration.direction") == "rad"
+    for name, path, hint in (
+        ("planetary-reducer", "planetary.stage.sun.teth", "Did you mean 'teeth'?"),
+        ("space-launch", "base.acceleration.dirction", "Did you mean 'direction'?"),
+    ):
+        case = load_case(name)
+        assert load_case(case.resolved()) == case
+        sent = run_program(RECEIVER, pickle.dumps(case).hex())
+        assert sent.stdout.split() == [case.sha256, "True"]
+        with pytest.raises(InputError) as caught:
+            replace(case, {path: 1})
+        assert [(fault.path, fault.cure) for fault in caught.value.faults] == [(path, hint)]

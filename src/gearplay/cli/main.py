@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from importlib import import_module
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
 from gearplay.cli.options import with_options
@@ -39,7 +43,7 @@ COMMANDS: Final = (
     "serve",
     "schema",
 )
-"""Functions of the commands, in modules of `gearplay.cli` of their names; heavy libraries are imported when they run."""
+"""Functions of the commands, in modules of `gearplay.cli` of their names, which are imported when they are called or listed."""
 MODULES: Final = {"resume": "sweep"}
 """Modules of other names."""
 
@@ -50,20 +54,48 @@ Bundled cases and plans: gearplay copy
 """
 
 
-def _make_app() -> typer.Typer:
-    made = typer.Typer(
-        name="gearplay",
-        help="Dynamics of gear mechanisms whose small clearances are coupled.",
-        epilog=FIRST_STEP,
-        add_completion=True,
-        pretty_exceptions_enable=False,
-        rich_markup_mode=None,
-    )
-    made.callback()(_options)
-    for name in COMMANDS:
-        module = import_module(f"gearplay.cli.{MODULES.get(name, name)}")
-        made.command()(getattr(module, name))
-    return made
+OUTPUT: Final[Mapping[str, Any]] = {"pretty_exceptions_enable": False, "rich_markup_mode": None}
+
+
+@cache
+def _command(name: str) -> Any:
+    """Return a command, made from the function of its module."""
+    alone = typer.Typer(add_completion=False, **OUTPUT)
+    alone.command()(getattr(import_module(f"gearplay.cli.{MODULES.get(name, name)}"), name))
+    return get_command(alone)
+
+
+class _Commands(Mapping[str, Any]):
+    """Commands by the names on the command line."""
+
+    _names: Final = {name.replace("_", "-"): name for name in COMMANDS}
+
+    def __getitem__(self, name: str) -> Any:
+        return _command(self._names[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class _Group(TyperGroup):
+    """Group that imports only the command that is called."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.commands = _Commands()  # type: ignore[assignment]
+
+
+app = typer.Typer(
+    name="gearplay",
+    cls=_Group,
+    help="Dynamics of gear mechanisms whose small clearances are coupled.",
+    epilog=FIRST_STEP,
+    add_completion=True,
+    **OUTPUT,
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -74,6 +106,7 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
@@ -82,8 +115,6 @@ def _options(
 ) -> None:
     """Take the options that stand before a command; `main` has read --debug already."""
 
-
-app = _make_app()
 
 _UsageError: Final = typer.BadParameter.__bases__[0]
 
@@ -99,6 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     open_streams()
     os.environ["MPLBACKEND"] = "agg"  # commands open no window, and one that does not exist stops matplotlib
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # not searched for in all packages
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
     code = run([word for word in words if word != "--debug"], debug=debug)
@@ -107,6 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
+    gc.freeze()  # or Python's end spends a tenth of a second on a last collection
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # while Python itself ends
     sys.exit(code)
 

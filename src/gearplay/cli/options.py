@@ -1,7 +1,6 @@
 """Options of several commands, and the translation of argument names in errors to options."""
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -75,7 +74,7 @@ def with_options(error: GearplayError) -> GearplayError:
     """
     if isinstance(error, InputError):
         faults = [
-            replace(each, path=OPTIONS.get(each.path, each.path), cure=_translated(each.cure))
+            each._replace(path=OPTIONS.get(each.path, each.path), cure=_translated(each.cure))
             for each in error.faults
         ]
         return error if faults == error.faults else type(error)(faults)

@@ -1,17 +1,14 @@
 """The case: complete input of a simulation, validated and frozen."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from gearplay.model.case_table import case_html
 from gearplay.model.consistency import cross_faults
 from gearplay.model.expansion import at_temperature
 from gearplay.model.members import set_faults, with_members, without_members
@@ -29,17 +26,42 @@ from gearplay.model.policy import (
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
-from gearplay.parts.housing.schema import Base
 from gearplay.parts.mesh.schema import Mesh
-from gearplay.parts.planetary.schema import Planetary
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS, JOINTS
-from gearplay.schema.fields import Counted, FrozenTable, Listed, Measure, Name, Part, RotorName, is_absent
+from gearplay.schema.fields import (
+    Counted,
+    FrozenTable,
+    Later,
+    Listed,
+    Measure,
+    Name,
+    Part,
+    RotorName,
+    is_absent,
+)
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
+
+if TYPE_CHECKING:
+    from gearplay.parts.housing.schema import Base
+    from gearplay.parts.planetary.schema import Planetary
+else:
+
+    def _base() -> type[Part]:
+        from gearplay.parts.housing.schema import Base
+
+        return Base
+
+    def _planetary() -> type[Part]:
+        from gearplay.parts.planetary.schema import Planetary
+
+        return Planetary
+
+    Base, Planetary = Annotated[Any, Later(_base)], Annotated[Any, Later(_planetary)]
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 _NOT_PRINTED = "must be 0 as published, where teeth have no friction"
@@ -74,7 +96,7 @@ class Run(Part):
     max_wall_time: MostWallTime | None = None
 
     @model_validator(mode="after")
-    def _check(self) -> Run:
+    def _check(self) -> "Run":
         check_contacts(self.fixed_step, self.fixed_step_contacts)
         return self
 
@@ -139,7 +161,7 @@ class Case(Part):
     """
 
     model_config = ConfigDict(
-        json_schema_extra=lambda schema: schema["required"].remove("rotors")
+        defer_build=False, json_schema_extra=lambda schema: schema["required"].remove("rotors")
     )  # sets have their own
 
     title: Annotated[
@@ -220,7 +242,7 @@ class Case(Part):
         return with_members(given)
 
     @model_validator(mode="after")
-    def _check(self) -> Case:
+    def _check(self) -> "Case":
         if not self.rotors:
             raise InputError(NO_ROTORS)
         self._check_pair()
@@ -259,14 +281,14 @@ class Case(Part):
             rule = "must be left out beside rotors and meshes, which it stands for"
             raise InputError(Fault(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table"))
 
-    _changed: ChangedPaths = PrivateAttr(default_factory=ChangedPaths)
+    _changed: ChangedPaths = PrivateAttr(ChangedPaths())
 
     @property
     def changed(self) -> tuple[str, ...]:
         """Paths that were changed since the case was read from its file, for titles; not part of the case's identity."""
         return tuple(self._changed)
 
-    def with_changed(self, paths: Iterable[str]) -> Case:
+    def with_changed(self, paths: Iterable[str]) -> "Case":
         """Note changed paths, and return the case itself."""
         self._changed = ChangedPaths(dict.fromkeys([*self._changed, *paths]))
         return self
@@ -317,11 +339,13 @@ class Case(Part):
         return document
 
     @cached_property
-    def operating(self) -> Case:
+    def operating(self) -> "Case":
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
         return at_temperature(self)
 
     def _repr_html_(self) -> str:
+        from gearplay.model.case_table import case_html
+
         return case_html(self)
 
     @cached_property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
 
 def case_html(case: Case) -> str:
     """Return the parts of a valid case as a table of HTML, in the units of engineers."""
+    import html
+
     lines = [f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in _rows(case)]
     return f"<p><b>{html.escape(case.title or 'untitled case')}</b></p><table>{''.join(lines)}</table>"
 

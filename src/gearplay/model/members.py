@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from gearplay.parts.planetary.members import MOST_PLANETS
-from gearplay.parts.planetary.schema import MEMBERS, Planetary
+from gearplay.parts.planetary.names import MEMBERS, MOST_PLANETS
 from gearplay.schema.fields import NAME
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
+
+if TYPE_CHECKING:
+    from gearplay.parts.planetary.schema import Planetary
 
 TABLES: Final = ("rotors", "sleeves", "supports")
 
@@ -76,6 +78,8 @@ def _table(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 
 def _valid(raw: Any) -> Planetary | None:
+    from gearplay.parts.planetary.schema import Planetary
+
     if isinstance(raw, Planetary):
         return raw
     try:

@@ -19,7 +19,6 @@ from gearplay.model.tooth_loads import damping_depths
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import positioner, servo
 from gearplay.parts.housing import law as housing
-from gearplay.parts.housing.schema import Member, still
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import KINDS, MESH
 from gearplay.schema.records import edges
@@ -187,8 +186,10 @@ def pack(
     for joint in case.joints:
         joint.pack(packing)
     _pack_holders(case, packing, range(MESH, len(KINDS)))
-    base, record = still(), np.zeros((0, 4))
+    base, record = np.zeros(housing_motion.SLOTS), np.zeros((0, 4))
     if case.base is not None:
+        from gearplay.parts.housing.schema import Member
+
         whole = case.run.transient + case.run.duration if span is None else span
         base, record = case.base.pack(whole, Member(case.run.seed, member))
     rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(packing.terms), record)

@@ -1,10 +1,8 @@
 """Numerical settings of a computation: error tolerance, method, limits."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 
 from gearplay.model.wording import translate
 from gearplay.schema.fields import Measure, Part, Problem, refuse
@@ -85,6 +83,8 @@ class Policy(Part):
 
     """
 
+    model_config = ConfigDict(defer_build=False)
+
     tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
     fixed_step_contacts: FixedStepContacts = "step"
@@ -98,7 +98,7 @@ class Policy(Part):
             raise InputError(translate(error, given, Policy)) from None
 
     @model_validator(mode="after")
-    def _check(self) -> Policy:
+    def _check(self) -> "Policy":
         check_contacts(self.fixed_step, self.fixed_step_contacts)
         return self
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gearplay.model.toml_files import read_text
-from gearplay.parts.planetary.schema import MEMBERS
+from gearplay.parts.planetary.names import MEMBERS
 from gearplay.vocabulary.errors import Fault, InputError, shorten
 
 EQUAL: Final = 1e-6

@@ -9,8 +9,6 @@ Omega tau; the wheel turns about a fixed centre with a drag, which acts in and o
 error. The equation holds exactly, with x = 1 + drive_penetration / (b / 2).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Final
 

@@ -8,8 +8,7 @@ planetary sets, or end at given rotations, the drive gaps are as small as they c
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,8 +82,7 @@ def gaps_of_mesh(packed: "Packed", j: int, y: Floats, memory: Floats) -> tuple[f
     return float(out[P_D]), float(out[B_T])
 
 
-@dataclass(frozen=True)
-class _Step:
+class _Step(NamedTuple):
     """One mesh that turns one group into touch."""
 
     mesh: int
@@ -108,8 +106,7 @@ class _Step:
         return is_free
 
 
-@dataclass(frozen=True)
-class _Loop:
+class _Loop(NamedTuple):
     """Meshes whose gaps depend on each other, and the groups that are turned for them."""
 
     meshes: tuple[int, ...]

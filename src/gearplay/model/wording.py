@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from gearplay.schema.fields import KIND, Problem
+from gearplay.schema.fields import KIND, Later, Problem
 from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, join_path, shorten
 
 Path = tuple[str | int, ...]
@@ -187,4 +187,7 @@ def parts_in(annotation: Any) -> list[type[BaseModel]]:
     """Return the kinds of parts that a field may hold."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for inner in getattr(annotation, "__args__", ()) for found in parts_in(inner)]
+    if isinstance(annotation, Later):
+        return [annotation.find()]
+    inside = (*getattr(annotation, "__args__", ()), *getattr(annotation, "__metadata__", ()))
+    return [found for inner in inside for found in parts_in(inner)]

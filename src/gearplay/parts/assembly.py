@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +62,7 @@ def stacked(dtype: np.dtype[Any], rows: Sequence[Any]) -> Any:
     return np.array([tuple([row[name] for name in names]) for row in fields], of_records).view(np.recarray)
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(NamedTuple):
     """One contact of an element: natural size [m or rad] of its penetration, least stored impact speed [m/s] (None where
     its law needs none), whether it touches from the start, the earlier contact of its element that it gives way to; its name
     among those of its element; whether it is one of angles and torques.

@@ -1,7 +1,5 @@
 """Environment: temperatures and thermal expansion of materials."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final
 
 from gearplay.schema.fields import Measure, Part

@@ -8,7 +8,7 @@ first-order equations are split into vibrations here, once, when a case is packe
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,7 @@ SOFTEST = 1e-6  # part of the largest squared frequency without damping below wh
 SKEWED = 1e6  # condition of the vibrations from which on closed forms would lose digits
 
 
-@dataclass(frozen=True)
-class Spring:
+class Spring(NamedTuple):
     """A spring and damper of element ``element`` on the sum of factors times coordinates, by rotor, along one axis."""
 
     element: int
@@ -35,8 +34,7 @@ class Spring:
     rest: float  # of the sum
 
 
-@dataclass(frozen=True)
-class Vibration:
+class Vibration(NamedTuple):
     """One vibration of a chain: its kind, its decay [1/s] and frequency [rad/s], shapes in all coordinates, shape [k, 1 or 2]."""
 
     kind: int
@@ -53,8 +51,7 @@ class Vibration:
         return np.array([[-d]]) if self.kind == DECAY else np.array([[-d, f], [-f, -d]])
 
 
-@dataclass(frozen=True)
-class Chain:
+class Chain(NamedTuple):
     """Coordinates of ``rotors`` along one axis, those that move first, with their equations and vibrations."""
 
     axis: int

@@ -14,7 +14,7 @@ from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.parts.mesh.law.record import BACK, DRIVE
 from gearplay.parts.planetary.members import PinError
-from gearplay.parts.planetary.schema import MEMBERS
+from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.registry import MESH
 from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import math
 import os
@@ -17,8 +16,6 @@ import numpy as np
 from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
-from gearplay.pictures.canvas import to_png
-from gearplay.pictures.pages import data_uri, html_table
 from gearplay.results.provenance import KIND, provenance
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.memory import enough_memory
@@ -84,13 +81,22 @@ class AnalysisResult(ABC):
         return f"<gearplay {self.result_kind}: {self.message}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{html.escape(self.message)}</p>{html_table(self.rows())}{self._picture()}"
+        from html import escape
+
+        from gearplay.pictures.pages import html_table
+
+        return f"<p>{escape(self.message)}</p>{html_table(self.rows())}{self._picture()}"
 
     def _picture(self) -> str:
         """Return the picture of `plot` as HTML."""
+        from html import escape
+
+        from gearplay.pictures.canvas import to_png
+        from gearplay.pictures.pages import data_uri
+
         drawn = self.plot()  # type: ignore[attr-defined]
         png = drawn.png if hasattr(drawn, "png") else to_png(getattr(drawn, "figure", drawn))
-        return f'<img alt="{html.escape(self.result_kind)}" style="max-width: 42em" src="{data_uri(png)}">'
+        return f'<img alt="{escape(self.result_kind)}" style="max-width: 42em" src="{data_uri(png)}">'
 
 
 @dataclass(frozen=True, repr=False)

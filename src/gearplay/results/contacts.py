@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.pictures.pages import html_table
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
@@ -55,6 +54,8 @@ class ContactTable:
 
     def html(self) -> str:
         """Return the table that a notebook shows."""
+        from gearplay.pictures.pages import html_table
+
         lines = [(label, *(self.shown(name, i) for name in SHOWN)) for i, label in enumerate(self.labels)]
         note = f"<p>{self.words}</p>" if self.words else ""
         return html_table(lines, ["contact", *(CONTACT_STATISTICS[name].long_name for name in SHOWN)]) + note

@@ -224,7 +224,8 @@ def _member(
     case: Case, at: str, lead: str, ratio: float, start: float, rate: float, values: Floats
 ) -> dict[str, float]:
     """Return the statistics of one member from its samples of `wanted_of`, shape [time, signal], at a rate [Hz]."""
-    values = values[np.isfinite(values).all(axis=1)]
+    known = np.isfinite(values).all(axis=1)
+    values = values if known.all() else values[known]
     if len(values) < 2:
         return {}
     omega, theta, load, drive, turned = values[:, :5].T
@@ -243,7 +244,7 @@ def _member(
     if at == lead or (given == type(given)() and case.rotors[at].drive is None):  # nothing resists: no output
         return found
     power = float(np.mean(delivered * omega))
-    lost = float(np.mean(values[:, 5:].sum(axis=1))) - float(np.mean(brake * omega))
+    lost = float(np.mean(np.ascontiguousarray(values[:, 5:]).sum(axis=1))) - float(np.mean(brake * omega))
     found |= {
         "mean_torque": sense * float(np.mean(torque)),
         "torque_ripple": float(np.ptp(torque)),

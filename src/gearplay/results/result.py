@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 import os
 import time
@@ -18,12 +17,9 @@ from gearplay.files.netcdf import check_ending
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
-from gearplay.pictures.pages import html_table, sparkline
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.contacts import ContactTable, contact_table, contacts_of
-from gearplay.results.dataset import to_dataset
 from gearplay.results.output_shaft import OutputShaft, Wanted, output_shaft, shaft_of_runs, stride_of
-from gearplay.results.spectra import Spectrum, ensemble_spectrum
 from gearplay.results.stored import check_run, runs_again
 from gearplay.solver.checkpoints import KeptSamples
 from gearplay.solver.status import Status
@@ -35,6 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearplay.results.plots import Plotter
+    from gearplay.results.spectra import Spectrum
 
 Floats = NDArray[np.float64]
 
@@ -99,6 +96,8 @@ class Result(AnalysisResult):
     @cached_property
     def ds(self) -> xr.Dataset:
         """The result as a dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble."""
+        from gearplay.results.dataset import to_dataset
+
         return to_dataset(self.case, pack(self.case), self._runs)
 
     @cached_property
@@ -334,6 +333,8 @@ class Result(AnalysisResult):
         (10.0, 'm/s^2')
 
         """
+        from gearplay.results.spectra import ensemble_spectrum
+
         signal, element = self.only(signal, rotor or label)
         whole = [at for at, status in enumerate(self.statuses) if status == Status.DONE]
         if not whole and self.members > 1:
@@ -376,10 +377,14 @@ class Result(AnalysisResult):
         ]
 
     def _repr_html_(self) -> str:
+        from html import escape
+
+        from gearplay.pictures.pages import html_table, sparkline
+
         shaft = self.output
-        head = f"<p><b>{html.escape(shaft.title)}</b></p>{html_table(shaft.rows())}"
-        head += f"<p>{html.escape(shaft.note)}</p>" if shaft.note else ""
+        head = f"<p><b>{escape(shaft.title)}</b></p>{html_table(shaft.rows())}"
+        head += f"<p>{escape(shaft.note)}</p>" if shaft.note else ""
         if ("omega", shaft.rotor) in self.held():
             speed = sparkline(self.signal("omega", shaft.rotor), f"speed of {shaft.rotor} over time")
-            head += f"<p>{speed} speed of {html.escape(shaft.rotor)}</p>"
+            head += f"<p>{speed} speed of {escape(shaft.rotor)}</p>"
         return head + self.contacts.html() + html_table(self.rows()) + self._picture()

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -263,7 +263,7 @@ def load_rig(source: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = N
     except InputError as error:
         faults = error.faults
     # The reading of files is shared with cases, whose root it names.
-    raise InputError([replace(fault, path="rig") if fault.path == "case" else fault for fault in faults])
+    raise InputError([fault._replace(path="rig") if fault.path == "case" else fault for fault in faults])
 
 
 def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:

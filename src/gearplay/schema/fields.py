@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Annotated, Any, Final, NoReturn, TypeVar
+from typing import Annotated, Any, Final, NamedTuple, NoReturn, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -38,8 +38,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
 """Largest magnitude of each dimension [SI]: far above any machine, far below where arithmetic breaks."""
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """What is wrong at `at`, a path below the part that is being checked."""
 
     at: tuple[str | int, ...]
@@ -59,7 +58,10 @@ def _refuse_here(rule: str, cure: str) -> NoReturn:
 
 
 class Part(BaseModel):
-    """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions."""
+    """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions.
+
+    A part is built with the whole that it belongs to, or when it is first used on its own.
+    """
 
     model_config = ConfigDict(
         frozen=True,
@@ -68,6 +70,7 @@ class Part(BaseModel):
         strict=True,
         validate_default=False,
         hide_input_in_errors=True,
+        defer_build=True,
     )
 
 
@@ -205,8 +208,7 @@ def _plain_number(value: Any) -> float:
     return number + 0.0
 
 
-@dataclass(frozen=True)
-class Listed:
+class Listed(NamedTuple):
     """Validator that takes a TOML list as a tuple and checks its length.
 
     Parameters
@@ -245,8 +247,7 @@ class Listed:
         return tuple(value)
 
 
-@dataclass(frozen=True)
-class Counted:
+class Counted(NamedTuple):
     """Validator that checks the size of a table of names before any entry is validated.
 
     Parameters
@@ -287,6 +288,29 @@ class FrozenTable(dict[str, Value]):
 
     def __reduce__(self) -> tuple[type[FrozenTable[Value]], tuple[dict[str, Value]]]:
         return type(self), (dict(self),)
+
+
+@dataclass(frozen=True)
+class Later:
+    """Type of a part that few cases have: `find` imports it, when the first such part is read.
+
+    >>> Later(lambda: Part).read({})
+    Part()
+    """
+
+    find: Callable[[], type[Part]]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return handler(self.find().__pydantic_core_schema__)
+
+    def read(self, value: Any) -> Part:
+        """Return the part, or raise its ``ValidationError``."""
+        return self.find().model_validate(value)
 
 
 def by_kind(*kinds: str) -> Callable[[Any], str | None]:

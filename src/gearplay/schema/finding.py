@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """One finding.
 
     Parameters
@@ -30,4 +28,4 @@ class Finding:
 
     def as_document(self) -> dict[str, str]:
         """Return the finding as a JSON-able table."""
-        return asdict(self)
+        return self._asdict()

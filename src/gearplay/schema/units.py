@@ -18,7 +18,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from gearplay.schema.unit_spellings import as_force, spelled
 from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -30,11 +29,12 @@ LONGEST: Final = 64
 _TEXT: Final = re.compile(
     r"(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)(?P<gap> *)(?P<unit>.*)"
 )
-_TOKEN: Final = re.compile(
+_TOKEN: Final = (
     r"(?P<name>[A-Za-zµμ°%]+)|(?P<power>\^-?[0-9]{1,3}(?:\.[0-9]{1,3})?(?![0-9.^]))"
     r"|(?P<one>(?<![0-9A-Za-z])1(?= ?/))|(?P<sign>[*./()])|(?P<space> )"
 )
-_EXPONENTS: Final = re.compile(r"\^(-?[0-9]+(?:\.[0-9]+)?)")
+_EXPONENTS: Final = r"\^(-?[0-9]+(?:\.[0-9]+)?)"
+"""Patterns that few units need: `re` compiles them when they are used, and keeps them."""
 
 _PI: Final = math.pi
 _Factors = Mapping[str, Fraction | float]
@@ -151,11 +151,15 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
 
 def _factor(unit: str, quantity: Quantity) -> Fraction | float:
     """Return how many SI units are in one of a unit, however it is spelled."""
+    factor = _table_factor(unit, quantity.unit)
+    if factor is not None:
+        return factor
+    from gearplay.schema.unit_spellings import as_force, spelled
+
     plain = spelled(unit, quantity.unit)
-    for each in (unit, plain):
-        factor = _table_factor(each, quantity.unit)
-        if factor is not None:
-            return factor
+    factor = _table_factor(plain, quantity.unit)
+    if factor is not None:
+        return factor
     plain = _check_unit(plain, quantity)
     try:
         return _pint_factor(plain, quantity.unit, quantity.long_name)
@@ -214,10 +218,10 @@ def _table_factor(unit: str, si_unit: str) -> Fraction | float | None:
 
 def _check_unit(unit: str, quantity: Quantity) -> str:
     """Return `unit` in pint's spelling if it fits the grammar of units."""
-    position, names = 0, 0
+    position, names, token_at = 0, 0, re.compile(_TOKEN).match
     words: list[str] = []
     while position < len(unit):
-        match = _TOKEN.match(unit, position)
+        match = token_at(unit, position)
         if match is None:
             cure = f"Write it as {_example(quantity)}; powers as in m^2, products with a space"
             raise UnitError("has a unit that cannot be read", cure)
@@ -288,5 +292,5 @@ def unit_exponent(text: str) -> float | None:
     (1.5, None)
 
     """
-    found = _EXPONENTS.findall(text[:LONGEST])
+    found = re.findall(_EXPONENTS, text[:LONGEST])
     return float(found[-1]) if found else None

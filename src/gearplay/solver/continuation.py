@@ -1,7 +1,6 @@
 """Continuation: the end of one run as the start of another with changed speeds, without a jump of the state."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from gearplay.solver.integration import Course
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class End:
+class End(NamedTuple):
     """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; the memory of each element,
     as how far a line of centres has followed an orbiting gear, shape [element, memory]; the stored impact speeds [m/s], shape
     [impact speed].

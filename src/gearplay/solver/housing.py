@@ -1,7 +1,6 @@
 """Mean acceleration of a moving housing over intervals of time, in closed form."""
 
-from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,7 @@ from gearplay.kernels.layout import System
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class HousingMotion:
+class HousingMotion(NamedTuple):
     """The acceleration a(t) of a housing along its direction, as `kernels.housing_motion` has it.
 
     ``slots`` are those of `System.base`, ``pieces`` those of its record, shape [piece, 4].

@@ -1,6 +1,6 @@
 """Cost estimate of a run, and refusal of one that is too large."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -15,8 +15,7 @@ MAX_BYTES = 16e9
 MAX_STEPS = 2e10
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """Rough cost of a run: order of magnitude only."""
 
     steps: float

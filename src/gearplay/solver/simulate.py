@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import TypeVar
@@ -133,7 +132,7 @@ def run_batch(
         )
         check_estimate(cost)
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
-        check_estimate(replace(cost, bytes=bytes_, steps=steps))
+        check_estimate(cost._replace(bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
         starts = Starts(case, packed)
         runs += [

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """One sampled signal of one element."""
 
     signal: str
@@ -87,8 +86,7 @@ def _chosen(
     return tuple(every[i] for i in chosen), tuple(chosen)
 
 
-@dataclass(frozen=True)
-class ContactStatistics:
+class ContactStatistics(NamedTuple):
     """Statistics of every contact after the transient: sleeves by name, flanks as ``mesh:drive``, ``mesh:back``.
 
     Arrays have shape [contact]: share of time in contact [1], onsets per second [1/s], mean, rms and largest onset speed
@@ -123,8 +121,7 @@ def statistics_of(packed: Packed, tallies: Floats, span: float) -> ContactStatis
     )
 
 
-@dataclass(frozen=True)
-class Counters:
+class Counters(NamedTuple):
     """Work done, transient included."""
 
     steps: int = 0
@@ -274,6 +271,8 @@ class Trajectory:
         places = {(column.signal, column.label): at for at, column in enumerate(self.columns)}
         known = [(k, places[each]) for k, each in enumerate(wanted) if each in places]
         samples = self.samples.thinned([at for _, at in known], stride)
+        if len(known) == len(wanted):
+            return samples
         found = np.full((len(samples), len(wanted)), np.nan)
         found[:, [k for k, _ in known]] = samples
         return found

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import ClassVar, Final, NamedTuple
 
 from gearplay.vocabulary import exit_codes
 
@@ -117,8 +116,7 @@ def join_path(parts: Iterable[object]) -> str:
     return ".".join(shown)
 
 
-@dataclass(frozen=True)
-class Fault:
+class Fault(NamedTuple):
     """A fault of an input.
 
     Parameters

@@ -1,7 +1,5 @@
 """Couplings between two rotors, elastic in torsion, with or without play."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -70,7 +68,7 @@ class Coupling(Joint):
     ] = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> Coupling:
+    def _check(self) -> "Coupling":
         refuse(self._problems())
         return self
 

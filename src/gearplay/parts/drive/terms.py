@@ -1,7 +1,5 @@
 """Harmonic terms of a torque, in time or in the rotation of a rotor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Annotated
 
@@ -30,7 +28,7 @@ class Term(Part):
     phase: Annotated[float, Measure(q.ANGLE, "phase at t = 0, or at rotation 0")] = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> Term:
+    def _check(self) -> "Term":
         if (self.frequency is None) == (self.order is None):
             rule = "must have either a frequency or an order"
             refuse([Problem((), rule, "Give one of the two")])

@@ -1,7 +1,5 @@
 """Meshes: two gears in contact, with the stiffness, damping and errors of their teeth."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
@@ -29,7 +27,7 @@ class HarmonicStiffness(Part):
     phase: Phase = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> HarmonicStiffness:
+    def _check(self) -> "HarmonicStiffness":
         if self.amplitude >= self.mean:
             rule = f"must be less than the mean, {self.mean:g} N/m, so that the stiffness stays positive"
             refuse([Problem(("amplitude",), rule, "Lower the amplitude or raise the mean")])
@@ -49,7 +47,7 @@ class SquareStiffness(Part):
     phase: Phase = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> SquareStiffness:
+    def _check(self) -> "SquareStiffness":
         if self.double < self.single:
             rule = f"must be at least the stiffness of a single pair, {self.single:g} N/m"
             refuse([Problem(("double",), rule, "Exchange the two or correct one")])
@@ -72,7 +70,7 @@ class FourierStiffness(Part):
     terms: Annotated[tuple[StiffnessTerm, ...], Listed(0, 64, "terms over the mean")]
 
     @model_validator(mode="after")
-    def _check(self) -> FourierStiffness:
+    def _check(self) -> "FourierStiffness":
         if sum(abs(term.amplitude) for term in self.terms) >= self.mean:  # else it cannot reach 0
             lowest, phase = self._lowest()
             if lowest <= 0.0:
@@ -107,7 +105,7 @@ class TableStiffnessCurve(Part):
     stiffness: Annotated[tuple[TableStiffness, ...], Listed(4, 4096, "stiffness at each phase")]
 
     @model_validator(mode="after")
-    def _check(self) -> TableStiffnessCurve:
+    def _check(self) -> "TableStiffnessCurve":
         problems = []
         ends = (*self.phase[1:], self.phase[0] + 2.0 * math.pi)
         if any(b - a < CLOSEST for a, b in zip(self.phase, ends, strict=True)):
@@ -178,7 +176,7 @@ class Damping(Part):
     ] = "smooth"
 
     @model_validator(mode="after")
-    def _check(self) -> Damping:
+    def _check(self) -> "Damping":
         problems = []
         if self.ratio is not None and self.maximum > 0.0:
             problems.append(Problem(("ratio",), "must not be given beside maximum", "Remove one of the two"))
@@ -260,7 +258,7 @@ class Mesh(Part):
     ] = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> Mesh:
+    def _check(self) -> "Mesh":
         refuse(self._problems())
         return self
 

@@ -1,14 +1,13 @@
 """Parts of a planetary set: members, planets, position errors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, model_validator
 
 from gearplay.parts.environment import Material, Temperature
+from gearplay.parts.planetary.names import MOST_PLANETS
 from gearplay.parts.rotor.gear import Runout, Teeth
 from gearplay.parts.rotor.schema import Drive, Initial, Load, Rotor, SpeedDrive, Weight
 from gearplay.parts.rotor.unbalance import Unbalance
@@ -17,7 +16,6 @@ from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 
-MOST_PLANETS: Final = 24
 PlanetNumber = Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of the planet, from 1")]
 
 
@@ -55,7 +53,7 @@ class Member(Part):
     sleeve: Annotated[Sleeve | None, Field(description="sleeve that holds it, with clearance")] = None
 
     @model_validator(mode="after")
-    def _check(self) -> Member:
+    def _check(self) -> "Member":
         problems = []
         if self.fixed and self.drive is not None:
             rule = "must not be given for a member that is fixed"

@@ -1,7 +1,5 @@
 """Planetary sets: one table for sun, ring, carrier and planets, with pins and meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Final, Literal
@@ -19,6 +17,7 @@ from gearplay.parts.mesh.schema import (
     Stiffness,
 )
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
+from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.gear import ADDENDUM, Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
 from gearplay.parts.sleeve.schema import Sleeve
@@ -29,7 +28,6 @@ from gearplay.vocabulary import quantities as q
 FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
 
-MEMBERS: Final = ("sun", "ring", "carrier")
 SHARED: Final = (
     "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
 )  # fmt: skip
@@ -80,7 +78,7 @@ class Planetary(Part):
     ] = (0.0, 0.0)
 
     @model_validator(mode="after")
-    def _check(self) -> Planetary:
+    def _check(self) -> "Planetary":
         refuse(self._problems())
         return self
 

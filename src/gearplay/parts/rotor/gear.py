@@ -1,7 +1,5 @@
 """Gears of rotors, and their names in meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Container
 from typing import Annotated, Final
 

@@ -1,7 +1,5 @@
 """Rotors: planar rigid bodies with drive, load and initial state."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Final, Literal
 
@@ -68,7 +66,7 @@ class SpeedDrive(Part):
     ripple: Annotated[tuple[RippleTerm, ...], Listed(0, 8, "terms of the ripple of the speed")] = ()
 
     @model_validator(mode="after")
-    def _check(self) -> SpeedDrive:
+    def _check(self) -> "SpeedDrive":
         problems = []
         total = sum(term.amplitude for term in self.ripple)
         if total >= 1.0:
@@ -107,7 +105,7 @@ class ServoDrive(Part):
     start_speed: StartSpeed = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> ServoDrive:
+    def _check(self) -> "ServoDrive":
         refuse(_start_problems(self.start_speed, self.ramp))
         return self
 
@@ -218,7 +216,7 @@ class Rotor(Part):
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
 
     @model_validator(mode="after")
-    def _check(self) -> Rotor:
+    def _check(self) -> "Rotor":
         problems = []
         if isinstance(self.drive, SpeedDrive):
             for name in ("theta", "omega"):
@@ -242,7 +240,7 @@ class Rotor(Part):
         refuse(problems)
         return self
 
-    def gear(self, name: str) -> Gear | Rotor:
+    def gear(self, name: str) -> "Gear | Rotor":
         """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.
 
         Raises ``KeyError`` for a name that it has not, ``ValueError`` for "" where it has several.

@@ -1,7 +1,5 @@
 """Unbalance of a rotor."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from gearplay.schema.fields import Measure, Part

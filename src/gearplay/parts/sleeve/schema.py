@@ -1,7 +1,5 @@
 """Sleeves: journals in bushes with radial clearance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
@@ -92,7 +90,7 @@ class Sleeve(Holder):
     offset: Offset = (0.0, 0.0)
 
     @model_validator(mode="after")
-    def _check(self) -> Sleeve:
+    def _check(self) -> "Sleeve":
         refuse(self._problems())
         return self
 
@@ -188,7 +186,7 @@ class Sleeve(Holder):
             hides=bool(s.dissipation > 0.0) and s.bed != conformal.BED_AS_PRINTED,
         )
 
-    def at_temperature(self, path: str, journal: float, bush: float) -> Sleeve:
+    def at_temperature(self, path: str, journal: float, bush: float) -> "Sleeve":
         """Return it with its radius and clearance, (R + c) f_bush - R f_journal.
 
         Raises `InputError` where the radius is not given, or the journal no longer fits its bush.
@@ -208,13 +206,13 @@ class Sleeve(Holder):
         grown = {"radial_clearance": clearance, "shaft_radius": self.shaft_radius * journal}
         return self.model_copy(update=grown)
 
-    def thermal_change(self, hot: Sleeve) -> tuple[str, str]:
+    def thermal_change(self, hot: "Sleeve") -> tuple[str, str]:
         """Return its clearance at temperature as a text."""
         warm, cold = hot.radial_clearance, self.radial_clearance
         text = f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um"
         return "radial_clearance", text
 
-    def time_invariant(self) -> Sleeve:
+    def time_invariant(self) -> "Sleeve":
         """Return it without friction and with a restitution of 1."""
         still = {"restitution": 1.0, "restitution_reading": "literal", "friction_coefficient": 0.0}
         return self.model_copy(update=still)

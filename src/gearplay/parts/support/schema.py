@@ -1,7 +1,5 @@
 """Supports: linear bearings and torsional springs between a rotor and the ground or a carrier."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, ClassVar
@@ -47,7 +45,7 @@ class Support(Holder):
     offset: Offset = (0.0, 0.0)
 
     @model_validator(mode="after")
-    def _check(self) -> Support:
+    def _check(self) -> "Support":
         if not any(
             (*(self.stiffness or ()), *self.damping, self.torsional_stiffness, self.torsional_damping)
         ):
