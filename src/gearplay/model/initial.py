@@ -1,6 +1,7 @@
 """Initial states: given values, the rest kinematically consistent; ensemble members drawn by seed."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -148,6 +149,10 @@ class Starts:
     def of_member(self, member: int) -> Floats:
         """Return the start of a member; where ``run.start`` is "drawn" the members are the draws 1, 2, ..."""
         return self.state(member + 1 if self._is_drawn else member)
+
+    def of_members(self, members: Sequence[int]) -> Floats:
+        """Return the starts of members, shape [member, state]."""
+        return np.array([self.of_member(member) for member in members]).reshape(-1, self.packed.state_size)
 
     def state(self, member: int) -> Floats:
         """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].

@@ -5,20 +5,20 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
 
 from gearplay.model.case import Case
-from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.compiling import prepare_packed
 from gearplay.solver.continuation import End
 from gearplay.solver.deadline import in_request
 from gearplay.solver.integration import Course
-from gearplay.solver.job import Job, Watch
+from gearplay.solver.job import Job, Simulation, Watch
 from gearplay.solver.limits import check_estimate, estimate
+from gearplay.solver.members import Members
 from gearplay.solver.trajectory import Trajectory, choose_columns
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
@@ -45,7 +45,7 @@ def run_members(
     progress: Tick | None = None,
     threads: int | None = None,
     stop: threading.Event | None = None,
-) -> list[Trajectory]:
+) -> Sequence[Trajectory]:
     """Simulate ensemble members of one case on threads; the result does not depend on their number.
 
     ``signals`` names what to keep (`choose_columns`), ``duration`` and ``transient`` [s] and ``sampling`` [Hz] default to
@@ -92,8 +92,8 @@ def run_one(
             transient=run.transient,
         )
     )
-    job = Job(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
-    return job.run(Watch(run.duration + run.transient, None, stop or threading.Event()))
+    one = Simulation(case, packed, kept, run.sampling, run.duration, run.transient)
+    return Job(0, one, member, origin).run(Watch(one.ends[-1], None, stop or threading.Event()))
 
 
 def run_batch(
@@ -107,15 +107,16 @@ def run_batch(
     threads: int | None = None,
     stop: threading.Event | None = None,
     keep_motion: bool = False,
-) -> list[list[Trajectory]]:
+) -> list[Sequence[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
 
     With ``keep_motion`` signals are computed on request (`KeptSamples`); those that ``signals`` names are written during the
     run, up to `MOST_WRITTEN` numbers a case. The result has the order of ``jobs`` and does not depend on the number of
     threads. Every case is checked before any runs.
     """
-    runs: list[Job] = []
-    bytes_, steps, total = 0.0, 0.0, 0.0
+    cases: list[Simulation] = []
+    found: list[Members | list[Job]] = []
+    bytes_, steps, total, place = 0.0, 0.0, 0.0, 0
     for case, members in jobs:
         run = case.run
         span = run.duration if duration is None else duration
@@ -138,29 +139,23 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(replace(cost, bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
-        starts = Starts(case, packed)
-        runs += [
-            Job(
-                len(runs) + k,
-                case,
-                packed,
-                m,
-                kept,
-                rate,
-                span,
-                lead,
-                keep=keep_motion,
-                sample=sample,
-                starts=starts,
-            )
-            for k, m in enumerate(members)
-        ]
-    if runs:
-        _load(runs[0].case, runs[0].packed)
-    watch = Watch(total, progress, stop or threading.Event())
-    done = _on_threads([partial(run.run, watch) for run in runs], watch, threads or worker_count())
-    ends = np.cumsum([0] + [len(members) for _, members in jobs])
-    return [done[first:last] for first, last in pairwise(ends)]
+        one = Simulation(case, packed, kept, rate, span, lead, keep=keep_motion, sample=sample)
+        cases.append(one)
+        if len(members) > 1 and not one.differs_by_member:
+            found.append(Members(place, one, members))
+        else:
+            found.append([Job(place + k, one, m) for k, m in enumerate(members)])
+        place += len(members)
+    if cases:
+        _load(cases[0].case, cases[0].packed)
+    watch, count = Watch(total, progress, stop or threading.Event()), threads or worker_count()
+    calls = [
+        each.calls(count, watch) if isinstance(each, Members) else [partial(job.run, watch) for job in each]
+        for each in found
+    ]
+    done = iter(_on_threads([call for its in calls for call in its], watch, count))
+    made = [list(islice(done, len(its))) for its in calls]
+    return [each if isinstance(each, Members) else its for each, its in zip(found, made, strict=True)]
 
 
 def _on_threads(calls: Sequence[Callable[[], R]], watch: Watch, threads: int) -> list[R]:
