@@ -18,7 +18,7 @@ from gearplay.solver.deadline import in_request
 from gearplay.solver.integration import Course
 from gearplay.solver.job import Job, Simulation, Watch
 from gearplay.solver.limits import check_estimate, estimate
-from gearplay.solver.members import Members
+from gearplay.solver.members import Members, Pool
 from gearplay.solver.trajectory import Trajectory, choose_columns
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
@@ -79,6 +79,31 @@ def run_one(
     ``origin`` is the end of an earlier run of the same mechanism, from which this one continues.
     The kernels must have been compiled (`prepare`), or threads wait for each other's compilation.
     """
+    one = _simulation(case, signals, 1)
+    return Job(0, one, member, origin).run(Watch(one.ends[-1], None, stop or threading.Event()))
+
+
+def run_few(
+    case: Case,
+    members: Sequence[int],
+    pool: Pool,
+    *,
+    signals: list[str] | None = None,
+    stop: threading.Event | None = None,
+) -> Sequence[Trajectory]:
+    """Simulate members on the caller's thread, on runs of a pool; see `run_one`."""
+    one = _simulation(case, signals, len(members))
+    watch = Watch(one.ends[-1], None, stop or threading.Event())
+    if one.differs_by_member:
+        return [Job(0, one, member).run(watch) for member in members]
+    found = Members(0, one, members, pool)
+    for call in found.calls(1, watch):
+        call()
+    return found
+
+
+def _simulation(case: Case, signals: list[str] | None, members: int) -> Simulation:
+    """Return the simulation of so many members of a case; `ResourceError` where it is too large."""
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
@@ -86,14 +111,13 @@ def run_one(
             case,
             packed,
             columns=len(kept[0]),
-            members=1,
+            members=members,
             sampling=run.sampling,
             duration=run.duration,
             transient=run.transient,
         )
     )
-    one = Simulation(case, packed, kept, run.sampling, run.duration, run.transient)
-    return Job(0, one, member, origin).run(Watch(one.ends[-1], None, stop or threading.Event()))
+    return Simulation(case, packed, kept, run.sampling, run.duration, run.transient)
 
 
 def run_batch(
