@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -167,14 +168,8 @@ class Starts:
 
     def _draw(self, members: Sequence[int]) -> tuple[Floats, ...]:
         """Return the draws of members: radii, angles, velocities in clearances, places between flanks, other velocities."""
-        count, held, elastic = len(members), len(self._in_clearance), len(self._elastic)
-        circles, kicks = np.zeros((count, 2, held)), np.zeros((count, held, 2))
-        places, pushes = np.zeros((count, len(self._order))), np.zeros((count, elastic, 2))
-        for m, generator in enumerate(generators(self._seed, members)):
-            generator.random(out=circles[m])
-            generator.standard_normal(out=kicks[m])
-            generator.random(out=places[m])
-            generator.standard_normal(out=pushes[m])
+        sizes = (len(self._in_clearance), len(self._order), len(self._elastic))
+        circles, kicks, places, pushes = _drawn(self._seed, tuple(members), *sizes)
         shares = np.zeros(places.shape)
         shares[:, self._order] = places
         radii = SHARE_OF_CLEARANCE * np.sqrt(circles[:, 0])
@@ -254,3 +249,16 @@ class Starts:
         """Return the larger of the two flank penetrations of every mesh [m], shape [mesh]; negative for gaps."""
         found = [gaps_of_mesh(self.packed, j, y, memory) for j in range(len(self._order))]
         return np.array([max(p_d, -b_t - p_d) for p_d, b_t in found])
+
+
+@lru_cache(maxsize=64)
+def _drawn(seed: int, members: tuple[int, ...], held: int, meshes: int, elastic: int) -> tuple[Floats, ...]:
+    """Return what members draw from (seed, member); kept, since the cases of a sweep have the same members."""
+    circles, kicks = np.zeros((len(members), 2, held)), np.zeros((len(members), held, 2))
+    places, pushes = np.zeros((len(members), meshes)), np.zeros((len(members), elastic, 2))
+    for m, generator in enumerate(generators(seed, members)):
+        generator.random(out=circles[m])
+        generator.standard_normal(out=kicks[m])
+        generator.random(out=places[m])
+        generator.standard_normal(out=pushes[m])
+    return circles, kicks, places, pushes

@@ -48,7 +48,7 @@ class ReusedRun:
         )
         self.run, self.words = kernel.in_one_block(made)
         self.blank, self.build = self.words.copy(), build_of(packed, places)
-        self.fresh = self.blank
+        self.fresh, self.steps = self.blank, FIRST_STEPS
 
     def take(self, wanted: Simulation) -> None:
         """Take over the numbers of a case of this build."""
@@ -114,12 +114,9 @@ class Members(Sequence[Trajectory]):
     pool: Pool = field(default_factory=Pool, repr=False)
 
     def __post_init__(self) -> None:
-        if 0 in self.numbers:  # what cannot mesh is refused before anything runs
-            self.simulation.starts.of_member(0)
         self._blocks: dict[int, _Block] = {}
         self._made: dict[int, Trajectory] = {}
         self._is_long = False
-        self._steps = FIRST_STEPS
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -139,10 +136,10 @@ class Members(Sequence[Trajectory]):
             self._made[k] = self._blocks[first].trajectory(k - first)
         return self._made[k]
 
-    def calls(self, threads: int, watch: Watch) -> list[Callable[[], None]]:
-        """Return the calls that simulate them, for threads to share."""
+    def calls(self, watch: Watch, threads: int | None = None) -> list[Callable[[], None]]:
+        """Return the calls that simulate them, for ``threads`` to share; as few as possible if not given."""
         wanted = self.simulation
-        size = -(-len(self) // (BLOCKS_PER_THREAD * threads))
+        size = len(self) if threads is None else -(-len(self) // (BLOCKS_PER_THREAD * threads))
         numbers = max(1, len(wanted.kept[1]) * wanted.sample_count)
         size = max(1, min(size, MOST_MEMBERS, MOST_NUMBERS // numbers))
         bounds = [*range(0, len(self), size), len(self)]
@@ -155,7 +152,7 @@ class Members(Sequence[Trajectory]):
             block = _Block(wanted, self.numbers[first:last], self.place + first, watch)
             self._blocks[first] = block
             reused = self.pool.take(wanted)
-            self._steps = block.run(reused, self._steps)
+            block.run(reused)
             self.pool.idle.append(reused)
             alone = [first + k for k in block.long]
             self._is_long = bool(alone)
@@ -176,8 +173,8 @@ class _Block:
         self.long: list[int] = []
         """Those with so many steps that states on the way are to be kept, from the first on."""
 
-    def run(self, reused: ReusedRun, steps: int) -> int:
-        """Simulate them, ``steps`` steps before the first check of the reasons to stop; return how many before the last."""
+    def run(self, reused: ReusedRun) -> None:
+        """Simulate them on a run."""
         wanted, most = self.wanted, self.wanted.case.run.max_steps or np.iinfo(np.int64).max
         limit = min(most, CHUNK_STEPS) if wanted.keep else most
         self.rows = np.empty((len(wanted.kept[1]), wanted.sample_count * len(self.starts)))
@@ -193,12 +190,12 @@ class _Block:
                 self._end_all(run, reason)
                 break
             began = time.perf_counter()
-            status = Status(kernel.advance_members(wanted.packed.system, run, batch, steps))
+            status = Status(kernel.advance_members(wanted.packed.system, run, batch, reused.steps))
             took = time.perf_counter() - began
             self._take_log(run, at)
             end = int(batch.place[kernel.MEMBER])
             self.took[at : end + 1] += took / (end + 1 - at)
-            steps = next_steps(steps, took)
+            reused.steps = next_steps(reused.steps, took)
             if limit < most and Status.TOO_MANY_STEPS in batch.status[at:end]:
                 first = int(np.argmax(batch.status == Status.TOO_MANY_STEPS))
                 self.long = list(range(first, len(self.numbers)))
@@ -206,7 +203,6 @@ class _Block:
                 break
         self.watch.report(-1 - self.place, float(np.sum(batch.reached)))
         self.left = self.watch.left(wanted.case)
-        return steps
 
     def _reason(self, run: Run) -> Status | None:
         """Report how far the members have come; return why they must stop, or None."""

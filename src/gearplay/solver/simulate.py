@@ -97,7 +97,7 @@ def run_few(
     if one.differs_by_member:
         return [Job(0, one, member).run(watch) for member in members]
     found = Members(0, one, members, pool)
-    for call in found.calls(1, watch):
+    for call in found.calls(watch):
         call()
     return found
 
@@ -140,6 +140,7 @@ def run_batch(
     """
     cases: list[Simulation] = []
     found: list[Members | list[Job]] = []
+    pool = Pool()
     bytes_, steps, total, place = 0.0, 0.0, 0.0, 0
     for case, members in jobs:
         run = case.run
@@ -165,8 +166,10 @@ def run_batch(
         total += (span + lead) * len(members)
         one = Simulation(case, packed, kept, rate, span, lead, keep=keep_motion, sample=sample)
         cases.append(one)
-        if len(members) > 1 and not one.differs_by_member:
-            found.append(Members(place, one, members))
+        if (len(members) > 1 or not keep_motion) and not one.differs_by_member:
+            if 0 in members:  # what cannot mesh is refused before anything runs
+                one.starts.of_member(0)
+            found.append(Members(place, one, members, pool))
         else:
             found.append([Job(place + k, one, m) for k, m in enumerate(members)])
         place += len(members)
@@ -174,7 +177,7 @@ def run_batch(
         _load(cases[0].case, cases[0].packed)
     watch, count = Watch(total, progress, stop or threading.Event()), threads or worker_count()
     calls = [
-        each.calls(count, watch) if isinstance(each, Members) else [partial(job.run, watch) for job in each]
+        each.calls(watch, count) if isinstance(each, Members) else [partial(job.run, watch) for job in each]
         for each in found
     ]
     done = iter(_on_threads([call for its in calls for call in its], watch, count))
