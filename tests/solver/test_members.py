@@ -111,7 +111,8 @@ def test_a_member_begins_from_nothing_that_a_run_left_behind(name: str) -> None:
 
     def spoil(given: Simulation) -> None:
         take(given)
-        reused.words[:] = np.array(np.nan).view(np.int64)
+        for array in kernel._arrays(reused.run, kernel._OUTSIDE):
+            array[...] = np.nan if array.dtype.kind in "fc" else 1  # whole numbers are places, too
         for array in (reused.run.free_states, reused.run.shown, reused.run.log):
             array[:] = np.nan
 
