@@ -178,13 +178,18 @@ class Starts:
     def _drawn_states(self, members: Sequence[int]) -> Floats:
         """Return what `state` returns for each of several members that draw, shape [member, state]."""
         memory = make_memory(self.packed.system)
+        radii, angles, kicks, shares, pushes = self._draw(members)
         draws = Draws(
             self._base,
             self._own,
             np.array([i for i, _ in self._in_clearance], dtype=np.int64),
             np.array([clearance for _, clearance in self._in_clearance], dtype=np.float64),
             np.array(self._elastic, dtype=np.int64),
-            *self._draw(members),
+            radii,
+            angles,
+            kicks,
+            shares,
+            pushes,
             blank=memory,
             memory=memory.copy(),
             out=np.zeros(OUT_SIZE),
@@ -212,7 +217,8 @@ class Starts:
             _must_mesh(self.packed, meshes, y, memory)
             return y
         if self._is_plain:
-            return self._drawn_states([member])[0]
+            drawn: Floats = self._drawn_states([member])[0]
+            return drawn
         radii, angles, kicks, shares, pushes = (each[0] for each in self._draw([member]))
         for shrink in (*(0.5**n for n in range(HALVINGS)), 0.0):
             own = self._own.copy()

@@ -4,7 +4,7 @@ The algorithm is that of `numpy.random.SeedSequence` (M. E. O'Neill's seed_seq_f
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.random import PCG64, Generator
@@ -37,7 +37,7 @@ def generators(seed: int, members: Sequence[int]) -> list[Generator]:
     """
     if len(members) < FEW:
         return [np.random.default_rng([seed, member]) for member in members]
-    return [Generator(PCG64(_Words(words))) for words in states_of(seed, members)]
+    return [Generator(PCG64(cast(Any, _Words(words)))) for words in states_of(seed, members)]
 
 
 def states_of(seed: int, members: Sequence[int]) -> NDArray[np.uint64]:
@@ -76,10 +76,12 @@ class _Hash:
     def __call__(self, values: NDArray[np.uint32]) -> NDArray[np.uint32]:
         found = values ^ np.uint32(self.constant)
         self.constant = self.constant * self.factor & _WORD
-        found = found * np.uint32(self.constant)
-        return found ^ (found >> np.uint32(16))
+        found *= np.uint32(self.constant)
+        found ^= found >> np.uint32(16)
+        return found
 
 
 def _mixed(x: NDArray[np.uint32], y: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    found = np.uint32(0xCA01F9DD) * x - np.uint32(0x4973F715) * y
-    return found ^ (found >> np.uint32(16))
+    found: NDArray[np.uint32] = np.uint32(0xCA01F9DD) * x - np.uint32(0x4973F715) * y
+    found ^= found >> np.uint32(16)
+    return found

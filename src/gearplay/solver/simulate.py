@@ -176,12 +176,12 @@ def run_batch(
     if cases:
         _load(cases[0].case, cases[0].packed)
     watch, count = Watch(total, progress, stop or threading.Event()), threads or worker_count()
-    calls = [
+    calls: list[Sequence[Callable[[], Trajectory | None]]] = [
         each.calls(watch, count) if isinstance(each, Members) else [partial(job.run, watch) for job in each]
         for each in found
     ]
     done = iter(_on_threads([call for its in calls for call in its], watch, count))
-    made = [list(islice(done, len(its))) for its in calls]
+    made = [[run for run in islice(done, len(its)) if run is not None] for its in calls]
     return [each if isinstance(each, Members) else its for each, its in zip(found, made, strict=True)]
 
 
