@@ -30,7 +30,7 @@ from gearplay.integrate.run import (
     T,
 )
 from gearplay.integrate.stepper import advance, log_is_full
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import Floats, Ints, blank
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import System
@@ -66,6 +66,23 @@ class Batch(Group):
     memory: Floats  # [member, element, MEMORY]
     impact_speeds: Floats  # [member, impact speed]
     log_ends: Ints  # where each one's contact changes end in the log
+
+
+Batch(
+    place=blank(1, int),
+    times=blank(1),
+    fresh=blank(1, int),
+    words=blank(1, int),
+    starts=blank(2),
+    status=blank(1, int),
+    reached=blank(1),
+    states=blank(2),
+    tallies=blank(3),
+    counts=blank(2, int),
+    memory=blank(3),
+    impact_speeds=blank(2),
+    log_ends=blank(1, int),
+)  # kernels are compiled for the form of the first one
 
 
 def make_batch(
@@ -213,5 +230,25 @@ def advance_members(system: System, run: Run, batch: Batch, steps: int) -> int:
         if status != PAUSED:
             end_member(run, batch, status)
         if left <= 0 and place[MEMBER] < batch.starts.shape[0]:
+            return PAUSED
+    return DONE
+
+
+@compiled_once
+def advance_periods(system: System, run: Run, period: float, passed: Ints, last: int, steps: int) -> int:
+    """Advance to ``last`` times a period [s] by at most ``steps`` steps; a step ends at each multiple; return a status.
+
+    ``passed``, shape [1], is how many have passed.
+    """
+    left = steps
+    while passed[0] < last:
+        run.clock[T_END] = (passed[0] + 1) * period
+        before = run.counts[STEPS]
+        status = advance(system, run, left)
+        if status != DONE:
+            return status
+        passed[0] += 1
+        left -= run.counts[STEPS] - before
+        if left <= 0 and passed[0] < last:
             return PAUSED
     return DONE

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from gearplay.kernels.arrays import Floats, Ints, Rows
+from gearplay.kernels.arrays import Floats, Ints, Rows, blank
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -45,6 +45,27 @@ class Draws(Group):
     out: Floats  # scratch of a mesh
     starts: Floats  # [member, state]
     sound: Ints  # [member]: 1 where no mesh is wedged
+
+
+# Kernels are compiled for the form of the first group of a class.
+Tree(blank(1, int), blank(1), blank(1, int), blank(1, int), blank(1))
+Draws(
+    base=blank(1),
+    own=blank(2),
+    held=blank(1, int),
+    clearances=blank(1),
+    elastic=blank(1, int),
+    radii=blank(2),
+    angles=blank(2),
+    kicks=blank(3),
+    shares=blank(2),
+    pushes=blank(3),
+    blank=blank(2),
+    memory=blank(2),
+    out=blank(1),
+    starts=blank(2),
+    sound=blank(1, int),
+)
 
 
 @compiled_inline
