@@ -24,6 +24,7 @@ from bench.jit import jitted
 from bench.peers import ross_peer
 from bench.problem import LIVELY, QUIET, spread
 from gearplay.integrate import dispatch, stepper
+from gearplay.integrate import members as member_kernel
 from gearplay.integrate import run as kernel
 from gearplay.integrate.right_hand_side import right_hand_side
 from gearplay.kernels.layout import LOADED
@@ -84,6 +85,41 @@ def throughput():
         "",
         f"Simulated seconds per wall second on one core. Two threads, 16 members: {one / two:.2f} times one.",
     ]
+    return lines
+
+
+def ensembles():
+    """Return what a member of an ensemble costs beside the compiled code, and how two threads share an ensemble."""
+    lines = [
+        "`gp.simulate(case, ensemble=1000)` of `han2021` over the time in compiled code, one thread; two threads over one.",
+        "",
+        "| member | compiled code | all, one thread | ratio | two threads over one |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    inner, spent = member_kernel.advance_members, []
+
+    def timed(*words):
+        began = time.perf_counter()
+        try:
+            return inner(*words)
+        finally:
+            spent.append(time.perf_counter() - began)
+
+    member_kernel.advance_members = timed
+    for span in (0.05, 0.5, 2.5):
+        times, count = {1: [], 2: []}, 1000
+        for _ in range(7):  # in turn, so that both meet the same machine
+            for n, found in times.items():
+                spent.clear()
+                began = time.perf_counter()
+                gp.simulate(HAN, duration=span, transient=0.0, ensemble=count, threads=n)
+                found.append((time.perf_counter() - began, sum(spent)))
+        (one, within), (two, _) = (min(found) for found in times.values())
+        each, alone = 1e6 * one / count, 1e6 * within / count
+        lines.append(
+            f"| {span:g} s | {alone:.0f} us | {each:.0f} us | {one / within:.2f} | {one / two:.2f} |"
+        )
+    member_kernel.advance_members = inner
     return lines
 
 
@@ -333,6 +369,7 @@ def ross():
 
 SECTIONS = (  # the peers last: their libraries' threads and memory would disturb the others
     ("Throughput", throughput),
+    ("Ensembles", ensembles),
     ("Loaded pairs and trains", loaded.report),
     ("Rotors behind springs", joined.report),
     ("Signals of a kept motion", signals),

@@ -112,9 +112,21 @@ def test_points_come_in_c_order() -> None:
         )
     ]
     assert [found.at(i) for i in range(len(found))] == expected
-    assert len(found) == found.jobs == 48
-    assert [found.job(i) for i in range(48)] == [[i] for i in range(48)]
+    assert len(found) == 48
+    assert [found.job(i) for i in range(found.jobs)] == [[2 * i, 2 * i + 1] for i in range(24)]
     assert all(1e-4 <= drag <= 1e-3 for drag in drags)
+
+
+@pytest.mark.parametrize(("members", "size"), [(1, 1), (4, 4), (16, 16), (34, 2), (37, 1), (60, 15)])
+def test_jobs_are_members_of_one_case(members: int, size: int) -> None:
+    found = points({**GAP, "values": [1e-5, 2e-5]}, members=members)
+    jobs = [found.job(number) for number in range(found.jobs)]
+    assert [i for job in jobs for i in job] == list(range(len(found)))
+    for job in jobs:
+        at = [found.at(i) for i in job]
+        assert len(job) == size
+        assert {values["gap"] for values, _ in at} == {at[0][0]["gap"]}
+        assert [member for _, member in at] == list(range(at[0][1], at[0][1] + size))
 
 
 def test_one_member_and_no_design_have_no_dimension() -> None:

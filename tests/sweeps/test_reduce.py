@@ -44,7 +44,7 @@ def made(*reductions: dict[str, Any]) -> Sweep:
 
 def kept(*reductions: dict[str, Any], jammed: bool = False) -> FLOATS:
     """Return the row of a member of the sweep, at its first or its last values."""
-    (outcome,) = made(*reductions).evaluate(6 * jammed + MEMBER)
+    outcome = made(*reductions).evaluate(3 * jammed)[MEMBER]
     assert outcome.status == 0, outcome.reason
     return outcome.row
 

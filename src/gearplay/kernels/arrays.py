@@ -1,6 +1,6 @@
 """Array types of the kernels."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,3 +9,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Rows = Annotated[NDArray[np.float64], 2]
 """An array of two dimensions, where a kernel's signature must say so."""
+
+
+def blank(dimensions: int, kind: type = float) -> NDArray[Any]:
+    """Return an array without numbers, for an example of a group."""
+    return np.zeros(dimensions * (0,), dtype=kind)

@@ -1,15 +1,19 @@
 """Initial states: given values, the rest kinematically consistent; ensemble members drawn by seed."""
 
 import math
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.integrate.starts import HALVINGS, Draws, draw_starts
 from gearplay.integrate.switches import make_memory
-from gearplay.kernels.layout import omega_of, theta_of, vx_of, vy_of, x_of, y_of
+from gearplay.kernels.layout import OUT_SIZE, omega_of, theta_of, vx_of, vy_of, x_of, y_of
 from gearplay.model import geometry, matching
 from gearplay.model.pack import Packed
+from gearplay.model.seeds import generators
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
 from gearplay.model.traversal import mesh_order, rotor_order
 from gearplay.parts.rotor.schema import Initial
@@ -33,17 +37,17 @@ class _Seats:
     def __init__(self, case: "Case", packed: Packed, spins: dict[str, float]) -> None:
         self._system, names, centres = packed.system, list(case.rotors), geometry.centres(case)
         self._speeds = [spins[name] for name in names]
-        self._carried: list[
+        self.carried: list[
             tuple[int, int, float, float]
         ] = []  # rotor, carrier, arm [m], carriers before what they carry
 
         def add(name: str) -> None:
             carrier = geometry.carrier_of(case, name)
-            if carrier is None or any(names[i] == name for i, *_ in self._carried):
+            if carrier is None or any(names[i] == name for i, *_ in self.carried):
                 return
             add(carrier)
             arm = [centres[name][k] - centres[carrier][k] for k in range(2)]
-            self._carried.append((names.index(name), names.index(carrier), arm[0], arm[1]))
+            self.carried.append((names.index(name), names.index(carrier), arm[0], arm[1]))
 
         for name in names:
             add(name)
@@ -53,7 +57,7 @@ class _Seats:
         for i, (x, y_own, v_x, v_y) in enumerate(own.tolist()):
             at, speed = x_of(i), vx_of(self._system, i)
             y[at], y[at + 1], y[speed], y[speed + 1] = x, y_own, v_x, v_y
-        for i, carrier, arm_x, arm_y in self._carried:
+        for i, carrier, arm_x, arm_y in self.carried:
             at, speed = x_of(carrier), vx_of(self._system, carrier)
             turn, spin = float(y[theta_of(carrier)]), self._speeds[carrier]
             sine, cosine_1 = math.sin(turn), -2.0 * math.sin(0.5 * turn) ** 2
@@ -149,6 +153,54 @@ class Starts:
         """Return the start of a member; where ``run.start`` is "drawn" the members are the draws 1, 2, ..."""
         return self.state(member + 1 if self._is_drawn else member)
 
+    def of_members(self, members: Sequence[int]) -> Floats:
+        """Return the starts of members, shape [member, state]."""
+        numbers = [member + 1 for member in members] if self._is_drawn else list(members)
+        drawn = [number for number in numbers if number > 0]
+        found = dict(zip(drawn, self._drawn_states(drawn), strict=True)) if self._is_plain else {}
+        states = [found[number] if number in found else self.state(number) for number in numbers]
+        return np.array(states).reshape(-1, self.packed.state_size)
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether starts need no more than turning a tree of meshes: no loops of them, nothing on carriers."""
+        return not (self._touches.loops or self._touches.leaves_gaps or self._seats.carried)
+
+    def _draw(self, members: Sequence[int]) -> tuple[Floats, ...]:
+        """Return the draws of members: radii, angles, velocities in clearances, places between flanks, other velocities."""
+        sizes = (len(self._in_clearance), len(self._order), len(self._elastic))
+        circles, kicks, places, pushes = _drawn(self._seed, tuple(members), *sizes)
+        shares = np.zeros(places.shape)
+        shares[:, self._order] = places
+        radii = SHARE_OF_CLEARANCE * np.sqrt(circles[:, 0])
+        return radii, 2.0 * math.pi * circles[:, 1], SPREAD_OF_SPEED * kicks, shares, SPREAD_OF_SPEED * pushes
+
+    def _drawn_states(self, members: Sequence[int]) -> Floats:
+        """Return what `state` returns for each of several members that draw, shape [member, state]."""
+        memory = make_memory(self.packed.system)
+        radii, angles, kicks, shares, pushes = self._draw(members)
+        draws = Draws(
+            self._base,
+            self._own,
+            np.array([i for i, _ in self._in_clearance], dtype=np.int64),
+            np.array([clearance for _, clearance in self._in_clearance], dtype=np.float64),
+            np.array(self._elastic, dtype=np.int64),
+            radii,
+            angles,
+            kicks,
+            shares,
+            pushes,
+            blank=memory,
+            memory=memory.copy(),
+            out=np.zeros(OUT_SIZE),
+            starts=np.zeros((len(members), self._base.size)),
+            sound=np.zeros(len(members), dtype=np.int64),
+        )
+        draw_starts(self.packed.system, self._touches.tree, draws)
+        for m in np.flatnonzero(draws.sound == 0).tolist():
+            _must_mesh(self.packed, len(self._order), draws.starts[m], make_memory(self.packed.system))
+        return draws.starts
+
     def state(self, member: int) -> Floats:
         """Return the state [m, rad (relative), m/s, rad/s] at t = 0, shape [state].
 
@@ -164,18 +216,14 @@ class Starts:
             y, _ = self._start(self._own, np.zeros(meshes), memory)
             _must_mesh(self.packed, meshes, y, memory)
             return y
-        generator = np.random.default_rng([self._seed, member])
-        count = len(self._in_clearance)
-        radii = (SHARE_OF_CLEARANCE * np.sqrt(generator.random(count))).tolist()
-        angles = (2.0 * math.pi * generator.random(count)).tolist()
-        kicks = SPREAD_OF_SPEED * generator.standard_normal((count, 2))
-        shares = np.zeros(meshes)
-        shares[self._order] = generator.random(meshes)
-        pushes = SPREAD_OF_SPEED * generator.standard_normal((len(self._elastic), 2))
-        for shrink in (*(0.5**n for n in range(12)), 0.0):
+        if self._is_plain:
+            drawn: Floats = self._drawn_states([member])[0]
+            return drawn
+        radii, angles, kicks, shares, pushes = (each[0] for each in self._draw([member]))
+        for shrink in (*(0.5**n for n in range(HALVINGS)), 0.0):
             own = self._own.copy()
             for (i, clearance), radius, angle, kick in zip(
-                self._in_clearance, radii, angles, kicks, strict=True
+                self._in_clearance, radii.tolist(), angles.tolist(), kicks, strict=True
             ):
                 own[i, 0] += shrink * radius * clearance * math.cos(angle)
                 own[i, 1] += shrink * radius * clearance * math.sin(angle)
@@ -207,3 +255,16 @@ class Starts:
         """Return the larger of the two flank penetrations of every mesh [m], shape [mesh]; negative for gaps."""
         found = [gaps_of_mesh(self.packed, j, y, memory) for j in range(len(self._order))]
         return np.array([max(p_d, -b_t - p_d) for p_d, b_t in found])
+
+
+@lru_cache(maxsize=64)
+def _drawn(seed: int, members: tuple[int, ...], held: int, meshes: int, elastic: int) -> tuple[Floats, ...]:
+    """Return what members draw from (seed, member); kept, since the cases of a sweep have the same members."""
+    circles, kicks = np.zeros((len(members), 2, held)), np.zeros((len(members), held, 2))
+    places, pushes = np.zeros((len(members), meshes)), np.zeros((len(members), elastic, 2))
+    for m, generator in enumerate(generators(seed, members)):
+        generator.random(out=circles[m])
+        generator.standard_normal(out=kicks[m])
+        generator.random(out=places[m])
+        generator.standard_normal(out=pushes[m])
+    return circles, kicks, places, pushes

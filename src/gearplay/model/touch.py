@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.integrate.starts import MOST_TURNS, ROUNDING, Tree, turn_tree
 from gearplay.kernels.layout import OUT_SIZE, theta_of
 from gearplay.model import geometry
 from gearplay.model.bounded_gaps import nearest_gaps
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Shares = dict[str, float]
 """Rotors that turn together, by their share of the group's rotation."""
-
-LEAST_TURNS, MOST_TURNS = 3, 60  # an eccentric toothing moves a little as it turns
-ROUNDING = 1e-15  # m, error that a gap may keep
 
 
 def is_turned_by_file(case: "Case", name: str) -> bool:
@@ -89,22 +87,6 @@ class _Step(NamedTuple):
     lever: float  # m, change of p_d per rotation of the group
     turned: tuple[tuple[int, float], ...]  # (place in the state, share)
 
-    def make(self, packed: "Packed", y: Floats, shares: Floats, memory: Floats) -> bool:
-        """Turn in ``y`` so that the drive gap is its share of the backlash, half of a negative one; False where both press."""
-        is_free, before = True, math.inf
-        for k in range(MOST_TURNS):
-            p_d, b_t = gaps_of_mesh(packed, self.mesh, y, memory)
-            if not math.isfinite(p_d):
-                return False
-            is_free = b_t >= 0.0
-            turn = (-(shares[self.mesh] if is_free else 0.5) * b_t - p_d) / self.lever
-            for place, part in self.turned:
-                y[place] += part * turn
-            if k + 1 >= LEAST_TURNS and turn * turn * abs(self.lever) <= ROUNDING * before:
-                break  # turns shrink by one factor
-            before = abs(turn)
-        return is_free
-
 
 class _Loop(NamedTuple):
     """Meshes whose gaps depend on each other, and the groups that are turned for them."""
@@ -154,13 +136,21 @@ class Touches:
         self.steps: list[_Step] = []
         self.loops: list[_Loop] = []
         self._plan(known, carriers, sprung)
+        turned = [each for step in self.steps for each in step.turned]
+        self.tree = Tree(
+            np.array([step.mesh for step in self.steps], dtype=np.int64),
+            np.array([step.lever for step in self.steps], dtype=np.float64),
+            np.cumsum([len(step.turned) for step in self.steps], dtype=np.int64),
+            np.array([place for place, _ in turned], dtype=np.int64),
+            np.array([part for _, part in turned], dtype=np.float64),
+        )
 
     def make(self, y: Floats, shares: Floats, memory: Floats, seat: Callable[[Floats], None]) -> bool:
         """Turn groups in ``y``, ``shares`` of the backlash between drive flanks, shape [mesh]; False where teeth press or leave.
 
         ``seat`` puts carried rotors on their carriers.
         """
-        found = [step.make(self._packed, y, shares, memory) for step in self.steps]
+        found = [turn_tree(self._packed.system, self.tree, shares, y, memory, np.zeros(OUT_SIZE))]
         found += [loop.make(self._packed, y, shares, memory, seat) for loop in self.loops]
         return all(found)
 

@@ -168,12 +168,10 @@ def bifurcation(
         """Compute the sections of a value from a start; return its final state."""
         step, observe = section_period(flow.packed, period), Observables(flow.packed, signals)
         integration = flow.begin(state, impact_speeds=impact_speeds, stop=stopping)
-        for n in range(settle + keep):
-            integration.advance((n + 1) * step)
-            if n >= settle:
-                table[way, at, n - settle] = observe(
-                    integration.time, integration.state, integration.run.branch
-                )
+        integration.advance_periods(step, settle)
+        for n in range(keep):
+            integration.advance((settle + n + 1) * step)
+            table[way, at, n] = observe(integration.time, integration.state, integration.run.branch)
         integration.advance(_whole(flow, (settle + keep) * step))
         return _Last(
             flow,

@@ -51,7 +51,7 @@ class Result(AnalysisResult):
     case : Case
     ds : xarray.Dataset
         Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
-    runs : list of Trajectory
+    runs : sequence of Trajectory
         Members with counters, final states and the log of contacts; computed again for a result read from a file.
     status, message, success
         The worst status of all members as text, and whether every member reached its end.
@@ -67,7 +67,7 @@ class Result(AnalysisResult):
 
     result_kind = "run"
 
-    def __init__(self, case: Case, runs: list[Trajectory]) -> None:
+    def __init__(self, case: Case, runs: Sequence[Trajectory]) -> None:
         self.case, self._runs = case, runs
 
     @classmethod
@@ -101,7 +101,7 @@ class Result(AnalysisResult):
         return to_dataset(self.case, pack(self.case), self._runs)
 
     @cached_property
-    def runs(self) -> list[Trajectory]:
+    def runs(self) -> Sequence[Trajectory]:
         """One `Trajectory` a member; of a result from a file, the case is integrated again."""
         return self._runs or runs_again(self)
 

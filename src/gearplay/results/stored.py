@@ -1,5 +1,6 @@
 """Results read from files: validation of the file, replay for quantities that it does not hold."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -96,7 +97,7 @@ ENDED: Final = (Status.OUT_OF_TIME, Status.INTERRUPTED)
 _CURE: Final = "Simulate the case: gearplay.simulate(result.case)"
 
 
-def runs_again(result: "Result") -> list[Trajectory]:
+def runs_again(result: "Result") -> Sequence[Trajectory]:
     """Return the trajectories of a result that was read from a file: its case, integrated again.
 
     Raises `InputError` where a member was ended by the clock, or where the file holds other samples than the case gives

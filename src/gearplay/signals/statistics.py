@@ -4,9 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
 from gearplay.signals.checks import check_channel
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def signal_statistics(channel: Channel, *, remove_mean: bool = False) -> SignalS
         second = float(np.mean(square))
         shape = [float(np.mean(square * unit)) / second**1.5, float(np.mean(square * square)) / second**2]
     taken, peak = (central, scale) if remove_mean else (values, largest)
-    rms = peak * math.sqrt(float(np.mean((taken / peak) ** 2))) if peak > 0.0 else 0.0
+    rms = rms_of(taken, peak)
     return SignalStatistics(
         mean=mean,
         rms=rms,
@@ -90,3 +93,12 @@ def signal_statistics(channel: Channel, *, remove_mean: bool = False) -> SignalS
         unit=channel.unit,
         name=channel.name,
     )
+
+
+def rms_of(values: Floats, peak: float) -> float:
+    """Return the root mean square of values with a given largest modulus.
+
+    >>> rms_of(np.array([3.0, -4.0]), 4.0) ** 2
+    12.5
+    """
+    return peak * math.sqrt(float(np.mean((values / peak) ** 2))) if peak > 0.0 else 0.0

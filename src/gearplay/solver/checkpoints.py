@@ -97,12 +97,16 @@ class KeptMotion:
         What moves.
     ends
         Times [s] that no step passed: the end of the transient, the end of the run.
+    start
+        Initial state of a run so short that its states were not stored on the way, shape [state]; they are when requested.
 
     """
 
-    def __init__(self, case: Case, packed: Packed, ends: tuple[float, float]) -> None:
-        self.case, self.packed, self.ends = case, packed, ends
-        self.marks: list[_Mark] = []
+    def __init__(
+        self, case: Case, packed: Packed, ends: tuple[float, float], start: Floats | None = None
+    ) -> None:
+        self.case, self.packed, self.ends, self.start = case, packed, ends, start
+        self._marks: list[_Mark] = []
         self._arrays: tuple[NDArray[Any], ...] = ()
         self._due = 0
         self.reached = 0.0
@@ -111,16 +115,31 @@ class KeptMotion:
         """What the run has left of the case's limit on wall time [s]: no sampling may take longer."""
 
     @property
+    def marks(self) -> list[_Mark]:
+        """The stored states, in the order of time."""
+        if not self._marks and self.start is not None:
+            course = Course(self.case, self.packed, self.start)
+
+            def asked(course: Course) -> Status | None:
+                self.note(course)
+                return Status.INTERRUPTED if course.time >= self.reached else None
+
+            lead, end = self.ends
+            if lead <= 0.0 or course.follow(lead, keep_log=False, reason_to_stop=asked) == Status.DONE:
+                course.follow(end, keep_log=False, reason_to_stop=asked)
+        return self._marks
+
+    @property
     def bytes(self) -> int:
         """Memory taken [byte]."""
-        return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays) * len(self.marks)
+        return sum(array.nbytes for mark in self._marks[:1] for array in mark.arrays) * len(self._marks)
 
     def note(self, course: Course) -> None:
         """Store a checkpoint of a run at its begin or a pause, if one is due; set the run's steps until the next pause."""
         if not self._arrays:
             self._arrays = tuple(_states(course.run))
         if course.steps >= self._due or course.time in self.ends:
-            self.marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
+            self._marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
             self._due = course.steps + max(SHORTEST, course.steps // SHARE)
         course.chunk = min(CHUNK_STEPS, self._due - course.steps)
 

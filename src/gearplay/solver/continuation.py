@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.layout import DRIVE_SPEED, omega_of
+from gearplay.kernels.layout import DRIVE_SPEED, System, omega_of
 from gearplay.model.pack import Packed
 from gearplay.solver.integration import Course
 
@@ -23,13 +23,13 @@ class End(NamedTuple):
     impact_speeds: Floats
 
 
-def end_of(course: Course) -> End:
-    """Return the end of a run: theta = Omega t + theta_relative, omega = Omega + omega_relative."""
-    rotors: Any = course.system.rotors
-    n, state = rotors.size, course.state.copy()
-    state[2 : 3 * n : 3] += rotors.nominal_speed * course.time
-    state[3 * n + 2 : 6 * n : 3] += rotors.nominal_speed
-    return End(state, course.run.branch.memory.copy(), course.impact_speeds.copy())
+def end_of(system: System, t: float, y: Floats, memory: Floats, impact_speeds: Floats) -> End:
+    """Return the end of a run at t [s] in state y: theta = Omega t + theta_relative, omega = Omega + omega_relative."""
+    speeds = system.rotors["nominal_speed"]
+    n, state = speeds.size, y.copy()
+    state[2 : 3 * n : 3] += speeds * t
+    state[3 * n + 2 : 6 * n : 3] += speeds
+    return End(state, memory.copy(), impact_speeds.copy())
 
 
 def start_from(end: End, packed: Packed) -> Floats:

@@ -4,12 +4,13 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.integrate import members, stepper, tangent, tangent_state
 from gearplay.integrate import run as kernel
-from gearplay.integrate import stepper, tangent, tangent_state
 from gearplay.kernels.layout import OPEN
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -137,17 +138,20 @@ class Course:
 
     def take_chunk(self, t_end: float, steps: int, *, keep_log: bool = True) -> Status:
         """Advance to t_end [s], by at most ``steps`` steps; return how it went."""
-        run = self.run
-        run.clock[kernel.T_END] = t_end
+        self.run.clock[kernel.T_END] = t_end
         if self.tangent is None:
-            status = Status(stepper.advance(self.system, run, steps))
+            status = Status(stepper.advance(self.system, self.run, steps))
         else:
-            status = Status(tangent.advance_tangent(self.system, run, self.tangent, steps))
+            status = Status(tangent.advance_tangent(self.system, self.run, self.tangent, steps))
+        self._empty_log(keep_log=keep_log)
+        return status
+
+    def _empty_log(self, *, keep_log: bool) -> None:
+        run = self.run
         logged = int(run.counts[kernel.LOGGED])
         if keep_log and logged:
             self.log.append(run.log[:logged].copy())
         run.counts[kernel.LOGGED] = 0
-        return status
 
     def follow(
         self,
@@ -157,12 +161,17 @@ class Course:
         reason_to_stop: Callable[["Course"], Status | None] | None = None,
     ) -> Status:
         """Advance to t_end [s] or to the first reason to stop, evaluated before each chunk; return the status."""
+        return self._in_chunks(partial(self.take_chunk, t_end, keep_log=keep_log), reason_to_stop)
+
+    def _in_chunks(
+        self, take: Callable[[int], Status], reason_to_stop: Callable[["Course"], Status | None] | None = None
+    ) -> Status:
         asked, self._piece_begun = reason_to_stop or Course._own_reason, self.steps
         while (reason := asked(self)) is None:
             steps = min(self.chunk, self._paced, CHUNK_STEPS)
             steps = max(0, min(steps, (self.case.run.max_steps or self.steps + steps) - self.steps))
             began = time.perf_counter()
-            status = self.take_chunk(t_end, steps, keep_log=keep_log)
+            status = take(steps)
             if status != Status.PAUSED:
                 return status
             self._paced = next_steps(steps, time.perf_counter() - began)
@@ -179,6 +188,17 @@ class Course:
     def advance(self, t_end: float) -> None:
         """Go on to t_end [s]; `SimulationError` where the motion cannot be followed so far."""
         self._check(self.follow(t_end))
+
+    def advance_periods(self, period: float, count: int) -> None:
+        """Go on to ``count`` times a period [s], as one call of `advance` for each of them does; no derivative is moved on."""
+        passed = np.zeros(1, dtype=np.int64)
+
+        def take(steps: int) -> Status:
+            status = Status(members.advance_periods(self.system, self.run, period, passed, count, steps))
+            self._empty_log(keep_log=True)
+            return status
+
+        self._check(self._in_chunks(take))
 
     def advance_to_change(self, t_end: float) -> Floats:
         """Go on to the end of the first step with a contact change, at most to t_end [s].

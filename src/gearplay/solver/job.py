@@ -2,7 +2,9 @@
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,57 +34,115 @@ from gearplay.vocabulary.progress import Tick
 Floats = NDArray[np.float64]
 
 
-@dataclass
-class Job:
-    """One member to simulate."""
+@dataclass(frozen=True)
+class Ended:
+    """Where a run ended: status, time [s], state, tallies, counts, memory of the elements, stored impact speeds [m/s]."""
 
-    place: int
+    status: Status
+    reached: float
+    state: Floats
+    tallies: Floats
+    counts: NDArray[np.int64]
+    memory: Floats
+    impact_speeds: Floats
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the runs of all members of a case have in common."""
+
     case: Case
     packed: Packed
-    member: int
     kept: tuple[tuple[Column, ...], NDArray[np.int64]]
     sampling: float
     duration: float
     transient: float
-    origin: End | None = None
-    start: Floats | None = None
     keep: bool = False  # the motion, for signals that are requested later
     sample: bool = True  # the signals, during the run
-    starts: Starts | None = None  # of all members of the case, where these are several
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the transient and of the run [s]."""
+        return self.transient, self.transient + self.duration
+
+    @property
+    def sample_count(self) -> int:
+        """Number of samples that are written during the run."""
+        return max(1, int(self.duration * self.sampling + 0.5)) if self.sample else 0
+
+    @cached_property
+    def starts(self) -> Starts:
+        """Initial states of the members."""
+        return Starts(self.case, self.packed)
+
+    @property
+    def differs_by_member(self) -> bool:
+        """Whether each member has a mechanism of its own: one whose housing has a record of its own."""
+        return self.case.base is not None and self.case.base.is_per_member
+
+    def of_member(self, member: int) -> "Simulation":
+        """Return the simulation with the member's own mechanism, or this one where that is common to all."""
+        if not self.differs_by_member:
+            return self
+        return replace(self, packed=pack(self.case, span=self.ends[-1], member=member))
+
+    def samples(self, motion: KeptMotion | None, written: Floats, ended: Ended, left: float) -> Samples:
+        """Return the samples, shape [time, column]: written during the run, computed on request, or both after a whole run."""
+        if motion is None:
+            return WrittenSamples(written, left)
+        motion.reached, motion.left = ended.reached, left
+        whole = self.sample and ended.status == Status.DONE
+        return KeptSamples(motion, self.kept[1], self.sampling, written if whole else None)
+
+    def trajectory(self, member: int, ended: Ended, log: Floats, samples: Samples, took: float) -> Trajectory:
+        """Return the `Trajectory` of a finished or stopped run; ``took`` is its wall time [s]."""
+        packed, counts, span = self.packed, ended.counts, ended.reached - self.transient
+        where = (ended.reached, ended.state, ended.memory)
+        return Trajectory(
+            member=member,
+            first_sample=self.transient,
+            sampling=self.sampling,
+            samples=samples,
+            columns=self.kept[0],
+            statistics=statistics_of(packed, ended.tallies, span),
+            log=log,
+            status=ended.status,
+            counters=Counters(
+                *(int(counts[i]) for i in (kernel.STEPS, kernel.REJECTED, kernel.EVENTS, kernel.CALLS))
+            ),
+            reached=ended.reached,
+            wall_time=took,
+            final_state=ended.state.copy(),
+            end=end_of(packed.system, *where, ended.impact_speeds),
+            wedged=wedged_meshes(packed, ended.tallies, span),
+            housing=HousingMotion.of(packed.system),
+            left_mesh=mesh_that_left(packed, *where) if ended.status == Status.CANNOT_MESH else "",
+        )
+
+
+@dataclass
+class Job:
+    """One member to simulate; ``place`` is its number among the runs of one call."""
+
+    place: int
+    simulation: Simulation
+    member: int
+    origin: End | None = None
 
     def __post_init__(self) -> None:
         # What cannot mesh is refused before anything runs; the other members are drawn when their turn comes.
-        if self.member == 0 and self.origin is None:
-            self.draw()
+        self.start = self.simulation.starts.of_member(0) if self.member == 0 and self.origin is None else None
 
-    def draw(self) -> None:
-        """Draw the start now. `InputError` where teeth cannot mesh."""
-        self.start = self.first_state(self.packed)
-
-    def own_packed(self) -> Packed:
-        """Return the member's own translation where its housing has a record of its own, the common one otherwise."""
-        if self.case.base is None or not self.case.base.is_per_member:
-            return self.packed
-        return pack(self.case, span=self.transient + self.duration, member=self.member)
-
-    def first_state(self, packed: Packed) -> Floats:
-        """Return the state that the motion begins with, shape [state]."""
-        if self.origin is not None:
-            return start_from(self.origin, packed)
-        if self.start is not None:
-            return self.start
-        starts = self.starts if packed is self.packed else None
-        return (starts or Starts(self.case, packed)).of_member(self.member)
-
-    def begin(self, packed: Packed) -> Course:
+    def begin(self, own: Simulation) -> Course:
         """Return the integration run in its initial state."""
-        start = self.first_state(packed)
-        if self.sample:
-            samples = max(1, int(self.duration * self.sampling + 0.5))
-            rows = np.empty((len(self.kept[1]), samples))
-            course = Course(self.case, packed, start, places=self.kept[1], rows=rows)
+        if self.origin is not None:
+            start = start_from(self.origin, own.packed)
         else:
-            course = Course(self.case, packed, start)
+            start = own.starts.of_member(self.member) if self.start is None else self.start
+        wanted: dict[str, Any] = {}
+        if own.sample:
+            wanted = {"places": own.kept[1], "rows": np.empty((len(own.kept[1]), own.sample_count))}
+        course = Course(own.case, own.packed, start, **wanted)
         if self.origin is not None:
             go_on_from(course, self.origin)
         return course
@@ -90,9 +150,9 @@ class Job:
     def run(self, watch: "Watch") -> Trajectory:
         """Run transient and record; return the trajectory whatever happens."""
         started = time.perf_counter()
-        packed, end = self.own_packed(), self.transient + self.duration
-        course = self.begin(packed)
-        motion = KeptMotion(self.case, packed, (self.transient, end)) if self.keep else None
+        own = self.simulation.of_member(self.member)
+        course = self.begin(own)
+        motion = KeptMotion(own.case, own.packed, own.ends) if own.keep else None
 
         def asked(course: Course) -> Status | None:
             if motion is not None:
@@ -100,48 +160,19 @@ class Job:
             return watch.reason_to_stop(self.place, course.case, course.time, course.steps)
 
         status = Status.DONE
-        if self.transient > 0.0:
-            status = course.follow(self.transient, keep_log=False, reason_to_stop=asked)
+        if own.transient > 0.0:
+            status = course.follow(own.transient, keep_log=False, reason_to_stop=asked)
         if status == Status.DONE:
-            course.sample_from(self.transient, self.sampling)
-            status = course.follow(end, reason_to_stop=asked)
+            course.sample_from(own.transient, own.sampling)
+            status = course.follow(own.ends[-1], reason_to_stop=asked)
         watch.report(self.place, course.time)
-        samples = self._samples(course, motion, watch.left(course.case), whole=status == Status.DONE)
-        return self.trajectory(packed, course, status, samples, time.perf_counter() - started)
-
-    def trajectory(
-        self, packed: Packed, course: Course, status: Status, samples: Samples, took: float
-    ) -> Trajectory:
-        """Return the `Trajectory` of a finished or stopped run; ``took`` is its wall time [s]."""
-        run, counts, reached = course.run, course.run.counts, course.time
-        return Trajectory(
-            member=self.member,
-            first_sample=self.transient,
-            sampling=self.sampling,
-            samples=samples,
-            columns=self.kept[0],
-            statistics=statistics_of(packed, run.tallies, reached - self.transient),
-            log=course.whole_log,
-            status=status,
-            counters=Counters(
-                *(int(counts[i]) for i in (kernel.STEPS, kernel.REJECTED, kernel.EVENTS, kernel.CALLS))
-            ),
-            reached=reached,
-            wall_time=took,
-            final_state=run.y.copy(),
-            end=end_of(course),
-            wedged=wedged_meshes(packed, run.tallies, reached - self.transient),
-            housing=HousingMotion.of(packed.system),
-            left_mesh=mesh_that_left(packed, run) if status == Status.CANNOT_MESH else "",
+        run = course.run
+        ended = Ended(
+            status, course.time, run.y, run.tallies, run.counts, run.branch.memory, course.impact_speeds
         )
-
-    def _samples(self, course: Course, motion: KeptMotion | None, left: float, *, whole: bool) -> Samples:
-        """Return the samples: written during the run, computed on request, or both where the run is ``whole``."""
-        written = course.run.rows[:, : int(course.run.counts[kernel.ROWS])].T
-        if motion is None:
-            return WrittenSamples(written, left)
-        motion.reached, motion.left = course.time, left
-        return KeptSamples(motion, self.kept[1], self.sampling, written if self.sample and whole else None)
+        written = run.rows[:, : int(run.counts[kernel.ROWS])].T
+        samples = own.samples(motion, written, ended, watch.left(own.case))
+        return own.trajectory(self.member, ended, course.whole_log, samples, time.perf_counter() - started)
 
 
 class Watch:

@@ -4,19 +4,19 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import pairwise
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
 
 from gearplay.model.case import Case
-from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
 from gearplay.solver.continuation import End
 from gearplay.solver.deadline import in_request
 from gearplay.solver.integration import Course
-from gearplay.solver.job import Job, Watch
+from gearplay.solver.job import Job, Simulation, Watch
 from gearplay.solver.limits import check_estimate, estimate
+from gearplay.solver.members import Members, Pool
 from gearplay.solver.trajectory import Trajectory, choose_columns
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.progress import Tick
@@ -42,7 +42,7 @@ def run_members(
     progress: Tick | None = None,
     threads: int | None = None,
     stop: threading.Event | None = None,
-) -> list[Trajectory]:
+) -> Sequence[Trajectory]:
     """Simulate ensemble members of one case on threads; the result does not depend on their number.
 
     ``signals`` names what to keep (`choose_columns`), ``duration`` and ``transient`` [s] and ``sampling`` [Hz] default to
@@ -75,6 +75,31 @@ def run_one(
 
     ``origin`` is the end of an earlier run of the same mechanism, from which this one continues.
     """
+    one = _simulation(case, signals, 1)
+    return Job(0, one, member, origin).run(Watch(one.ends[-1], None, stop or threading.Event()))
+
+
+def run_few(
+    case: Case,
+    members: Sequence[int],
+    pool: Pool,
+    *,
+    signals: list[str] | None = None,
+    stop: threading.Event | None = None,
+) -> Sequence[Trajectory]:
+    """Simulate members on the caller's thread, on runs of a pool; see `run_one`."""
+    one = _simulation(case, signals, len(members))
+    watch = Watch(one.ends[-1], None, stop or threading.Event())
+    if one.differs_by_member:
+        return [Job(0, one, member).run(watch) for member in members]
+    found = Members(0, one, members, pool)
+    for call in found.calls(watch):
+        call()
+    return found
+
+
+def _simulation(case: Case, signals: list[str] | None, members: int) -> Simulation:
+    """Return the simulation of so many members of a case; `ResourceError` where it is too large."""
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(
@@ -82,14 +107,13 @@ def run_one(
             case,
             packed,
             columns=len(kept[0]),
-            members=1,
+            members=members,
             sampling=run.sampling,
             duration=run.duration,
             transient=run.transient,
         )
     )
-    job = Job(0, case, packed, member, kept, run.sampling, run.duration, run.transient, origin)
-    return job.run(Watch(run.duration + run.transient, None, stop or threading.Event()))
+    return Simulation(case, packed, kept, run.sampling, run.duration, run.transient)
 
 
 def run_batch(
@@ -103,15 +127,17 @@ def run_batch(
     threads: int | None = None,
     stop: threading.Event | None = None,
     keep_motion: bool = False,
-) -> list[list[Trajectory]]:
+) -> list[Sequence[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
 
     With ``keep_motion`` signals are computed on request (`KeptSamples`); those that ``signals`` names are written during the
     run, up to `MOST_WRITTEN` numbers a case. The result has the order of ``jobs`` and does not depend on the number of
     threads. Every case is checked before any runs.
     """
-    runs: list[Job] = []
-    bytes_, steps, total = 0.0, 0.0, 0.0
+    cases: list[Simulation] = []
+    found: list[Members | list[Job]] = []
+    pool = Pool()
+    bytes_, steps, total, place = 0.0, 0.0, 0.0, 0
     for case, members in jobs:
         run = case.run
         span = run.duration if duration is None else duration
@@ -134,29 +160,25 @@ def run_batch(
         bytes_, steps = bytes_ + cost.bytes, steps + cost.steps
         check_estimate(cost._replace(bytes=bytes_, steps=steps))
         total += (span + lead) * len(members)
-        starts = Starts(case, packed)
-        runs += [
-            Job(
-                len(runs) + k,
-                case,
-                packed,
-                m,
-                kept,
-                rate,
-                span,
-                lead,
-                keep=keep_motion,
-                sample=sample,
-                starts=starts,
-            )
-            for k, m in enumerate(members)
-        ]
-    if runs:
-        _load(runs[0].case, runs[0].packed)
-    watch = Watch(total, progress, stop or threading.Event())
-    done = _on_threads([partial(run.run, watch) for run in runs], watch, threads or worker_count())
-    ends = np.cumsum([0] + [len(members) for _, members in jobs])
-    return [done[first:last] for first, last in pairwise(ends)]
+        one = Simulation(case, packed, kept, rate, span, lead, keep=keep_motion, sample=sample)
+        cases.append(one)
+        if (len(members) > 1 or not keep_motion) and not one.differs_by_member:
+            if 0 in members:  # what cannot mesh is refused before anything runs
+                one.starts.of_member(0)
+            found.append(Members(place, one, members, pool))
+        else:
+            found.append([Job(place + k, one, m) for k, m in enumerate(members)])
+        place += len(members)
+    if cases:
+        _load(cases[0].case, cases[0].packed)
+    watch, count = Watch(total, progress, stop or threading.Event()), threads or worker_count()
+    calls: list[Sequence[Callable[[], Trajectory | None]]] = [
+        each.calls(watch, count) if isinstance(each, Members) else [partial(job.run, watch) for job in each]
+        for each in found
+    ]
+    done = iter(_on_threads([call for its in calls for call in its], watch, count))
+    made = [[run for run in islice(done, len(its)) if run is not None] for its in calls]
+    return [each if isinstance(each, Members) else its for each, its in zip(found, made, strict=True)]
 
 
 def _on_threads(calls: Sequence[Callable[[], R]], watch: Watch, threads: int) -> list[R]:

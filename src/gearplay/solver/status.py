@@ -3,6 +3,7 @@
 from enum import IntEnum
 
 from gearplay.integrate import run as kernel
+from gearplay.integrate.members import TOO_MANY_STEPS
 
 
 class Status(IntEnum):
@@ -16,7 +17,7 @@ class Status(IntEnum):
     CANNOT_MESH = kernel.CANNOT_MESH
     BLOW_UP = kernel.BLOW_UP
     MISSED_SWITCH = kernel.MISSED_SWITCH
-    TOO_MANY_STEPS = 20
+    TOO_MANY_STEPS = TOO_MANY_STEPS
     OUT_OF_TIME = 21
     INTERRUPTED = 22
 

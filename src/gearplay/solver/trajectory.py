@@ -18,8 +18,6 @@ from gearplay.integrate.run import (
     SPEED_SUM,
     TIME,
     WEDGED,
-    Run,
-    T,
 )
 from gearplay.kernels.layout import OUT_SIZE
 from gearplay.model.pack import Packed
@@ -143,11 +141,11 @@ def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, flo
     }
 
 
-def mesh_that_left(packed: Packed, run: Run) -> str:
-    """Return the mesh whose centre distance is nearest the ends of its range at the end of a run, or past them."""
+def mesh_that_left(packed: Packed, t: float, y: Floats, memory: Floats) -> str:
+    """Return the mesh whose centre distance is nearest the ends of its range where a run ended at t [s], or past them."""
     out, system, least = np.zeros(OUT_SIZE), packed.system, (math.inf, "")
     for j, mesh in enumerate(system.records[MESH]):
-        gaps_at(system, j, float(run.clock[T]), run.y, run.branch.memory, out)
+        gaps_at(system, j, t, y, memory, out)
         room = min(out[DISTANCE] - mesh.A_min, mesh.A_max - out[DISTANCE]) / (mesh.A_max - mesh.A_min)
         least = min(least, (float(room), packed.labels["mesh"][j]))
     return least[1]

@@ -17,13 +17,16 @@ from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
+MOST_MEMBERS = 16
+"""Members of a job at most: they share their case, and the work of several jobs is easily spread over workers."""
+
 
 @dataclass(frozen=True)
 class Points:
     """All points of a plan, in C order of ``shape``: the axes, then ``direction``, ``sample``, ``member`` where there are any.
 
     ``values`` holds each axis's values in SI (or factors), ``sample`` the drawn ones, shape [sample, parameter]. A *job* is what
-    must run in one go: a point, or all points along the axis ``carried`` in one direction.
+    runs in one go: some members of one case, or all points along the axis ``carried`` in one direction.
     """
 
     axes: tuple[str, ...]
@@ -71,7 +74,9 @@ class Points:
     @property
     def job_size(self) -> int:
         """Points of a job."""
-        return len(self.values[self.carried]) if self.directions else 1
+        if self.directions:
+            return len(self.values[self.carried])
+        return max(size for size in range(1, MOST_MEMBERS + 1) if self.members % size == 0)
 
     @property
     def jobs(self) -> int:
@@ -81,7 +86,7 @@ class Points:
     def job(self, number: int) -> list[int]:
         """Return the points of a job, in the order in which they run."""
         if not self.directions:
-            return [number]
+            return list(range(number * self.job_size, (number + 1) * self.job_size))
         shape = list(self.shape)
         length = shape.pop(self.carried)
         place = [int(i) for i in np.unravel_index(number, shape)]

@@ -11,7 +11,8 @@ from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.reading import replace
 from gearplay.solver.continuation import End
-from gearplay.solver.simulate import run_one
+from gearplay.solver.members import Pool
+from gearplay.solver.simulate import run_few, run_one
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
 from gearplay.sweeps.cases.template import Template
@@ -38,6 +39,7 @@ class Sweep:
         self.plan = plan
         self.template = Template(plan)
         self.reducer = Reducer(plan, self.template.base, pack(self.template.base))
+        self.pool = Pool()
 
     @cached_property
     def remake(self) -> tuple[Callable[[str], "Sweep"], str]:
@@ -67,6 +69,8 @@ class Sweep:
         outcomes: list[Outcome] = []
         points = self.template.points.job(job)
         try:
+            if self.template.carried is None:
+                return self._members(points, stop)
             origin, failed = self._lead(points[0], stop)
             if failed is not None:
                 status, reason = failed
@@ -75,13 +79,30 @@ class Sweep:
             for index in points:
                 outcome, origin = self._point(index, origin, stop)
                 outcomes.append(outcome)
-                if outcome.status not in (0, REDUCED) and len(points) > 1:
+                if outcome.status not in (0, REDUCED):
                     reason = f"the case before it did not finish: {outcome.reason}"
                     rest = points[len(outcomes) :]
                     return outcomes + [self._failed(i, outcome.status, reason, 0.0) for i in rest]
         except _StoppedError:
             return []
         return outcomes
+
+    def _members(self, points: list[int], stop: threading.Event | None) -> list[Outcome]:
+        """Simulate and reduce members of one case."""
+        started = time.perf_counter()
+        try:
+            with enough_memory():
+                case, member = self.template.case_at(points[0])
+                members = range(member, member + len(points))
+                runs = run_few(case, members, self.pool, signals=self.reducer.signals, stop=stop)
+                took = (time.perf_counter() - started) / len(points)
+                return [
+                    self._reduced(i, case, run, time.perf_counter() - took)[0]
+                    for i, run in zip(points, runs, strict=True)
+                ]
+        except GearplayError as error:
+            took = (time.perf_counter() - started) / len(points)
+            return [self._refused(i, error, took) for i in points]
 
     def _lead(self, index: int, stop: threading.Event | None) -> tuple[End | None, tuple[int, str] | None]:
         """Simulate the lead-in of a sequence, if any; return its final state, or status and reason where it failed."""

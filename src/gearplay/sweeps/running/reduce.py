@@ -15,8 +15,9 @@ from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
+from gearplay.signals.checks import check_channel
 from gearplay.signals.lines import band_level, band_levels, find_hump, find_line
-from gearplay.signals.statistics import signal_statistics
+from gearplay.signals.statistics import rms_of, signal_statistics
 from gearplay.solver.trajectory import ACCELERATIONS, Trajectory, all_columns, choose_columns
 from gearplay.sweeps.plans.kept import (
     ContactReduction,
@@ -71,6 +72,7 @@ class Reducer:
             _check_band(each, run.duration, run.sampling)
         self.shares = [_kept(each, samples, run.sampling) for each in plan.reduce]
         self.layout = [kept for share in self.shares for kept in share]
+        self._last: tuple[Case | None, float] = (None, math.nan)
         _check_names(plan, self.layout)
 
     @property
@@ -83,7 +85,10 @@ class Reducer:
 
         Orders count from ``slowness`` times the nominal speed.
         """
-        fundamental = slowness * rolling.mesh_frequency(case) if case.meshes else math.nan
+        last = self._last
+        if last[0] is not case:  # members of one case come one after another
+            last = self._last = (case, rolling.mesh_frequency(case) if case.meshes else math.nan)
+        fundamental = slowness * last[1]
         parts, reasons, record = [], [], _Record(case, run)
         for each, kept in zip(self.reductions, self.shares, strict=True):
             size = sum(part.size for part in kept)
@@ -230,6 +235,13 @@ def _edges(reduction: SpectrumReduction) -> Floats:
     return np.linspace(*reduction.band, reduction.count + 1)
 
 
+_LEVELS: dict[str, Callable[[Floats], float]] = {
+    "rms": lambda values: rms_of(values, float(np.max(np.abs(values)))),
+    "peak_to_peak": lambda values: float(np.ptp(values)),
+}
+"""Statistics that need not all of `signal_statistics`."""
+
+
 class _Record:
     """What several reductions of one run take from it: signals and their spectra and statistics, each made once."""
 
@@ -268,7 +280,10 @@ class _Record:
     def statistic(self, of: StatisticReduction) -> float:
         """Return a statistic about zero for levels, about the mean for shape; NaN where there is none."""
         channel = Channel(of.statistic, self.signal(of), self.run.sampling)
-        found = getattr(self._once("statistics", of, lambda: signal_statistics(channel)), of.statistic)
+        if of.statistic in _LEVELS:
+            found = _LEVELS[of.statistic](check_channel(channel))
+        else:
+            found = getattr(self._once("statistics", of, lambda: signal_statistics(channel)), of.statistic)
         return float(found) if math.isfinite(found) else math.nan
 
 

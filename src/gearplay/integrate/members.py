@@ -1,0 +1,254 @@
+"""Members of an ensemble, simulated one after another on one reused run.
+
+All arrays that a run changes lie in one block of memory. A new run is a copy of that block, so that a member begins with one
+copy and its results are those of a run of its own, bit for bit.
+"""
+
+from collections.abc import Container, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.integrate.run import (
+    DONE,
+    ERROR_SHARE,
+    FIXED,
+    H_BEGIN,
+    H_RESTART,
+    LAST_SAMPLE,
+    LOGGED,
+    PAUSED,
+    ROWS,
+    SAMPLE_INTERVAL,
+    SAMPLE_START,
+    STEPS,
+    T_END,
+    TOLERANCE,
+    Run,
+    T,
+)
+from gearplay.integrate.stepper import advance, log_is_full
+from gearplay.kernels.arrays import Floats, Ints, blank
+from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.layout import System
+
+TOO_MANY_STEPS = 20
+"""Status of a member that took the largest number of steps."""
+
+# Slots of Batch.place: the present member and its phase, where its contact changes begin in the log; then what all members
+# have in common: samples of each, the largest number of steps.
+MEMBER, PHASE, LOG_BEGIN, SAMPLES, MOST_STEPS = range(5)
+UNBEGUN, LEADING, RECORDING = range(3)
+# Slots of Batch.times [s].
+LEAD, END, INTERVAL = range(3)
+
+_OUTSIDE = ("columns", "wanted_rotors", "wanted_elements", "needed", "free_states", "shown", "rows", "log")
+"""Arrays of a run that stay as they are: requests, outputs, and scratch of samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch(Group):
+    """Members of one case: where they start, what they have in common, and the state in which each ended."""
+
+    place: Ints  # slots above
+    times: Floats  # [s]: end of the transient, end of the run, sampling interval
+    fresh: Ints  # the block of a run that has not begun
+    words: Ints  # the block of the reused run
+    starts: Floats  # [member, state]
+    status: Ints  # per member
+    reached: Floats  # [s]
+    states: Floats  # [member, state]
+    tallies: Floats  # [member, contact, TALLIES]
+    counts: Ints  # [member, slots of Run.counts]
+    memory: Floats  # [member, element, MEMORY]
+    impact_speeds: Floats  # [member, impact speed]
+    log_ends: Ints  # where each one's contact changes end in the log
+
+
+Batch(
+    place=blank(1, int),
+    times=blank(1),
+    fresh=blank(1, int),
+    words=blank(1, int),
+    starts=blank(2),
+    status=blank(1, int),
+    reached=blank(1),
+    states=blank(2),
+    tallies=blank(3),
+    counts=blank(2, int),
+    memory=blank(3),
+    impact_speeds=blank(2),
+    log_ends=blank(1, int),
+)  # kernels are compiled for the form of the first one
+
+
+def make_batch(
+    run: Run, words: Ints, fresh: Ints, starts: Floats, times: Floats, samples: int, most_steps: int
+) -> Batch:
+    """Allocate a batch of members with given starts, shape [member, state]."""
+    count = len(starts)
+    branch = run.branch
+    return Batch(
+        place=np.array([0, UNBEGUN, 0, samples, most_steps], dtype=np.int64),
+        times=times,
+        fresh=fresh,
+        words=words,
+        starts=starts,
+        status=np.full(count, PAUSED, dtype=np.int64),
+        reached=np.zeros(count),
+        states=np.zeros(starts.shape),
+        tallies=np.zeros((count, *run.tallies.shape)),
+        counts=np.zeros((count, run.counts.size), dtype=np.int64),
+        memory=np.zeros((count, *branch.memory.shape)),
+        impact_speeds=np.zeros((count, branch.impact_speeds.size)),
+        log_ends=np.zeros(count, dtype=np.int64),
+    )
+
+
+def in_one_block(run: Run) -> tuple[Run, Ints]:
+    """Return a copy of a run whose arrays, those of `_OUTSIDE` aside, are views of one block, and the block."""
+    arrays = {id(array): array for array in _arrays(run, _OUTSIDE)}  # loads share some
+    words = np.empty(sum(array.nbytes for array in arrays.values()) // 8, dtype=np.int64)
+    views, at = {}, 0
+    for key, array in arrays.items():
+        view = words[at : at + array.nbytes // 8].view(array.dtype).reshape(array.shape)
+        view[...] = array
+        views[key], at = view, at + array.nbytes // 8
+    return _moved(run, views), words
+
+
+def _arrays(group: Any, leave: Container[str] = ()) -> Iterator[NDArray[Any]]:
+    for field in fields(group):
+        value = getattr(group, field.name)
+        if isinstance(value, Group):
+            yield from _arrays(value)
+        elif field.name not in leave:
+            yield value
+
+
+def _moved(group: Any, views: dict[int, NDArray[Any]]) -> Any:
+    values = {field.name: getattr(group, field.name) for field in fields(group)}
+    return replace(
+        group,
+        **{
+            name: _moved(value, views) if isinstance(value, Group) else views.get(id(value), value)
+            for name, value in values.items()
+        },
+    )
+
+
+def set_case(
+    run: Run, natural: Floats, restart_step: float, stops: Floats, tolerance: float, fixed_step: float | None
+) -> None:
+    """Give a run that has not begun the numbers of another case of the same build."""
+    run.natural[:], run.stops[:] = natural, stops
+    run.scale[:] = tolerance * natural
+    run.clock[H_RESTART] = run.clock[H_BEGIN] = restart_step
+    run.clock[TOLERANCE], run.clock[ERROR_SHARE] = tolerance, 1.0
+    run.clock[FIXED] = fixed_step or 0.0
+
+
+@compiled_once
+def begin_member(run: Run, batch: Batch) -> None:
+    """Bring the run to the start of the present member."""
+    place, words = batch.place, batch.words
+    for k in range(words.size):
+        words[k] = batch.fresh[k]
+    for k in range(run.y.size):
+        run.y[k] = run.y_new[k] = run.y_try[k] = batch.starts[place[MEMBER], k]
+    run.counts[LOGGED] = place[LOG_BEGIN]
+    place[PHASE] = LEADING
+    if batch.times[LEAD] <= 0.0:
+        begin_record(run, batch)
+
+
+@compiled_once
+def begin_record(run: Run, batch: Batch) -> None:
+    """Begin the record of the present member: its samples, statistics and contact log."""
+    place = batch.place
+    place[PHASE] = RECORDING
+    for k in range(run.tallies.shape[0]):
+        for column in range(run.tallies.shape[1]):
+            run.tallies[k, column] = 0.0
+    run.clock[SAMPLE_START], run.clock[SAMPLE_INTERVAL] = batch.times[LEAD], batch.times[INTERVAL]
+    run.counts[LAST_SAMPLE] = place[SAMPLES] - 1
+    run.counts[ROWS] = place[MEMBER] * place[SAMPLES]
+    run.counts[LOGGED] = place[LOG_BEGIN]
+
+
+@compiled_once
+def end_member(run: Run, batch: Batch, status: int) -> None:
+    """Store the state in which the present member ended; the next one's turn comes."""
+    place, branch = batch.place, run.branch
+    m = place[MEMBER]
+    if place[PHASE] == LEADING:
+        run.counts[LOGGED] = place[LOG_BEGIN]
+    batch.status[m], batch.reached[m] = status, run.clock[T]
+    for k in range(run.y.size):
+        batch.states[m, k] = run.y[k]
+    for k in range(run.tallies.shape[0]):
+        for column in range(run.tallies.shape[1]):
+            batch.tallies[m, k, column] = run.tallies[k, column]
+    for k in range(run.counts.size):
+        batch.counts[m, k] = run.counts[k]
+    for e in range(branch.memory.shape[0]):
+        for k in range(branch.memory.shape[1]):
+            batch.memory[m, e, k] = branch.memory[e, k]
+    for k in range(branch.impact_speeds.size):
+        batch.impact_speeds[m, k] = branch.impact_speeds[k]
+    batch.log_ends[m] = place[LOG_BEGIN] = run.counts[LOGGED]
+    place[MEMBER], place[PHASE] = m + 1, UNBEGUN
+
+
+@compiled_once
+def advance_members(system: System, run: Run, batch: Batch, steps: int) -> int:
+    """Simulate members in turn for ``steps`` steps, or until the log is full; DONE once all have ended, else PAUSED.
+
+    It can return at any step and be called again without a trace in the results.
+    """
+    place, counts = batch.place, run.counts
+    left = steps
+    while place[MEMBER] < batch.starts.shape[0]:
+        if place[PHASE] == UNBEGUN:
+            begin_member(run, batch)
+        status = TOO_MANY_STEPS
+        if counts[STEPS] < place[MOST_STEPS]:
+            run.clock[T_END] = batch.times[LEAD if place[PHASE] == LEADING else END]
+            before = counts[STEPS]
+            status = advance(system, run, min(left, place[MOST_STEPS] - before))
+            left -= counts[STEPS] - before
+            if place[PHASE] == LEADING and status == DONE:
+                begin_record(run, batch)
+                status = PAUSED
+            elif status == PAUSED and log_is_full(run):
+                if place[PHASE] == RECORDING:
+                    return PAUSED
+                counts[LOGGED] = place[LOG_BEGIN]
+        if status != PAUSED:
+            end_member(run, batch, status)
+        if left <= 0 and place[MEMBER] < batch.starts.shape[0]:
+            return PAUSED
+    return DONE
+
+
+@compiled_once
+def advance_periods(system: System, run: Run, period: float, passed: Ints, last: int, steps: int) -> int:
+    """Advance to ``last`` times a period [s] by at most ``steps`` steps; a step ends at each multiple; return a status.
+
+    ``passed``, shape [1], is how many have passed.
+    """
+    left = steps
+    while passed[0] < last:
+        run.clock[T_END] = (passed[0] + 1) * period
+        before = run.counts[STEPS]
+        status = advance(system, run, left)
+        if status != DONE:
+            return status
+        passed[0] += 1
+        left -= run.counts[STEPS] - before
+        if left <= 0 and passed[0] < last:
+            return PAUSED
+    return DONE
