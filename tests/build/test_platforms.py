@@ -194,7 +194,8 @@ def check_motions(command: Sequence[str], folder: Path) -> None:
         equal = all(np.array_equal(values, getattr(run, name)) for name, values in found.items())
         apart = abs(found["y"] - run.y).max()
         print(f"{case}: {'the same bits' if equal else f'up to {apart:.1e} apart'}")  # noqa: T201
-        assert np.array_equal(found["counts"], run.counts), case
+        for count in (kernel.STEPS, kernel.EVENTS):
+            assert found["counts"][count] == run.counts[count], case
         for i in range(found["y"].size // 6):
             assert np.allclose(
                 found["y"][3 * i : 3 * i + 2], run.y[3 * i : 3 * i + 2], rtol=0.0, atol=1e-13

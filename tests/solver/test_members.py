@@ -61,7 +61,7 @@ def assert_equal(one: Trajectory, other: Trajectory) -> None:
     for name in ("values", "log", "final_state"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     for group in ("statistics", "end"):
-        for name, value in vars(getattr(one, group)).items():
+        for name, value in getattr(one, group)._asdict().items():
             np.testing.assert_array_equal(value, getattr(getattr(other, group), name), err_msg=name)
 
 
