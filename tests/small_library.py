@@ -12,7 +12,7 @@ from gearplay.kernels.from_python import FromPython
 
 
 def load_small(folder: Path, *kernels: Any) -> Path:
-    """Build the library of some kernels and let Python call them there; one of each group must have been made."""
+    """Build the library of some kernels and let Python call them there."""
     folder.mkdir(exist_ok=True)
     objects = [
         write_object(folder, kernel.symbol, machine_code(str(compile_kernel(kernel)), host()))

@@ -4,10 +4,11 @@ import copy
 import pickle
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.by_address import Group
@@ -22,18 +23,21 @@ RECORD = np.dtype([("mass", "f8"), ("count", "i8")], align=True)
 class Inner(Group):
     """A group within a group."""
 
-    values: Any
-    empty: Any
+    values: Floats
+    empty: Rows
 
 
 @dataclass(frozen=True, eq=False)
 class Outer(Group):
     """One of everything."""
 
-    table: Any
-    cube: Any
+    table: Rows
+    cube: Annotated[NDArray[np.int64], 3]
     inner: Inner
-    records: tuple[Any, ...]
+    records: tuple[NDArray[Any], ...]
+
+
+Outer.declare("records", [RECORD, RECORD])
 
 
 @compiled_once
@@ -113,7 +117,6 @@ def outer() -> Outer:
 def library(tmp_path_factory: pytest.TempPathFactory) -> None:
     from small_library import load_small
 
-    outer()
     load_small(tmp_path_factory.mktemp("small"), *KERNELS)
 
 
@@ -190,7 +193,7 @@ def test_group_field_that_is_no_contiguous_array_is_refused(wrong: Any) -> None:
 def test_group_field_of_another_form_is_refused(other: Any) -> None:
     """Compiled code would take integers for numbers, or a row for a column."""
     first = outer().inner
-    with pytest.raises(TypeError, match="a field of Inner is not what it was"):
+    with pytest.raises(TypeError, match="Inner must have"):
         Inner(other, first.empty)
 
 

@@ -59,7 +59,7 @@ class Image:
     def _group(self, group: Group) -> int:
         words, at = group._table.copy(), 0  # type: ignore[attr-defined]
         relocated = []
-        for value in (each for name in type(group)._shapes for each in _members(getattr(group, name))):
+        for value in (each for name in type(group).shapes() for each in _members(getattr(group, name))):
             if isinstance(value, Group):
                 words[at] = self._group(value)
                 relocated.append(at)

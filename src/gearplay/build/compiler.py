@@ -90,8 +90,8 @@ class GroupType(types.Type):
 
 @cache
 def group_type(kind: Any) -> GroupType:
-    """Return numba's type of the groups of a class; one must have been made."""
-    return GroupType(kind.__name__, {name: _type_of(each) for name, each in kind._shapes.items()})
+    """Return numba's type of the groups of a class."""
+    return GroupType(kind.__name__, {name: _type_of(each) for name, each in kind.shapes().items()})
 
 
 @typeof_impl.register(Group)

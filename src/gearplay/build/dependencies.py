@@ -21,7 +21,7 @@ from gearplay.kernels.signatures import Signed
 
 
 def key_of(kernel: Signed, *options: object) -> str:
-    """Return the key of a kernel's machine code for options of the compiler; one of each group must have been made."""
+    """Return the key of a kernel's machine code for options of the compiler."""
     found: dict[str, str] = {}
     _follow(kernel.py_func, found)
     compiler = (numba.__version__, llvmlite.__version__, config.BOUNDSCHECK)  # type: ignore[attr-defined]
@@ -93,5 +93,5 @@ def _form(hint: Any) -> str:
     """Return how the numbers of an annotation lie in memory."""
     if not (isinstance(hint, type) and issubclass(hint, Group)):
         return str(hint)
-    inner = [_form(shape) for shape in hint._shapes.values() if isinstance(shape, type)]
+    inner = [_form(shape) for shape in hint.shapes().values() if isinstance(shape, type)]
     return repr((form_of(hint), inner))

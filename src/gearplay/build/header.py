@@ -40,7 +40,7 @@ _TAIL = """
 
 
 def header(kernels: Sequence[Signed]) -> str:
-    """Return the header of kernels; one of each group that they take must have been made."""
+    """Return the header of kernels."""
     structs: dict[str, str] = {}
     functions = [_function(kernel, structs) for kernel in kernels]
     return "\n".join([_HEAD, *structs.values(), *functions, _TAIL])
@@ -79,7 +79,7 @@ def _struct(kind: Any, structs: dict[str, str]) -> str:
     name = f"gearplay_{kind.__name__}"
     if name not in structs:
         lines = [
-            line for field, shape in kind._shapes.items() for line in _fields(name, field, shape, structs)
+            line for field, shape in kind.shapes().items() for line in _fields(name, field, shape, structs)
         ]
         structs[name] = "\n    ".join(["typedef struct {", *lines]) + f"\n}} {name};"
     return name

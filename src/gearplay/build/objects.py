@@ -13,19 +13,13 @@ from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 
 import llvmlite.binding as llvm
-import numpy as np
 
 from gearplay.build.compiler import compile_kernel
 from gearplay.build.dependencies import key_of
 from gearplay.build.targets import TARGETS
-from gearplay.integrate.run import make_run
-from gearplay.integrate.tangent_state import make_tangent
 from gearplay.kernels.by_address import FORMS, group_forms
 from gearplay.kernels.compiled_once import KERNELS
-from gearplay.kernels.housing_motion import SLOTS
 from gearplay.kernels.library import PACKAGE, LibraryError, content_digest, source_files
-from gearplay.parts.assembly import Assembly
-from gearplay.parts.registry import KINDS
 from gearplay.vocabulary.cores import worker_count
 
 llvm.initialize_all_targets()
@@ -33,24 +27,11 @@ llvm.initialize_all_asmprinters()
 
 
 def import_kernels() -> None:
-    """Import every module that defines kernels, and make one of each group of arrays, whose form they are compiled for."""
+    """Import every module that defines kernels or groups of arrays."""
     for file in source_files():
         place = file.relative_to(PACKAGE.parent).with_suffix("").parts
         if place[1] != "build":
             import_module(".".join(place).removesuffix(".__init__"))
-    system = Assembly(0).system(
-        [],
-        [kind.file.RECORD for kind in KINDS],
-        terms=np.zeros((0, 3)),
-        involutes=np.zeros((0, 0)),
-        spline=np.zeros((0, 5)),
-        gravity=np.zeros(2),
-        base=np.zeros(SLOTS),
-        record=np.zeros((0, 4)),
-    )
-    nothing = np.zeros(0)
-    run = make_run(system, nothing, nothing, 1.0, nothing, np.arange(0), np.zeros((0, 0)), 0, 1.0)
-    make_tangent(system, run, np.zeros((0, 0)))
 
 
 def object_files(
@@ -133,7 +114,7 @@ def machine_code(text: str, target: str) -> bytes:
 
 
 def forms_object(folder: Path, target: str) -> Path:
-    """Write the object file of what the library says of its groups, one of each having been made; return the file."""
+    """Write the object file of the forms of all groups; return the file."""
     text = json.dumps(group_forms()).encode() + b"\0"
     spelt = "".join(f"\\{byte:02x}" for byte in text)
     content = machine_code(f'@{FORMS} = constant [{len(text)} x i8] c"{spelt}"', target)

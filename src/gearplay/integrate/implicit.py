@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.integrate.active_set import ActiveSet
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import ComplexRows, Floats, Ints, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -70,21 +70,21 @@ class Implicit(Group):
     numbers: Ints  # slots above
     sizes: Floats
     places: Ints  # [1 + m] places of velocities in the state, the first entry their number
-    positions: Floats  # [m, m] derivatives of accelerations by positions
-    velocities: Floats  # [m, m]
-    real: Floats  # [m, m] factors
-    complex: NDArray[np.complex128]  # [m, m]
+    positions: Rows  # [m, m] derivatives of accelerations by positions
+    velocities: Rows  # [m, m]
+    real: Rows  # [m, m] factors
+    complex: ComplexRows  # [m, m]
     real_swaps: Ints  # [m]
     complex_swaps: Ints
-    k: Floats  # [3, state] accelerations at the stages, in their places
-    last: Floats  # [3, state] of the step before
+    k: Rows  # [3, state] accelerations at the stages, in their places
+    last: Rows  # [3, state] of the step before
     last_v: Floats  # [state] velocities at its second stage, in the places of positions
-    older: Floats  # [2, state] accelerations at the first stages of the step before that
+    older: Rows  # [2, state] accelerations at the first stages of the step before that
     nodes: Floats  # [5] where the last five of them lie, in step lengths
-    weights: Floats  # [3, 5] by which they are carried on to the stages
+    weights: Rows  # [3, 5] by which they are carried on to the stages
     error_weight: Floats  # [state] what a change of an acceleration changes, in allowed errors
-    rest: Floats  # [3, state] what is left of the equations, then the correction
-    v: Floats  # [3, state] velocities at the stages, in the places of positions
+    rest: Rows  # [3, state] what is left of the equations, then the correction
+    v: Rows  # [3, state] velocities at the stages, in the places of positions
     beside: Ints  # list: acting elements of a rotor
     whole: Ints  # list: all of them
     right: Floats  # [m]

@@ -30,7 +30,7 @@ from gearplay.integrate.run import (
     T,
 )
 from gearplay.integrate.stepper import advance, log_is_full
-from gearplay.kernels.arrays import Floats, Ints, blank
+from gearplay.kernels.arrays import Cubes, Floats, IntRows, Ints, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import System
@@ -57,32 +57,15 @@ class Batch(Group):
     times: Floats  # [s]: end of the transient, end of the run, sampling interval
     fresh: Ints  # the block of a run that has not begun
     words: Ints  # the block of the reused run
-    starts: Floats  # [member, state]
+    starts: Rows  # [member, state]
     status: Ints  # per member
     reached: Floats  # [s]
-    states: Floats  # [member, state]
-    tallies: Floats  # [member, contact, TALLIES]
-    counts: Ints  # [member, slots of Run.counts]
-    memory: Floats  # [member, element, MEMORY]
-    impact_speeds: Floats  # [member, impact speed]
+    states: Rows  # [member, state]
+    tallies: Cubes  # [member, contact, TALLIES]
+    counts: IntRows  # [member, slots of Run.counts]
+    memory: Cubes  # [member, element, MEMORY]
+    impact_speeds: Rows  # [member, impact speed]
     log_ends: Ints  # where each one's contact changes end in the log
-
-
-Batch(
-    place=blank(1, int),
-    times=blank(1),
-    fresh=blank(1, int),
-    words=blank(1, int),
-    starts=blank(2),
-    status=blank(1, int),
-    reached=blank(1),
-    states=blank(2),
-    tallies=blank(3),
-    counts=blank(2, int),
-    memory=blank(3),
-    impact_speeds=blank(2),
-    log_ends=blank(1, int),
-)  # kernels are compiled for the form of the first one
 
 
 def make_batch(

@@ -47,7 +47,7 @@ class Run(Group):
     y: Floats
     y_new: Floats
     y_try: Floats
-    stages: Floats  # [7, state]
+    stages: Rows  # [7, state]
     dy_try: Floats
     implicit: Implicit
     loads_0: Loads  # at the start of the step last tried
@@ -60,7 +60,7 @@ class Run(Group):
     scale: Floats  # allowed local error per state
     natural: Floats  # natural size per state
     stops: Floats  # [s], sorted times where the right-hand side jumps
-    tallies: Floats
+    tallies: Rows
     columns: Ints  # which signals to keep
     wanted_rotors: Ints  # lists (first entry: length) of what those signals are computed from
     wanted_elements: Ints
@@ -70,8 +70,8 @@ class Run(Group):
     free_states: Rows  # [6 of each rotor, sample] states of a block of samples in free motion
     scratch_memory: Rows  # memory of elements for evaluations in free motion
     shown: Rows  # [signal, sample] what an element shows in a block
-    rows: Floats  # [columns, sample] sampled signals
-    log: Floats  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
+    rows: Rows  # [columns, sample] sampled signals
+    log: Rows  # [capacity, 4] contact changes: time, contact, 1 onset / 0 release, rate [m/s]
 
 
 def signal_count(system: System) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gearplay.integrate import dispatch
 from gearplay.integrate.active_set import ActiveSet
-from gearplay.kernels.arrays import Floats
+from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -37,10 +37,10 @@ from gearplay.parts.registry import KINDS
 class Slopes(Group):
     """First-order data of all elements at one state, and scratch; made by `make_slopes`."""
 
-    elements: Floats  # [element, columns of the widest kind]
+    elements: Rows  # [element, columns of the widest kind]
     rotors: Floats  # [rotor], slope of dry friction by the speed [N m s]
-    unbalances: Floats  # [rotor, COLUMNS]
-    force: Floats  # [rotor, 3]
+    unbalances: Rows  # [rotor, COLUMNS]
+    force: Rows  # [rotor, 3]
 
 
 def make_slopes(system: System) -> Slopes:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from gearplay.kernels.arrays import Floats, Ints, Rows, blank
+from gearplay.kernels.arrays import Cubes, Floats, Ints, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -31,41 +31,20 @@ class Draws(Group):
     """What members have drawn, and what they have in common."""
 
     base: Floats  # [state]: rotations and speeds
-    own: Floats  # [rotor, 4]: given displacements and velocities of centres
+    own: Rows  # [rotor, 4]: given displacements and velocities of centres
     held: Ints  # rotors in a clearance
     clearances: Floats  # m
     elastic: Ints  # rotors that springs alone hold
-    radii: Floats  # [member, rotor in a clearance], share of it
-    angles: Floats  # rad
-    kicks: Floats  # [member, rotor in a clearance, 2], m/s
-    shares: Floats  # [member, mesh], of the backlash
-    pushes: Floats  # [member, elastic rotor, 2], m/s
-    blank: Floats  # memory of the elements of a run that has not begun
-    memory: Floats  # the same, for use
+    radii: Rows  # [member, rotor in a clearance], share of it
+    angles: Rows  # rad
+    kicks: Cubes  # [member, rotor in a clearance, 2], m/s
+    shares: Rows  # [member, mesh], of the backlash
+    pushes: Cubes  # [member, elastic rotor, 2], m/s
+    blank: Rows  # memory of the elements of a run that has not begun
+    memory: Rows  # the same, for use
     out: Floats  # scratch of a mesh
-    starts: Floats  # [member, state]
+    starts: Rows  # [member, state]
     sound: Ints  # [member]: 1 where no mesh is wedged
-
-
-# Kernels are compiled for the form of the first group of a class.
-Tree(blank(1, int), blank(1), blank(1, int), blank(1, int), blank(1))
-Draws(
-    base=blank(1),
-    own=blank(2),
-    held=blank(1, int),
-    clearances=blank(1),
-    elastic=blank(1, int),
-    radii=blank(2),
-    angles=blank(2),
-    kicks=blank(3),
-    shares=blank(2),
-    pushes=blank(3),
-    blank=blank(2),
-    memory=blank(2),
-    out=blank(1),
-    starts=blank(2),
-    sound=blank(1, int),
-)
 
 
 @compiled_inline

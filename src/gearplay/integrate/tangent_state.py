@@ -10,7 +10,7 @@ from gearplay.integrate.run import Run, T
 from gearplay.integrate.runge_kutta import STAGES
 from gearplay.integrate.slopes import Slopes, make_slopes
 from gearplay.integrate.switches import make_branch
-from gearplay.kernels.arrays import Floats
+from gearplay.kernels.arrays import Cubes, Floats, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import Branch, Loads, System
@@ -20,16 +20,16 @@ from gearplay.kernels.layout import Branch, Loads, System
 class Tangent(Group):
     """Changes of a run's start moved on to its present, and what a step needs; made by `make_tangent`."""
 
-    changes: Floats  # [change, state, then stored impact speeds]
-    rates: Floats  # [change, stage, the same]
+    changes: Rows  # [change, state, then stored impact speeds]
+    rates: Cubes  # [change, stage, the same]
     stage: Floats  # [the same], scratch
     slopes: Slopes
     before: ActiveSet  # of the step's start
     branch: Branch
     y: Floats  # at its start
     y_stage: Floats
-    stages: Floats  # [stage, state]
-    jump: Floats  # [2, state], rates of the state before and after an event
+    stages: Rows  # [stage, state]
+    jump: Rows  # [2, state], rates of the state before and after an event
     loads: Loads
     traces: Floats  # [stage], of the slopes
     totals: Floats  # [2]: integral of the divergence since the start; 1 where it is requested

@@ -1,6 +1,6 @@
 """Array types of the kernels."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Rows = Annotated[NDArray[np.float64], 2]
-"""An array of two dimensions, where a kernel's signature must say so."""
-
-
-def blank(dimensions: int, kind: type = float) -> NDArray[Any]:
-    """Return an array without numbers, for an example of a group."""
-    return np.zeros(dimensions * (0,), dtype=kind)
+IntRows = Annotated[NDArray[np.int64], 2]
+ComplexRows = Annotated[NDArray[np.complex128], 2]
+Cubes = Annotated[NDArray[np.float64], 3]
+"""Arrays of more dimensions than one, where a kernel's signature or the field of a group must say so."""

@@ -5,20 +5,24 @@ has seventy arrays. A group is a table of addresses and shapes instead; how comp
 """
 
 import ctypes
+import dataclasses
 import json
+import typing
 from collections.abc import Iterable
 from functools import cache
 from typing import Any, ClassVar, Final, cast
 
 import numpy as np
 
+from gearplay.kernels.signatures import array_of
+
 FORMS: Final = "gearplay_forms"
 """Symbol of the text with the forms of all groups that a library was compiled for."""
-Shapes = tuple[Any, ...]
-"""What the types of a group's fields depend on: of an array dtype and dimensions, of a group its class, of a tuple its parts."""
+Shapes = Any
+"""What a field is: an array's dtype and dimensions, a group's class, a tuple of the arrays of records."""
 
 
-def _describe(values: Iterable[Any], words: list[int]) -> Shapes:
+def _describe(values: Iterable[Any], words: list[int]) -> tuple[Shapes, ...]:
     """Append the words of fields' values to those of a table; return their shapes."""
     found: list[Any] = []
     for value in values:
@@ -45,32 +49,44 @@ def _describe(values: Iterable[Any], words: list[int]) -> Shapes:
 class Group:
     """Base of frozen dataclasses whose fields are C-contiguous arrays, other groups, or tuples of arrays.
 
+    Annotations declare the dtype and the dimensions of each field (`gearplay.kernels.arrays`), those of records by their dtype:
+    ``Annotated[NDArray[Any], ROTOR]``. Compiled code knows this form alone.
+
     Raises
     ------
     TypeError
-        If a field is something else, or not what it was in the first group of the class: compiled code knows one form.
+        If a field is not what its annotation declares.
 
     """
 
-    _shapes: ClassVar[dict[str, Any]]
-    """Of every field, as in the first group of the class."""
     _address: int
+    _declared: ClassVar[dict[str, Shapes]] = {}
+    """Shapes of fields that annotations cannot tell: of `declare`."""
 
     def __post_init__(self) -> None:
         words: list[int] = []
-        shapes = dict(zip(tuple(self.__dict__), _describe(self.__dict__.values(), words), strict=True))
-        if "_shapes" not in type(self).__dict__:
-            type(self)._shapes = shapes
-        elif shapes != type(self)._shapes:
-            raise TypeError(
-                f"a field of {type(self).__name__} is not what it was: {type(self)._shapes}, {shapes}"
-            )
+        shapes = _describe(self.__dict__.values(), words)
+        if shapes != tuple(type(self).shapes().values()):
+            raise TypeError(f"{type(self).__name__} must have {type(self).shapes()}, not {shapes}")
         table = np.array(words, dtype=np.int64)
         self.__dict__.update(_table=table, _address=table.ctypes.data)  # past the freeze
 
+    @classmethod
+    @cache
+    def shapes(cls) -> dict[str, Shapes]:
+        """Return what each field is: of an array dtype and dimensions, of a group its class, of a tuple its parts."""
+        hints = typing.get_type_hints(cls, include_extras=True)
+        names = [field.name for field in dataclasses.fields(cast(Any, cls))]
+        return {name: cls._declared.get(name) or _shape_of(hints[name]) for name in names}
+
+    @classmethod
+    def declare(cls, name: str, records: Iterable[np.dtype[Any]]) -> None:
+        """Declare the dtypes of the arrays of records in a tuple."""
+        cls._declared = {**cls._declared, name: ("tuple", *((dtype, 1) for dtype in records))}
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle by the fields: addresses are of this process."""
-        return type(self), tuple(getattr(self, name) for name in type(self)._shapes)
+        return type(self), tuple(getattr(self, name) for name in type(self).shapes())
 
 
 @cache
@@ -81,14 +97,28 @@ def compiled_forms(library: ctypes.CDLL) -> dict[str, Any]:
     return found
 
 
-def form_of(kind: Any) -> Any:
-    """Return how the numbers of a group lie in memory, one of its class having been made, in terms of JSON."""
-    return {name: _form_of_field(shape) for name, shape in kind._shapes.items()}
+def form_of(kind: type[Group]) -> Any:
+    """Return how the numbers of a group lie in memory, in terms of JSON."""
+    return {name: _form_of_field(shape) for name, shape in kind.shapes().items()}
 
 
 def group_forms() -> dict[str, Any]:
-    """Return the form of every class of groups of which one has been made, by the name of the class."""
-    return {kind.__name__: form_of(kind) for kind in Group.__subclasses__() if "_shapes" in kind.__dict__}
+    """Return the form of every class of groups that has been defined, by the name of the class."""
+    return {kind.__name__: form_of(kind) for kind in Group.__subclasses__()}
+
+
+def _shape_of(hint: Any) -> Shapes:
+    """Return what a field is by its annotation."""
+    if isinstance(hint, type) and issubclass(hint, Group):
+        return hint
+    if typing.get_origin(hint) is typing.Annotated:
+        _, declared = typing.get_args(hint)
+        if isinstance(declared, np.dtype):
+            return declared, 1
+    found = array_of(hint)
+    if found is None:
+        raise TypeError(f"a field of a group must be an array, a group or declared records, not {hint}")
+    return found
 
 
 def _form_of_field(shape: Any) -> Any:

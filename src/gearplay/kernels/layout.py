@@ -5,12 +5,12 @@ keep the kernels readable (``mesh.c0``) at the cost of nothing. Every place in a
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels.arrays import Floats, Ints
+from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 
@@ -159,8 +159,8 @@ VIBRATION = np.dtype(
 class Joined(Group):
     """Rotors joined by springs and propagated together, chain by chain (see `joined`); made by `gearplay.parts.joining`."""
 
-    chains: NDArray[Any]  # CHAIN records
-    vibrations: NDArray[Any]  # VIBRATION records
+    chains: Annotated[NDArray[Any], CHAIN]
+    vibrations: Annotated[NDArray[Any], VIBRATION]
     coordinates: Ints  # places of positions in the state
     numbers: Floats
     places: Ints  # [2 * position]: its chain, -1 for none, and its number there
@@ -170,18 +170,18 @@ class Joined(Group):
 class System(Group):
     """A packed mechanism; `gearplay.model.pack` makes it, kernels only read it: runs on many threads share it."""
 
-    rotors: NDArray[Any]  # ROTOR records
-    elements: NDArray[Any]  # ELEMENT records, kind after kind
-    contacts: NDArray[Any]  # CONTACT records
-    switches: NDArray[Any]  # SWITCH records
-    records: tuple[NDArray[Any], ...]  # of each kind of element, in the order of `elements.table`
+    rotors: Annotated[NDArray[Any], ROTOR]
+    elements: Annotated[NDArray[Any], ELEMENT]  # kind after kind
+    contacts: Annotated[NDArray[Any], CONTACT]
+    switches: Annotated[NDArray[Any], SWITCH]
+    records: tuple[NDArray[Any], ...]  # of each kind of element, declared by `gearplay.parts.registry`
     joined: Joined
-    terms: Floats  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
-    involutes: Floats  # involute series of each mesh, shape [mesh, coefficient]
-    spline: Floats  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
+    terms: Rows  # rows of (order, a cos(phase), a sin(phase)), orders rising within a mesh or drive
+    involutes: Rows  # involute series of each mesh, shape [mesh, coefficient]
+    spline: Rows  # rows of (start [rad], c0, c1, c2, c3): periodic cubic pieces
     gravity: Floats  # m/s^2, shape [2]
     base: Floats  # acceleration of the housing, slots in `base_motion`
-    record: Floats  # [piece, 4], its record [m/s^2], then those of torques [N m]: c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1
+    record: Rows  # [piece, 4], its record [m/s^2], then those of torques [N m]: c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1
 
 
 class Signal(NamedTuple):
@@ -204,7 +204,7 @@ class Branch(Group):
 
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
     impact_speeds: Floats  # [m/s], impact speeds
-    memory: Floats  # [element, MEMORY], what elements carry along: angles known, turns followed
+    memory: Rows  # [element, MEMORY], what elements carry along: angles known, turns followed
     acceleration_bounds: Floats  # [3 * rotor], bounds of the accelerations of joined coordinates
 
 
@@ -212,8 +212,8 @@ class Branch(Group):
 class Loads(Group):
     """What acts at one state: the contact table, the sums on each rotor (N, N, N m), and an element's scratch."""
 
-    contacts: Floats  # [contact, CONTACT_COLUMNS]
-    rotors: Floats  # [rotor, 3]
+    contacts: Rows  # [contact, CONTACT_COLUMNS]
+    rotors: Rows  # [rotor, 3]
     out: Floats  # [OUT_SIZE]
 
 

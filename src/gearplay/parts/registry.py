@@ -50,6 +50,7 @@ KINDS = (
 )
 if [kind.file.KIND for kind in KINDS] != list(range(len(KINDS))):
     raise TypeError("KIND of each module must be its place in KINDS")
+System.declare("records", [kind.file.RECORD for kind in KINDS])
 SIGNAL_COUNTS = tuple(len(kind.file.SIGNALS) for kind in KINDS)
 """Number of signals of an element, by its kind."""
 
