@@ -16,7 +16,7 @@ print(json.dumps({"code": code, "modules": sorted(sys.modules)}))
 """
 
 HEAVY = {
-    "xarray", "pandas", "matplotlib", "scipy", "pint", "rich", "jinja2", "PIL", "h5py", "h5netcdf", "dask", "plotly", "optuna",
+    "numba", "llvmlite", "xarray", "pandas", "matplotlib", "scipy", "pint", "rich", "jinja2", "PIL", "h5py", "h5netcdf", "dask", "plotly", "optuna",
     "gearplay.schema.unit_spellings", "gearplay.pictures.canvas", "gearplay.pictures.pages", "gearplay.results.spectra",
     "gearplay.results.dataset", "gearplay.parts.planetary.schema", "gearplay.model.case_table",
 }  # fmt: skip

@@ -10,7 +10,17 @@ from pathlib import Path
 import pytest
 
 CLONE = Path(__file__).resolve().parents[2]
-PARTS = ("pyproject.toml", "README.md", "LICENSE", "constraints.txt", "Makefile", "hatch_build.py", "src", "tests", "docs")
+PARTS = (
+    "pyproject.toml",
+    "README.md",
+    "LICENSE",
+    "constraints.txt",
+    "Makefile",
+    "hatch_build.py",
+    "src",
+    "tests",
+    "docs",
+)
 
 
 @pytest.mark.deep
@@ -55,7 +65,9 @@ def test_archive_and_wheel_install_and_work_in_an_empty_environment(tmp_path: Pa
     gearplay = python.with_name("gearplay")
     assert "han2021" in call(gearplay, "copy")
     call(gearplay, "run", "han2021", "--duration", "0.05", "--out", "run.nc")
-    assert Path(library).name in call(python, "-c", "import gearplay.kernels.library as it; print(it.library()._name)")
+    assert Path(library).name in call(
+        python, "-c", "import gearplay.kernels.library as it; print(it.library()._name)"
+    )
     call(gearplay, "plot", "run.nc")
     call(gearplay, "animate", "run.nc")
     done = subprocess.run(
