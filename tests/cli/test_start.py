@@ -16,9 +16,10 @@ print(json.dumps({"code": code, "modules": sorted(sys.modules)}))
 """
 
 HEAVY = {
-    "xarray", "pandas", "matplotlib", "scipy", "pint", "rich", "jinja2", "PIL", "h5py", "h5netcdf", "dask", "plotly", "optuna",
-    "gearplay.schema.unit_spellings", "gearplay.pictures.canvas", "gearplay.pictures.pages", "gearplay.results.spectra",
-    "gearplay.results.dataset", "gearplay.parts.planetary.schema", "gearplay.model.case_table",
+    "numba", "llvmlite", "xarray", "pandas", "matplotlib", "scipy", "pint", "rich", "jinja2", "PIL", "h5py",
+    "h5netcdf", "dask", "plotly", "optuna", "gearplay.schema.unit_spellings", "gearplay.pictures.canvas",
+    "gearplay.pictures.pages", "gearplay.results.spectra", "gearplay.results.dataset",
+    "gearplay.parts.planetary.schema", "gearplay.parts.housing.schema", "gearplay.model.case_table", "gearplay.build",
 }  # fmt: skip
 """What neither a run off a terminal nor a check needs."""
 
