@@ -212,8 +212,8 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
 
     def stopped(*words: Any, **more: Any) -> gp.Result:
         result = simulated(*words, **more)
-        result.runs[0] = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
-        return result
+        stopped = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
+        return gp.Result(result.case, [stopped])
 
     def late(*words: Any, **more: Any) -> Any:
         out.write_bytes(b"another's, whole")
@@ -232,8 +232,9 @@ def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.Monkey
 
     def one_fails(*words: Any, **options: Any) -> gp.Result:
         result = run_all(*words, **options)
-        result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
-        return result
+        runs = list(result.runs)
+        runs[1] = dataclasses.replace(runs[1], status=Status.CHATTER)
+        return gp.Result(result.case, runs)
 
     monkeypatch.setattr(simulate, "simulate", one_fails)
     assert command([*THREE, "--duration", "0.01s"]) == 4

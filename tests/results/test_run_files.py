@@ -298,7 +298,7 @@ def test_an_interrupted_run_keeps_its_status(tmp_path: Path) -> None:
     import dataclasses
 
     result = gp.simulate("han2021", duration=0.05, transient=0.0)
-    result.runs[0] = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
+    result = gp.Result(result.case, [dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)])
     result.save(tmp_path / "run.nc", signals=[])
     again = gp.read_result(tmp_path / "run.nc")
     assert not again.success
