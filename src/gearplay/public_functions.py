@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.netcdf import read_dataset
+from gearplay.files.netcdf import opened, read_dataset
 from gearplay.vocabulary.arguments import checked_function
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -94,6 +94,10 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     from gearplay.files.measurements.hdf5 import OURS
     from gearplay.results.provenance import KIND
 
+    with opened(place) as file:
+        kind = file.attribute(KIND, str, "")
+        if kind == "run" and "motion" in file:
+            return _result_class(kind).from_file(file, place)
     dataset = read_dataset(place)
     if OURS in dataset.attrs:
         return _record(place)
@@ -101,8 +105,12 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     if kind not in RESULTS:
         rule = "must be a file of a saved result"
         raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
+    return _result_class(kind).from_dataset(dataset)
+
+
+def _result_class(kind: str) -> Any:
     module, _, name = RESULTS[kind].partition(":")
-    return getattr(import_module(f"gearplay.{module}"), name).from_dataset(dataset)
+    return getattr(import_module(f"gearplay.{module}"), name)
 
 
 def _record(place: Path) -> Any:

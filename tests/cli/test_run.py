@@ -16,7 +16,7 @@ import pytest
 
 import gearplay as gp
 from gearplay.cli.main import run as command
-from gearplay.files import netcdf
+from gearplay.files import netcdf_streams
 from gearplay.model.reading import bundled_names
 from gearplay.results import simulate
 from gearplay.solver.status import Status
@@ -154,7 +154,7 @@ def test_ctrl_c_before_the_file_has_its_name_says_so(
     out = tmp_path / "x.nc"
     if old:
         out.write_bytes(b"old")
-    monkeypatch.setattr(netcdf, "netcdf_bytes", interrupt_after(netcdf.netcdf_bytes))
+    monkeypatch.setattr(netcdf_streams, "_on_thread", interrupt_after(netcdf_streams._on_thread))
     assert command([*QUICK, str(out), "--overwrite"]) == 130
     document = json.loads(capsys.readouterr().out)
     assert document["lost"].startswith(
@@ -184,14 +184,14 @@ def test_a_disk_that_fails_after_ctrl_c_is_told(
 def test_after_ctrl_c_anothers_result_is_not_taken_for_ours(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
-    out, write = tmp_path / "x.nc", netcdf.netcdf_bytes
+    out, write = tmp_path / "x.nc", netcdf_streams._on_thread
 
-    def late(*words: Any, **more: Any) -> bytes:
+    def late(*words: Any, **more: Any) -> Any:
         out.write_bytes(b"another's")
         return write(*words, **more)
 
     monkeypatch.setattr("gearplay.cli.run.progress_bar", interrupted_bar)
-    monkeypatch.setattr(netcdf, "netcdf_bytes", late)
+    monkeypatch.setattr(netcdf_streams, "_on_thread", late)
     assert command([*QUICK, str(out)]) == 130
     said = json.loads(capsys.readouterr().out)
     assert "must not exist yet" in said["lost"]
@@ -208,19 +208,19 @@ def test_a_part_never_replaces_what_came_up_while_it_was_saved(
     out, beside = tmp_path / "x.nc", tmp_path / "x.partial.nc"
     for file in [out] * whole + [beside] * partial:
         file.write_bytes(b"old")
-    record, write = simulate.record, netcdf.netcdf_bytes
+    simulated, write = simulate.simulate, netcdf_streams._on_thread
 
     def stopped(*words: Any, **more: Any) -> gp.Result:
-        result = record(*words, **more)
-        result.runs[0] = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
-        return result
+        result = simulated(*words, **more)
+        stopped = dataclasses.replace(result.runs[0], status=Status.INTERRUPTED)
+        return gp.Result(result.case, [stopped])
 
-    def late(*words: Any, **more: Any) -> bytes:
+    def late(*words: Any, **more: Any) -> Any:
         out.write_bytes(b"another's, whole")
         return write(*words, **more)
 
-    monkeypatch.setattr(simulate, "record", stopped)
-    monkeypatch.setattr(netcdf, "netcdf_bytes", late)
+    monkeypatch.setattr(simulate, "simulate", stopped)
+    monkeypatch.setattr(netcdf_streams, "_on_thread", late)
     assert command([*QUICK, str(out), "--overwrite"]) == 130
     assert out.read_bytes() == b"another's, whole"
     assert gp.read_result(beside).ds.attrs["status"] == "INTERRUPTED"
@@ -232,8 +232,9 @@ def test_an_ensemble_that_partly_fails_is_partly_done(monkeypatch: pytest.Monkey
 
     def one_fails(*words: Any, **options: Any) -> gp.Result:
         result = run_all(*words, **options)
-        result.runs[1] = dataclasses.replace(result.runs[1], status=Status.CHATTER)
-        return result
+        runs = list(result.runs)
+        runs[1] = dataclasses.replace(runs[1], status=Status.CHATTER)
+        return gp.Result(result.case, runs)
 
     monkeypatch.setattr(simulate, "simulate", one_fails)
     assert command([*THREE, "--duration", "0.01s"]) == 4
@@ -253,12 +254,14 @@ def test_an_ensembles_contacts_are_of_all_members(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.slow
-def test_a_record_too_large_to_be_saved_is_refused_before_the_run(tmp_path: Path) -> None:
-    path = tmp_path / "run.nc"  # the run itself would take a quarter of an hour
-    done = run("han2021", "--set", "run.duration=9e5", "--set", "run.sampling=1e7", "--out", str(path))
-    assert done.returncode == 5
-    assert "the limit of 16 GB" in done.stderr
-    assert not path.exists()
+def test_a_record_too_large_for_memory_is_saved_as_its_motion(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    done = run("han2021", "--duration", "300s", "--set", "run.sampling=10MHz", "--out", str(path))
+    assert done.returncode == 0, done.stderr
+    back = gp.read_result(path)
+    assert back.signal("ring.ax", window=(1.0, 1.001)).size == 10_000
+    with pytest.raises(gp.ResourceError, match="limit of 16 GB"):
+        back.signal("ring.ax")
 
 
 @pytest.mark.slow

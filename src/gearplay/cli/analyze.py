@@ -92,8 +92,7 @@ def analyze(
         "record": held.source,
         "format": held.format,
         "channels": [
-            {"name": c.name, "unit": c.unit, "samples": int(c.values.size), "sampling": c.sampling}
-            for c in held.channels
+            {"name": c.name, "unit": c.unit, "samples": c.size, "sampling": c.sampling} for c in held.channels
         ],
         "channel": chosen.name,
         "statistics": asdict(signal_statistics(chosen, remove_mean=True)),
@@ -115,14 +114,16 @@ def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[An
     from gearplay.files.measurements import read_measurement
 
     if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
-        from gearplay.files.netcdf import read_dataset
+        from gearplay.files.netcdf import opened
+        from gearplay.public_functions import read_result
         from gearplay.results.provenance import KIND
         from gearplay.results.recorded import record_of, usual_channel
         from gearplay.results.result import Result
 
-        dataset = read_dataset(path)
-        if dataset.attrs.get(KIND) == Result.result_kind:
-            result = Result.from_dataset(dataset)
+        with opened(path) as file:
+            kind = file.attributes().get(KIND)
+        if kind == Result.result_kind:
+            result = read_result(path)
             return record_of(result), usual_channel(result)
     return read_measurement(path, sampling=sampling, units=units), None
 

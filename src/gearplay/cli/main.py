@@ -29,6 +29,7 @@ COMMANDS: Final = (
     "run",
     "plot",
     "animate",
+    "export",
     "study",
     "sweep",
     "resume",

@@ -17,15 +17,8 @@ from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import SimulationError, TakenError
 from gearplay.vocabulary.exit_codes import INTERRUPTED, PARTLY
 
-LEAST_PACKED = 0.1
-"""Smallest size of a saved run relative to its samples' bytes; about a quarter is usual."""
-
 MOST_CONTACTS = 12
 """Largest number of listed contacts."""
-
-LONGEST_COMPRESSION = 1.0
-"""Limit [s] on compression after Ctrl-C, beyond which a result is saved uncompressed."""
-
 
 Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]
 """Path of the saved result, or the reason why there is none."""
@@ -39,7 +32,9 @@ def _short(name: str, example: str) -> Any:
 
 def run(
     case: CaseName,
-    out: Annotated[Path | None, typer.Option("--out", help="Write the result here, as netCDF-4.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the result here: its motion, netCDF-4.")
+    ] = None,
     changes: Changes = None,
     duration: Annotated[str | None, _short("duration", "2s")] = None,
     transient: Annotated[str | None, _short("transient", "1s")] = None,
@@ -64,21 +59,19 @@ def run(
         from gearplay.files.netcdf import check_ending
         from gearplay.model.reading import load_case
         from gearplay.results.output_shaft import check_rotor
-        from gearplay.results.simulate import record, simulate
+        from gearplay.results.simulate import simulate
 
         chosen = load_case(case, given)
         if out is not None:
             check_ending(out)
             check_new(out, overwrite=overwrite)
-            check_new(out, overwrite=overwrite, size=LEAST_PACKED * _check_size(chosen))
         check_rotor(chosen, output)
         if stop.is_set():
             raise KeyboardInterrupt
-        work = simulate if out is None else record
         began, elapsed = perf_counter(), 0.0
         try:
             with progress_bar(quiet=json) as report:
-                result = work(chosen, progress=report, stop=stop)
+                result = simulate(chosen, progress=report, stop=stop)
             elapsed = perf_counter() - began
             if out is not None:
                 saved = _save(result, out, overwrite=overwrite, stop=stop)
@@ -118,7 +111,7 @@ def run(
 
 
 def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
-    """Save a result, within `LONGEST_COMPRESSION` after Ctrl-C; return its path, or the error if Ctrl-C prevented it.
+    """Save a result, after Ctrl-C its motion alone; return its path, or the error if Ctrl-C prevented it.
 
     An incomplete result never replaces an existing file: it is saved as ``NAME.partial.nc``.
     """
@@ -126,7 +119,7 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
     for place, may_replace in [(out, overwrite)] if result.success else [(out, False), (partial, overwrite)]:
         before, taken = _mark(place), False
         try:
-            result.save(place, overwrite=may_replace, within=LONGEST_COMPRESSION if stop.is_set() else None)
+            result.save(place, overwrite=may_replace, signals=[] if stop.is_set() else None)
         except KeyboardInterrupt:
             words = f"while the result was saved. Nothing was written to {place}"
         except Exception as error:
@@ -141,8 +134,7 @@ def _save(result: Any, out: Path, *, overwrite: bool, stop: Event) -> Saved:
         if not taken and _mark(place) not in (None, before):  # its name comes before the last sync
             return place, None
         break
-    again = "the same command starts again; a lower run.sampling is saved sooner"
-    return None, CommandInterruptedError(f"Interrupted {words}; {again}.")
+    return None, CommandInterruptedError(f"Interrupted {words}; the same command starts again.")
 
 
 def _mark(path: Path) -> tuple[int, int] | None:
@@ -152,26 +144,6 @@ def _mark(path: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return found.st_ino, found.st_mtime_ns
-
-
-def _check_size(case: Any) -> float:
-    """Return the size [bytes] of a run's samples; `ResourceError`, before the run, where they are too many to be saved."""
-    from gearplay.model.pack import pack
-    from gearplay.solver.limits import check_estimate, estimate
-    from gearplay.solver.trajectory import all_columns
-
-    packed, run = pack(case), case.run
-    needed = estimate(
-        case,
-        packed,
-        columns=len(all_columns(packed)),
-        members=run.ensemble,
-        sampling=run.sampling,
-        duration=run.duration,
-        transient=run.transient,
-    )
-    check_estimate(needed)
-    return needed.bytes
 
 
 def _summary(result: Any, shaft: Any, elapsed: float) -> dict[str, Any]:

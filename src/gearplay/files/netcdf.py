@@ -13,28 +13,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearplay.files.atomic import LENGTH, MARK, check_new, shown_path, with_checksum, write_bytes
+from gearplay.files.netcdf_streams import CHECKSUM
 from gearplay.files.sandbox import READER, Request, SandboxError
+from gearplay.files.stored import Stored
 from gearplay.files.tables import dataset_as_csv, dataset_as_mat
 from gearplay.vocabulary.background import on_daemon_thread
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, GearplayError, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CHECKSUM = "digest"
-"""Attribute of a file that has a digest at its end."""
 QUICK = 10e6
 """Size [bytes] that is written in well under a second, without a thread."""
-PACKED_PER_SECOND = 30e6
-"""Numbers [byte/s] that are compressed in a second, about."""
 MOST_PER_BYTE = 2000
 """Bytes of numbers that one byte of a file can hold: deflate makes of a constant a thousandth."""
-
-
-def load_writers() -> None:
-    """Load the libraries that write results, a second's work: where a result will be saved, not only after Ctrl-C."""
-    import_module("xarray")
-    import_module("h5netcdf")
 
 
 def check_ending(path: str | os.PathLike[str]) -> None:
@@ -44,19 +36,24 @@ def check_ending(path: str | os.PathLike[str]) -> None:
         raise InputError([Fault("out", shown_path(Path(path)), rule, cure)])
 
 
-def write_dataset(
-    dataset: "xr.Dataset", path: Path, *, overwrite: bool = False, within: float = math.inf
-) -> None:
-    """Write a dataset atomically in the format of its extension: netCDF-4, CSV or MAT; Ctrl-C is not delayed meanwhile.
+def is_table(path: str | os.PathLike[str]) -> bool:
+    """Return whether the ending of a file names CSV or MAT.
 
-    It is compressed, except where that would take longer than ``within`` [s].
+    >>> is_table("run.csv"), is_table("run.nc")
+    (True, False)
+    """
+    return Path(path).suffix.lower() in (".csv", ".mat")
+
+
+def write_dataset(dataset: "xr.Dataset", path: Path, *, overwrite: bool = False) -> None:
+    """Write a dataset atomically in the format of its extension: netCDF-4, CSV or MAT; Ctrl-C is not delayed meanwhile.
 
     Raises `InputError` where the ending is another, the file exists and ``overwrite`` is false, or cannot be written.
     """
     check_ending(path)
     check_new(path, overwrite=overwrite)
-    make = partial(netcdf_bytes, dataset, packed=dataset.nbytes < PACKED_PER_SECOND * within)
-    if path.suffix.lower() in (".csv", ".mat"):
+    make = partial(netcdf_bytes, dataset)
+    if is_table(path):
         make = partial(dataset_as_csv if path.suffix.lower() == ".csv" else dataset_as_mat, dataset)
     content = make() if dataset.nbytes < QUICK else on_daemon_thread(make)
     check_new(path, overwrite=overwrite, size=len(content))
@@ -88,27 +85,59 @@ def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
 def read_dataset(path: Path) -> "xr.Dataset":
     """Read a result file into memory; a digest at its end is checked.
 
-    A file without one is foreign or cut off: a process of its own reads it, which may crash or be ended.
-
     Raises `InputError` where it is missing, no plain file, damaged or not a result, or declares more numbers than it can hold.
     """
     with _refusing(path):
-        size = _plain_size(path)
-        if _check_digest(path, size):
-            found = load_whole(path, size)
-        else:
-            try:
-                _, (content,) = READER.read(__name__, Request(path.absolute(), size))
-            except SandboxError as reason:
-                raise _refusal(path, f"the HDF5 library {reason}") from None
-            found = load_whole(BytesIO(content), len(content))
+        source, size = _sound(path)
+        found = load_whole(source, size)
     found.attrs.pop(CHECKSUM, None)  # of the file, not of what is in it
     return found
 
 
+def open_dataset(path: Path) -> "xr.Dataset":
+    """Return a result file with a digest, which `opened` has checked, as a dataset whose variables are read on first access."""
+    import xarray as xr
+
+    with _refusing(path):
+        found = xr.open_dataset(path, engine="h5netcdf")
+    found.attrs.pop(CHECKSUM, None)
+    return found
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Stored]:
+    """Open a result file for reading arrays by name, without xarray; what is found wrong within the block is refused.
+
+    Raises `InputError` as `read_dataset`.
+    """
+    import h5py
+
+    with _refusing(path):
+        source, size = _sound(path)
+        _check_declared(source, size)
+        with h5py.File(source, "r") as file:
+            yield Stored(file)
+
+
+def _sound(path: Path) -> tuple[Path | BytesIO, int]:
+    """Return a file whose digest is right, or the content of one without a digest, and its size [bytes].
+
+    The latter is foreign or cut off: a process of its own reads it, which may crash or be ended.
+    """
+    size = _plain_size(path)
+    if _check_digest(path, size):
+        return path, size
+    try:
+        _, (content,) = READER.read(__name__, Request(path.absolute(), size))
+    except SandboxError as reason:
+        raise _refusal(path, f"the HDF5 library {reason}") from None
+    return BytesIO(content), len(content)
+
+
 def load(_: Request) -> None:
     """Import the libraries that `send` needs; in the child process."""
-    load_writers()
+    import_module("xarray")
+    import_module("h5netcdf")
 
 
 def send(request: Request) -> tuple[None, list[bytes]]:
@@ -128,7 +157,7 @@ def _refusing(path: Path) -> Iterator[None]:
     """Turn what HDF5 and its readers raise of a damaged file, which may be anything, into one sentence."""
     try:
         yield
-    except (InputError, MemoryError):
+    except (GearplayError, MemoryError):
         raise
     except RecursionError:
         raise _refusal(path, "its groups go round in a circle") from None
@@ -141,11 +170,15 @@ def load_whole(source: Path | BytesIO, size: int) -> "xr.Dataset":
     """Load a file of so many bytes; `ValueError` where it declares more numbers than it can hold."""
     import xarray as xr
 
+    _check_declared(source, size)
+    with xr.open_dataset(source, engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+def _check_declared(source: Path | BytesIO, size: int) -> None:
     declared = _declared_bytes(source)
     if declared > MOST_PER_BYTE * size:
         raise ValueError(f"it declares {declared:.3g} bytes of numbers in {size} bytes of file")
-    with xr.open_dataset(source, engine="h5netcdf") as dataset:
-        return dataset.load()
 
 
 def _plain_size(path: Path) -> int:

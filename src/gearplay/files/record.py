@@ -54,14 +54,19 @@ class Channel:
     attributes: Mapping[str, str] = field(default_factory=dict)
 
     @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.values.size
+
+    @property
     def duration(self) -> float:
         """Number of samples over the sampling rate [s]."""
-        return float(self.values.size) / self.sampling
+        return float(self.size) / self.sampling
 
     @property
     def time(self) -> Floats:
         """Time of each sample [s], shape [time]."""
-        return self.start + np.arange(self.values.size) / self.sampling
+        return self.start + np.arange(self.size) / self.sampling
 
 
 @dataclass(frozen=True)
@@ -134,11 +139,11 @@ class Record:
         """The channels as a dataset; ``time`` in s, numbered where channels differ in length, rate or start."""
         import xarray as xr
 
-        grids = list(dict.fromkeys((c.values.size, c.sampling, c.start) for c in self.channels))
+        grids = list(dict.fromkeys((c.size, c.sampling, c.start) for c in self.channels))
         names = ["time"] if len(grids) == 1 else [f"time_{at}" for at in range(len(grids))]
         variables, coordinates = {}, {}
         for c in self.channels:
-            own = names[grids.index((c.values.size, c.sampling, c.start))]
+            own = names[grids.index((c.size, c.sampling, c.start))]
             words = {"units": c.unit, "long_name": c.name, "sampling": c.sampling, **c.attributes}
             variables[c.name] = (own, c.values, words)
             coordinates[own] = (own, c.time, {"units": "s", "long_name": "time"})
@@ -165,7 +170,5 @@ class Record:
         from gearplay.pictures.pages import html_table
 
         head = ("channel", "unit", "sampling", "length")
-        rows = [
-            (c.name, c.unit or "1", f"{c.sampling:g} Hz", f"{c.values.size} samples") for c in self.channels
-        ]
+        rows = [(c.name, c.unit or "1", f"{c.sampling:g} Hz", f"{c.size} samples") for c in self.channels]
         return f"<p>{html.escape(self.message)}</p>" + html_table(rows, head)

@@ -46,7 +46,8 @@ def _plain(values: Any) -> Any:
 
 
 def dataset_as_csv(dataset: "xr.Dataset") -> bytes:
-    """Return a dataset as CSV: rows along its longest dimension, time where it has one; a column for each label of the others.
+    """Return a dataset as CSV: rows along its longest dimension, time where it has one; a column for each label of the others
+    that has a value.
 
     Variables without that dimension are named in a comment.
     """
@@ -64,6 +65,8 @@ def dataset_as_csv(dataset: "xr.Dataset") -> bytes:
         for places in itertools.product(*(range(dataset.sizes[dim]) for dim in others)):
             label = ".".join([*(str(known[at]) for known, at in zip(labels, places, strict=True)), str(name)])
             chosen = variable.isel(dict(zip(others, places, strict=True)))
+            if others and chosen.dtype.kind == "f" and np.isnan(chosen.values).all():
+                continue
             columns[_head(label, variable)] = chosen.values
     text = io.StringIO()
     text.write(f"# rows = {dataset.sizes.get(row, 0)}\n")

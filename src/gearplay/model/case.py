@@ -338,9 +338,13 @@ class Case(Part):
             document["mesh_phases"] = self.mesh_phases
         return document
 
-    @cached_property
+    @property
     def operating(self) -> "Case":
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
+        return self if self.environment is None else self._at_temperature
+
+    @cached_property
+    def _at_temperature(self) -> "Case":
         return at_temperature(self)
 
     def _repr_html_(self) -> str:

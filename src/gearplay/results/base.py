@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -71,11 +70,9 @@ class AnalysisResult(ABC):
         self._write(path, overwrite=overwrite)
 
     @enough_memory()
-    def _write(
-        self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float = math.inf
-    ) -> None:
+    def _write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         marked = self.ds.assign_attrs({KIND: self.result_kind})
-        write_dataset(marked, Path(path), overwrite=overwrite, within=within)
+        write_dataset(marked, Path(path), overwrite=overwrite)
 
     def __repr__(self) -> str:
         return f"<gearplay {self.result_kind}: {self.message}>"
@@ -119,13 +116,18 @@ class OfDataset(AnalysisResult):
 
 def case_in(dataset: xr.Dataset) -> Case:
     """Return the case behind a dataset; `InputError` where it names none, or another than its digest is of."""
-    if "case" not in dataset.attrs:
+    return case_of_attributes(dataset.attrs)
+
+
+def case_of_attributes(attributes: Mapping[Any, Any]) -> Case:
+    """Return the case that attributes hold; `InputError` as `case_in`."""
+    if "case" not in attributes:
         raise InputError(Fault("dataset", "no case", "must name its case", "Write it again"))
-    case = load_case(json.loads(dataset.attrs["case"]))
-    case = case.with_changed(json.loads(dataset.attrs.get("changed", "[]")))
-    if dataset.attrs.get("case_sha256", case.sha256) != case.sha256:
+    case = load_case(json.loads(attributes["case"]))
+    case = case.with_changed(json.loads(attributes.get("changed", "[]")))
+    if attributes.get("case_sha256", case.sha256) != case.sha256:
         rule = f"must be the digest of the case in the file, which is {case.sha256[:12]}...: the case was changed afterwards"
-        shown = str(dataset.attrs["case_sha256"])[:12] + "..."
+        shown = str(attributes["case_sha256"])[:12] + "..."
         raise InputError(Fault("case_sha256", shown, rule, "Simulate the case again"))
     return case
 

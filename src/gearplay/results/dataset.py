@@ -1,9 +1,9 @@
 """Trajectories as one labelled `xarray.Dataset`, by the result-file contract."""
 
 import platform
-from collections.abc import Callable, Sequence
-from dataclasses import asdict
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +15,14 @@ from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.limits import check_samples
-from gearplay.solver.trajectory import Trajectory, work_of, worst_of
+from gearplay.solver.trajectory import Column, Trajectory, work_of, worst_of
 from gearplay.vocabulary.memory import enough_memory
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Floats = NDArray[np.float64]
 ANGULAR_UNITS = {"m/s": "rad/s", "N": "N m", "m": "rad"}
 """Units of the statistics of couplings' contacts, ``contact_angular`` true, by the unit of the others."""
 METHOD = "Dormand-Prince 5(4), located events"
@@ -33,6 +34,7 @@ FIXED_METHODS = {
 STATES = "not_simulated open drive_flank back_flank both_flanks"
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return version(package)
@@ -57,30 +59,68 @@ def attributes_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
     }
 
 
-def _labelled(packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> dict[str, Any]:
-    """Return the data variables; members that stopped early are filled up with NaN."""
-    from gearplay.results.lazy_arrays import lazy_array
+Table = tuple[tuple[str, ...], Any, dict[str, Any]]
+"""Dimensions, values and attributes of a variable."""
 
-    length = max(run.samples.count for run in runs)
+
+@dataclass(frozen=True)
+class SignalTable:
+    """A signal of all elements that have it, as a variable: ``columns`` of the samples are its ``elements``, of ``count``."""
+
+    name: str
+    dimension: str
+    columns: tuple[int, ...]
+    elements: tuple[int, ...]
+    count: int
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of `fill`."""
+        return ("time",) if self.dimension == "base" else ("time", self.dimension)  # there is one housing
+
+    @property
+    def dtype(self) -> Any:
+        """Type of the values."""
+        return np.dtype(np.int8 if self.name == "contact_state" else np.float64)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Unit and long name."""
+        quantity = RESULT_VARIABLES[self.name]
+        flags = {"flag_values": np.arange(-1, 4, dtype=np.int8), "flag_meanings": STATES}
+        words = {"units": quantity.unit, "long_name": quantity.long_name}
+        return words | flags if self.name == "contact_state" else words
+
+    def shape(self, length: int) -> tuple[int, ...]:
+        """Return the shape of so many samples."""
+        return (length, self.count)[: len(self.dims)]
+
+    def fill(self, values: Floats) -> NDArray[Any]:
+        """Return the values of samples, shape [time, column], as `dims`; NaN (of flags -1) where an element lacks the signal."""
+        block = np.full((len(values), self.count), np.nan)
+        block[:, list(self.elements)] = values
+        if self.dtype.kind == "i":
+            block = np.nan_to_num(block, nan=-1.0)
+        return block.reshape(self.shape(len(values))).astype(self.dtype, copy=False)
+
+
+def signal_tables(packed: Packed, columns: Sequence[Column]) -> list[SignalTable]:
+    """Return the variables of sampled signals, of every member alike."""
     places: dict[tuple[str, str], list[int]] = {}
-    for at, column in enumerate(runs[0].columns):
+    for at, column in enumerate(columns):
         places.setdefault((column.signal, column.dimension), []).append(at)
-    variables: dict[str, Any] = {}
-    for (signal, dimension), columns in places.items():
-        quantity = RESULT_VARIABLES[signal]
+    tables = []
+    for (signal, dimension), own in places.items():
         names = packed.labels[dimension]
-        attributes: dict[str, Any] = {"units": quantity.unit, "long_name": quantity.long_name}
-        own = () if dimension == "base" else (dimension,)  # there is one housing
-        dims = ("member", "time", *own) if ensemble else ("time", *own)
-        sizes = (len(names),) if own else ()
-        shape = (len(runs), length, *sizes) if ensemble else (length, *sizes)
-        values: Callable[[], NDArray[Any]] = partial(_block, runs, columns, names, shape)
-        kind: type = np.float64
-        if signal == "contact_state":
-            values, kind = partial(_flags, values), np.int8
-            attributes |= {"flag_values": np.arange(-1, 4, dtype=np.int8), "flag_meanings": STATES}
-        block = lazy_array(shape, values, kind)
-        variables[signal] = (dims, block, attributes)
+        elements = tuple(names.index(columns[at].label) for at in own)
+        tables.append(SignalTable(signal, dimension, tuple(own), elements, len(names)))
+    return tables
+
+
+def statistics_tables(runs: Sequence[Trajectory]) -> dict[str, Table]:
+    """Return the statistics of contacts as variables."""
+    ensemble = len(runs) > 1
+    variables: dict[str, Table] = {}
     for name, quantity in CONTACT_STATISTICS.items():
         table = np.array([getattr(run.statistics, name) for run in runs])
         attributes = {"units": quantity.unit, "long_name": quantity.long_name}
@@ -91,20 +131,40 @@ def _labelled(packed: Packed, runs: Sequence[Trajectory], *, ensemble: bool) -> 
     return variables
 
 
-def _block(
-    runs: Sequence[Trajectory], columns: list[int], names: Sequence[str], shape: tuple[int, ...]
-) -> NDArray[np.float64]:
-    """Return one signal, shape [member, time, element] or without members; NaN where one stopped or an element lacks it."""
-    block = np.full((len(runs), max(run.samples.count for run in runs), len(names)), np.nan)
-    elements = [names.index(runs[0].columns[at].label) for at in columns]
-    for m, run in enumerate(runs):
-        block[m, : run.samples.count, elements] = run.samples.some(columns).T
-    return block.reshape(shape)
+TIME = {"units": "s", "long_name": "time", "axis": "T"}
+"""Attributes of time."""
 
 
-def _flags(compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.int8]:
-    """Return flags as integers, -1 where there is none."""
-    return np.nan_to_num(compute(), nan=-1.0).astype(np.int8)
+def coordinate_tables(packed: Packed, runs: Sequence[Trajectory]) -> dict[str, Table]:
+    """Return labels and members as coordinates, all but time."""
+    labels = {
+        "sleeve": (),
+        "mesh": (),
+        **{name: labels for name, labels in packed.labels.items() if name not in ("base", "rotor")},
+        "contact": packed.contact_labels,
+    }  # two of them even if empty
+    angular = {"long_name": "1 for contacts of couplings, whose statistics have angular_units"}
+    found: dict[str, Table] = {
+        **{n: ((n,), np.array(names, dtype=object if names else "U1"), {}) for n, names in labels.items()},
+        "rotor": (("rotor",), np.array(packed.rotor_names), {}),
+        "contact_angular": (("contact",), packed.angular.astype(np.int8), angular),
+    }
+    if len(runs) > 1:
+        found["member"] = (("member",), np.array([run.member for run in runs]), {})
+        found["member_status"] = (("member",), np.array([r.status.name for r in runs]), {})
+    elif runs[0].member != 0:
+        found["member"] = ((), np.array(runs[0].member), {})
+    return found
+
+
+def _block(runs: Sequence[Trajectory], table: SignalTable, length: int) -> NDArray[Any]:
+    """Return one signal of all members; members that stopped early are filled up with NaN."""
+    parts = []
+    for run in runs:
+        values = np.full((length, len(table.columns)), np.nan)
+        values[: run.samples.count] = run.samples.some(table.columns)
+        parts.append(table.fill(values))
+    return np.stack(parts) if len(runs) > 1 else parts[0]
 
 
 @enough_memory()
@@ -116,28 +176,16 @@ def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Da
     """
     import xarray as xr
 
-    ensemble = len(runs) > 1
+    from gearplay.results.lazy_arrays import lazy_array
+
     longest = max(runs, key=lambda run: run.samples.count)
-    check_samples(longest.samples.count, len(runs))
-    time = ("time", longest.time, {"units": "s", "long_name": "time", "axis": "T"})
-    coordinates: dict[str, Any] = {"time": time}
-    labels = {
-        "sleeve": (),
-        "mesh": (),
-        **{name: labels for name, labels in packed.labels.items() if name != "base"},
-        "contact": packed.contact_labels,
-    }  # two of them even if empty
-    for dimension, names in labels.items():
-        coordinates[dimension] = np.array(names, dtype=object if names else "U1")
-    coordinates["rotor"] = list(packed.rotor_names)
-    coordinates["contact_angular"] = (
-        "contact",
-        packed.angular.astype(np.int8),
-        {"long_name": "1 for contacts of couplings, whose statistics have angular_units"},
-    )
-    if ensemble or runs[0].member != 0:
-        coordinates["member"] = [run.member for run in runs] if ensemble else runs[0].member
-    if ensemble:
-        coordinates["member_status"] = ("member", [run.status.name for run in runs])
-    variables = _labelled(packed, runs, ensemble=ensemble)
+    length, own = longest.samples.count, (len(runs),) if len(runs) > 1 else ()
+    check_samples(length, len(runs))
+    coordinates = {"time": ("time", longest.time, TIME), **coordinate_tables(packed, runs)}
+    variables: dict[str, Any] = {}
+    for table in signal_tables(packed, runs[0].columns):
+        shape = (*own, *table.shape(length))
+        block = lazy_array(shape, partial(_block, runs, table, length), table.dtype)
+        variables[table.name] = (("member", *table.dims)[-len(shape) :], block, table.attributes)
+    variables |= statistics_tables(runs)
     return xr.Dataset(variables, coords=coordinates, attrs=attributes_of(case, runs))

@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
-import math
 import os
-import time
 from collections.abc import Sequence
-from dataclasses import fields
-from functools import cached_property, partial
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.netcdf import check_ending
+from gearplay.files.atomic import shown_path
+from gearplay.files.netcdf import check_ending, is_table, open_dataset
+from gearplay.files.stored import Stored
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
-from gearplay.model.variables import RESULT_VARIABLES, VARIABLES
-from gearplay.results.base import AnalysisResult, case_in, check_kind
-from gearplay.results.contacts import ContactTable, contact_table, contacts_of
-from gearplay.results.output_shaft import OutputShaft, Wanted, output_shaft, shaft_of_runs, stride_of
-from gearplay.results.stored import check_run, runs_again
-from gearplay.solver.checkpoints import KeptSamples
+from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.base import AnalysisResult, case_in, case_of_attributes, check_kind
+from gearplay.results.contacts import ContactTable, contacts_of
+from gearplay.results.output_shaft import OutputShaft, shaft_of_runs
+from gearplay.results.plain_samples import Lack, samples_to_write
+from gearplay.results.stored import check_run, runs_in
+from gearplay.solver.kept_samples import KeptSamples
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory, Work, work_of, worst_of
+from gearplay.solver.trajectory import (
+    Trajectory,
+    Work,
+    work_of,
+    worst_of,
+)
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+from gearplay.vocabulary.memory import enough_memory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,7 +58,7 @@ class Result(AnalysisResult):
     ds : xarray.Dataset
         Dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble; SI, docs/conventions.
     runs : sequence of Trajectory
-        Members with counters, final states and the log of contacts; computed again for a result read from a file.
+        Members with counters, final states and the log of contacts.
     status, message, success
         The worst status of all members as text, and whether every member reached its end.
 
@@ -68,55 +74,116 @@ class Result(AnalysisResult):
     result_kind = "run"
 
     def __init__(self, case: Case, runs: Sequence[Trajectory]) -> None:
-        self.case, self._runs = case, runs
+        self.case, self.runs = case, runs
+        self._said = ""
+        self._lack = Lack()
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> Self:
-        """Return the result whose ``ds`` it was."""
+        """Return the result of a dataset of a run: its samples, without a motion, contact logs and final states."""
         check_kind(dataset, cls.result_kind)
-        made = cls(case_in(dataset), [])
-        check_run(dataset, made.case)
+        case = case_in(dataset)
+        check_run(dataset, case)
+        return cls._of_samples(case, dataset, None)
+
+    @classmethod
+    def _of_samples(cls, case: Case, dataset: xr.Dataset, logs: Sequence[Floats] | None) -> Self:
+        made = cls(case, runs_in(dataset, case, logs))
         made.__dict__["ds"] = dataset
+        made._said = str(dataset.attrs["message"])
+        return made
+
+    @classmethod
+    def from_file(cls, file: Stored, path: Path) -> Self:
+        """Return the saved result in an open file: with its motion where these kernels can replay it, else with its samples."""
+        from gearplay.results.run_files import KERNELS, can_replay, log_of, read_motions
+
+        attributes = file.attributes()
+        case = case_of_attributes(attributes)
+        if can_replay(file):
+            return cls(case, read_motions(file, case, shown_path(path)))
+        logs, dataset = log_of(file, case), open_dataset(path)
+        check_run(dataset, case, signals=False)
+        made = cls._of_samples(case, dataset, logs)
+        wrote = (
+            f"gearplay {attributes.get('gearplay_version', '')}, kernels {str(attributes.get(KERNELS))[:8]}"
+        )
+        stored = f"{len(made.held())} signals at {made.sampling:g} Hz are stored in it"
+        made._said += f" Read from a file of {wrote}, whose motion these kernels cannot replay; {stored}."
+        made._lack = Lack(
+            f"must be one of those stored: the file is of {wrote}, whose motion these kernels cannot replay",
+            "Simulate its case again, or run gearplay export with the version that wrote it",
+        )
         return made
 
     def save(
-        self, path: str | os.PathLike[str], *, overwrite: bool = False, within: float | None = None
+        self,
+        path: str | os.PathLike[str],
+        *,
+        overwrite: bool = False,
+        signals: list[str] | None = None,
+        sampling: float | None = None,
+        full: bool = False,
     ) -> None:
-        """Write all signals, as `AnalysisResult.save` does; after Ctrl-C nothing is written.
+        """Write the motion, from which `gearplay.read_result` computes every signal again, bit for bit, and some samples.
 
-        Compressed where that takes no longer than ``within`` [s]; `ResourceError` beyond ``run.max_wall_time``.
+        Parameters
+        ----------
+        path
+            The file, written atomically; its extension sets the format: ``.nc``, or ``.csv`` or ``.mat`` with samples alone.
+        overwrite
+            Whether an existing file may be replaced.
+        signals
+            Signals to write as samples, ``ax`` or ``ring.ax``. By default those that `simulate` was given; else all of them, at
+            so low a rate that they take 4 kB per simulated second.
+        sampling
+            Rate of these samples [Hz]; that of the record if not given.
+        full
+            Write all signals at the rate of the record, for other programs; block by block, in little memory.
+
+        Raises
+        ------
+        InputError
+            For another ending, an unknown signal, an existing file where ``overwrite`` is false, or one that cannot be written.
+        ResourceError
+            Where samples take longer than ``run.max_wall_time``.
+
+        Examples
+        --------
+        >>> import tempfile, gearplay as gp
+        >>> place = tempfile.mkdtemp() + "/run.nc"
+        >>> gp.simulate("han2021", duration=0.01, transient=0.0).save(place)
+        >>> gp.read_result(place).signal("ring.ax").size
+        1000
+
         """
+        from gearplay.results.run_files import write_run
+
         check_ending(path)
-        until = time.monotonic() + min((run.samples.left for run in self._runs), default=math.inf)
-        for run in self._runs:
-            run.samples.compute(until)
-        left = min(math.inf if within is None else within, until - time.monotonic())
-        self._write(path, overwrite=overwrite, within=left)
+        full = full or (is_table(path) and signals is None and sampling is None)
+        plain = samples_to_write(pack(self.case), self.runs, signals, sampling, self._lack, full=full)
+        if is_table(path):
+            Result(self.case, plain)._write(path, overwrite=overwrite)
+        else:
+            with enough_memory():
+                write_run(self.case, self.runs, plain, Path(path), overwrite=overwrite)
 
     @cached_property
     def ds(self) -> xr.Dataset:
         """The result as a dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble."""
         from gearplay.results.dataset import to_dataset
 
-        return to_dataset(self.case, pack(self.case), self._runs)
-
-    @cached_property
-    def runs(self) -> Sequence[Trajectory]:
-        """One `Trajectory` a member; of a result from a file, the case is integrated again."""
-        return self._runs or runs_again(self)
+        return to_dataset(self.case, pack(self.case), self.runs)
 
     @property
     def members(self) -> int:
         """Number of runs."""
-        return len(self._runs) or int(self.ds.sizes.get("member", 1))
+        return len(self.runs)
 
     @property
     def statuses(self) -> list[Status]:
         """How each member ended."""
-        if self._runs:
-            return [run.status for run in self._runs]
-        ended = self.ds["member_status"].values if "member_status" in self.ds else [self.ds.attrs["status"]]
-        return [Status[str(name)] for name in ended]
+        return [run.status for run in self.runs]
 
     @property
     def status(self) -> Status:
@@ -126,7 +193,7 @@ class Result(AnalysisResult):
     @property
     def message(self) -> str:
         """The worst status and the warnings of the run as text."""
-        return worst_of(self._runs).message if self._runs else str(self.ds.attrs["message"])
+        return self._said or worst_of(self.runs).message
 
     @property
     def success(self) -> bool:
@@ -143,12 +210,7 @@ class Result(AnalysisResult):
     @cached_property
     def contacts(self) -> ContactTable:
         """Statistics of every contact, over all members."""
-        if self._runs:
-            return contacts_of(self._runs)
-        each = {name: np.atleast_2d(self.ds[name].values) for name in CONTACT_STATISTICS}
-        spans = np.array([self.time(m).size for m in range(self.members)]) / self.sampling
-        angular = self.ds["contact_angular"].values.astype(bool) if "contact_angular" in self.ds else None
-        return contact_table([str(c) for c in self.ds["contact"].values], each, spans, angular)
+        return contacts_of(self.runs)
 
     @cached_property
     def output(self) -> OutputShaft:
@@ -181,42 +243,20 @@ class Result(AnalysisResult):
         ('output', 5.0, 53.77)
 
         """
-        if self._runs:
-            return shaft_of_runs(self.case, rotor, self._runs)
-        held, stride = set(self.held()), stride_of([self.time(m).size for m in range(self.members)])
-
-        def samples(member: int, wanted: Wanted) -> Floats:
-            nothing = np.full(self.time(member).size, np.nan)
-            found = [self.signal(*each, member) if each in held else nothing for each in wanted]
-            return np.stack(found, axis=1)[::stride]
-
-        members = [(self.sampling / stride, partial(samples, m)) for m in range(self.members)]
-        return output_shaft(self.case, rotor, self.contacts, members)
+        return shaft_of_runs(self.case, rotor, self.runs)
 
     @property
     def sampling(self) -> float:
         """Samples per second [Hz]."""
-        return self._runs[0].sampling if self._runs else self.case.run.sampling
+        return self.runs[0].sampling
 
     def time(self, member: int = 0) -> Floats:
         """Return the times of the samples [s] of the member at a place, shape [time]; fewer where it stopped early."""
-        if self._runs:
-            return self._runs[member].time
-        held, whole = self.held(), self.ds["time"].values
-        return np.asarray(whole[: self.signal(held[0][0], held[0][1], member).size] if held else whole)
+        return self.runs[member].time
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:
         """Return the kept signals, as (signal, element); only those of one name if given."""
-        if self._runs:
-            found = [(c.signal, c.label) for c in self._runs[0].columns]
-        else:
-            found = [
-                (q.name, str(label))
-                for dimension, quantities in VARIABLES.items()
-                for q in quantities
-                if q.name in self.ds
-                for label in ([dimension] if dimension == "base" else self.ds[dimension].values)
-            ]
+        found = [(c.signal, c.label) for c in self.runs[0].columns]
         return [each for each in found if signal in (None, each[0])]
 
     def signal(
@@ -270,26 +310,14 @@ class Result(AnalysisResult):
         if sampling is not None or window is not None:
             run = self.runs[member]
             if not isinstance(run.samples, KeptSamples):
-                rule = "must be absent: only samples were kept, no motion"
-                raise InputError(Fault("window", str(window), rule, "Simulate with gearplay.simulate"))
+                name, value = ("window", str(window)) if sampling is None else ("sampling", sampling)
+                raise self._lack.error(name, value)
             if sampling is not None and not (0.0 < sampling < np.inf):
                 cure = "Give samples per second"
                 raise InputError(Fault("sampling", sampling, "must be positive [Hz]", cure))
             at = [(c.signal, c.label) for c in run.columns].index((signal, label))
             return run.samples.at_rate(at, sampling, window)
-        if self._runs:
-            return self._runs[member].signal(signal, label)
-        variable = self.ds[signal]
-        dimensions = [str(d) for d in variable.dims if d not in ("member", "time")]
-        values = variable.sel({dimensions[0]: label}) if dimensions else variable  # there is one housing
-        values = values.isel(member=member) if "member" in values.dims else values
-        found = np.asarray(values.values, dtype=np.float64)
-        if values.dtype.kind == "i":  # flags, -1 where there is none
-            found[found < 0.0] = np.nan
-        if self.statuses[member] == Status.DONE:
-            return found
-        known = np.flatnonzero(np.isfinite(found))
-        return found[: known[-1] + 1] if known.size else found[:0]
+        return self.runs[member].signal(signal, label)
 
     def only(self, signal: str, label: str | None) -> tuple[str, str]:
         """Return the one stored signal and element of these names; `InputError` where none or several match."""
@@ -298,6 +326,8 @@ class Result(AnalysisResult):
             return chosen[0]
         known = sorted({f"{element}.{name}" for name, element in self.held(signal) or self.held()})
         shown = f"{label or ''}.{signal}".lstrip(".")
+        if self._lack != Lack() and not chosen:
+            raise self._lack.error("signal", shown)
         cure = f"Choose from: {', '.join(known) or 'none'}"
         raise InputError(Fault("signal", shown, "must name one signal that was kept", cure))
 
@@ -352,16 +382,12 @@ class Result(AnalysisResult):
     @property
     def work(self) -> Work:
         """Steps, rejected steps, events and seconds on one core, of all members."""
-        if self._runs:
-            return work_of(self._runs)
-        return Work(**{each.name: self.ds.attrs[each.name] for each in fields(Work)})
+        return work_of(self.runs)
 
     @property
     def reached(self) -> float:
         """Simulated time [s] that the first member reached, transient included."""
-        if self._runs:
-            return self._runs[0].reached
-        return self.case.run.transient + self.time().size / self.sampling
+        return self.runs[0].reached
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return the lines of the table that a notebook shows."""

@@ -4,7 +4,6 @@ import threading
 from collections.abc import Sequence
 from typing import Any, TypedDict, Unpack, overload
 
-from gearplay.files.netcdf import load_writers
 from gearplay.model.case import Case
 from gearplay.model.policy import Policy
 from gearplay.model.reading import Source, load_case, replace
@@ -35,16 +34,6 @@ def case_of(source: Source, **run: Any) -> Case:
     case = load_case(source)
     given = {f"run.{name}": value for name, value in run.items() if value is not None}
     return replace(case, given) if given else case
-
-
-def record(case: Case, *, progress: Progress | None = None, stop: threading.Event | None = None) -> Result:
-    """Simulate a case and return its `Result`, with all signals sampled during the run: one that ends early has them at once.
-
-    Raises as `simulate` does.
-    """
-    load_writers()
-    tick = ticking(progress, case.title or "simulation")
-    return Result(case, run_batch([(case, range(case.run.ensemble))], progress=tick, stop=stop)[0])
 
 
 class _Options(TypedDict, total=False):

@@ -1,28 +1,33 @@
-"""Results read from files: validation of the file, replay for quantities that it does not hold."""
+"""Runs in datasets: validation, and their members with the samples of the dataset."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+import math
+import threading
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gearplay.integrate.run import LOG_COLUMNS
 from gearplay.model.case import Case
-from gearplay.solver.simulate import run_batch
+from gearplay.model.pack import pack
+from gearplay.model.variables import VARIABLES
+from gearplay.solver.continuation import End
 from gearplay.solver.status import Status
-from gearplay.solver.trajectory import Trajectory
+from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.version import VERSION
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearplay.results.result import Result
-
+Floats = NDArray[np.float64]
 EVEN = 1e-6
 """Largest deviation of a time from its even place, in sampling steps."""
 
 
-def check_run(dataset: "xr.Dataset", case: Case) -> None:
-    """Raise `InputError` where times, status, names or signals cannot be those of a run of the case.
+def check_run(dataset: "xr.Dataset", case: Case, *, signals: bool = True) -> None:
+    """Raise `InputError` where times, status, names or ``signals`` cannot be those of a run of the case.
 
     Times must be finite, rising and even, the status known, the names those of the case, the signals finite: NaN only where
     they were not kept, and behind the end of a member that was cut short.
@@ -48,7 +53,7 @@ def check_run(dataset: "xr.Dataset", case: Case) -> None:
             if name not in names:
                 _refuse(dimension, name, f"must be a {dimension} of the case that the file holds")
     done = [status == Status.DONE.name for status in statuses]
-    for signal, variable in dataset.data_vars.items():
+    for signal, variable in dataset.data_vars.items() if signals else ():
         if "time" in variable.dims and variable.dtype.kind == "f":
             _check_signal(str(signal), variable, done)
 
@@ -90,33 +95,127 @@ def _refuse(path: str, value: object, rule: str) -> None:
     raise InputError([Fault(path, value, rule, "Simulate the case again")])
 
 
-LARGEST_DIFFERENCE: Final = 1e-9
-"""Relative difference, of the largest sample, within which samples are those of the file."""
-ENDED: Final = (Status.OUT_OF_TIME, Status.INTERRUPTED)
-"""Ends of a run that depend on the clock."""
-_CURE: Final = "Simulate the case: gearplay.simulate(result.case)"
+class DatasetSamples:
+    """Samples of one member in a dataset, read on access.
 
+    Parameters
+    ----------
+    dataset, columns
+        The dataset, and those of its signals that are the columns.
+    member
+        Place of the member; None where there is no such dimension.
+    count
+        Number of samples before it stopped.
 
-def runs_again(result: "Result") -> Sequence[Trajectory]:
-    """Return the trajectories of a result that was read from a file: its case, integrated again.
-
-    Raises `InputError` where a member was ended by the clock, or where the file holds other samples than the case gives
-    here, and the errors of a run.
     """
-    ended = [status.name for status in result.statuses if status in ENDED]
-    if ended:
-        raise InputError(Fault("status", ended[0], "must not be an end by the clock for a repetition", _CURE))
-    kept = [each for each in result.held() if np.isfinite(result.signal(*each)).any()]
-    names = [f"{label}.{signal}" if label != "base" else signal for signal, label in kept]
-    numbers = np.atleast_1d(result.ds["member"].values).tolist() if "member" in result.ds.coords else [0]
-    runs = run_batch([(result.case, numbers)], signals=names, keep_motion=True)[0]
-    for member, run in enumerate(runs):
-        for signal, label in kept[:3]:
-            stored, found = result.signal(signal, label, member), run.signal(signal, label)
-            allowed = LARGEST_DIFFERENCE * float(np.nanmax(np.abs(stored), initial=0.0))
-            same = stored.shape == found.shape
-            if not same or not np.allclose(stored, found, rtol=0.0, atol=allowed, equal_nan=True):
-                where = f"{label}.{signal}, member {member}"
-                rule = f"must be what the case gives with gearplay {VERSION}, for a repetition of the run"
-                raise InputError(Fault("result", where, rule, _CURE))
+
+    left = math.inf
+
+    def __init__(
+        self, dataset: "xr.Dataset", columns: Sequence[Column], member: int | None, count: int
+    ) -> None:
+        self.dataset, self.columns, self.member, self.count = dataset, columns, member, count
+
+    @property
+    def values(self) -> Floats:
+        """All signals, shape [time, column]."""
+        return self.some(range(len(self.columns)))
+
+    def some(self, columns: Sequence[int], part: slice = slice(None)) -> Floats:
+        """Return some signals, shape [time, column]."""
+        found = np.empty((len(range(self.count)[part]), len(columns)))
+        for at, k in enumerate(columns):
+            column = self.columns[k]
+            variable = self.dataset[column.signal]
+            if column.dimension != "base":  # there is one housing
+                variable = variable.sel({column.dimension: column.label})
+            if self.member is not None:
+                variable = variable.isel(member=self.member)
+            flags = variable.dtype.kind == "i"  # -1 where there is none
+            values = np.asarray(variable[: self.count][part].values, dtype=np.float64)
+            found[:, at] = np.where(values < 0.0, np.nan, values) if flags else values
+        return found
+
+    def thinned(self, columns: Sequence[int], stride: int) -> Floats:
+        """Return every ``stride``-th sample of some signals, shape [time, column]."""
+        return self.some(columns, slice(None, None, stride))
+
+    def blocks(self, size: int, stop: threading.Event) -> Iterator[Floats]:
+        """Yield all samples in blocks of ``size`` times, shape [time, column]."""
+        every = range(len(self.columns))
+        yield from (self.some(every, slice(at, at + size)) for at in range(0, self.count, size))
+
+
+def runs_in(dataset: "xr.Dataset", case: Case, logs: Sequence[Floats] | None = None) -> list[Trajectory]:
+    """Return the members of a dataset of a run, with its samples; of their work the sum, as that of the first.
+
+    Logs are empty and final states NaN unless given: a dataset does not have them.
+    """
+    packed, attributes = pack(case), dataset.attrs
+    time = np.asarray(dataset["time"].values, dtype=np.float64)
+    columns = [
+        Column(quantity.name, dimension, str(label))
+        for dimension, quantities in VARIABLES.items()
+        for quantity in quantities
+        if quantity.name in dataset
+        for label in (["base"] if dimension == "base" else dataset[dimension].values)
+    ]
+    several = "member_status" in dataset
+    statuses = list(map(str, dataset["member_status"].values)) if several else [str(attributes["status"])]
+    numbers = np.atleast_1d(dataset["member"].values if "member" in dataset.coords else 0)
+    rate, runs = _rate(time, case.run.sampling), []
+    for m, (number, name) in enumerate(zip(numbers.tolist(), statuses, strict=True)):
+        status, place = Status[name], m if several else None
+        count = (
+            time.size if status == Status.DONE else _last(DatasetSamples(dataset, columns, place, time.size))
+        )
+        counters = (
+            Counters(*(int(attributes[n]) for n in ("steps", "rejected_steps", "events")))
+            if m == 0
+            else Counters()
+        )
+        statistics = {n: np.atleast_2d(dataset[n].values)[m].astype(float) for n in CONTACT_STATISTICS}
+        nothing = np.full(packed.state_size, np.nan)
+        runs.append(
+            Trajectory(
+                member=number,
+                first_sample=float(time[0]) if time.size else case.run.transient,
+                sampling=rate,
+                samples=DatasetSamples(dataset, columns, place, count),
+                columns=tuple(columns),
+                statistics=ContactStatistics(
+                    tuple(map(str, dataset["contact"].values)), **statistics, angular=_angular(dataset)
+                ),
+                log=logs[m] if logs is not None else np.zeros((0, LOG_COLUMNS)),
+                status=status,
+                counters=counters,
+                reached=case.run.transient + case.run.duration
+                if status == Status.DONE
+                else time[:count].max(initial=0.0),
+                wall_time=float(attributes["wall_time"]) if m == 0 else 0.0,
+                final_state=nothing,
+                end=End(nothing, np.zeros(0), np.zeros(0)),
+            )
+        )
     return runs
+
+
+def _angular(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
+    if "contact_angular" in dataset:
+        return np.asarray(dataset["contact_angular"].values.astype(bool))
+    return np.zeros(dataset.sizes["contact"], dtype=bool)
+
+
+def _rate(time: Floats, sampling: float) -> float:
+    """Return the samples per second [Hz] of even times: those of the record, or every so many of them."""
+    if time.size < 2:
+        return sampling
+    found = float((time.size - 1) / (time[-1] - time[0]))
+    nearest = sampling / max(1, round(sampling / found))
+    return nearest if abs(found - nearest) <= 1e-6 * nearest else found
+
+
+def _last(samples: DatasetSamples) -> int:
+    """Return the number of samples until the last that is finite."""
+    known = np.flatnonzero(np.isfinite(samples.values).any(axis=1)) if samples.columns else np.zeros(0)
+    return int(known[-1]) + 1 if known.size else 0

@@ -8,11 +8,10 @@ grows like a logarithm: to 3000, or some 15 MB of a gear pair, for 1e9 steps.
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,6 @@ from gearplay.integrate import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.solver.integration import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
-from gearplay.solver.limits import check_samples
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
@@ -33,6 +31,8 @@ Ints = NDArray[np.int64]
 
 SHORTEST, SHARE = 256, 256
 """Steps between checkpoints: the least number, and the divisor of all steps taken so far."""
+PAUSES = 1e-3
+"""Approximate time [s] between two checkpoints while samples are computed block by block."""
 FEWEST_SAMPLES = 20_000
 """Least number of samples of a piece for a separate thread."""
 # Fields that hold requests and outputs of a run, not its state.
@@ -72,20 +72,35 @@ _MADE = (
 )
 
 
-def _states(run: Any) -> Iterator[NDArray[Any]]:
-    """Yield all arrays that a run's next step depends on."""
+_COMPARED = ("active_set.body_states", "active_set.origin", "branch.modes", "y")
+"""Arrays in which a replay must agree with the checkpoints of a file."""
+
+
+def states(run: Any) -> dict[str, NDArray[Any]]:
+    """Return all arrays that a run's next step depends on, by name; shared ones once."""
+    found: dict[str, NDArray[Any]] = {}
     for field in fields(run):
         value = getattr(run, field.name)
-        if field.name not in _ASKED + _MADE:
-            yield from _states(value) if is_dataclass(value) else (value,)
+        if field.name in _ASKED + _MADE:
+            continue
+        own = states(value) if is_dataclass(value) else {"": value}
+        known = {id(array) for array in found.values()}
+        found |= {f"{field.name}.{k}".rstrip("."): a for k, a in own.items() if id(a) not in known}
+    return found
 
 
 @dataclass(frozen=True)
-class _Mark:
-    """A state on the way: time [s], copies of the arrays."""
+class Mark:
+    """A checkpoint: time [s], steps taken, copies of the arrays of `states`."""
 
     time: float
+    steps: int
     arrays: tuple[NDArray[Any], ...]
+
+    @classmethod
+    def of(cls, course: Course, arrays: Iterable[NDArray[Any]]) -> Self:
+        """Return the present checkpoint of a run, whose ``arrays`` are those of `states`."""
+        return cls(course.time, course.steps, tuple([array.copy() for array in arrays]))
 
 
 class KeptMotion:
@@ -99,14 +114,21 @@ class KeptMotion:
         Times [s] that no step passed: the end of the transient, the end of the run.
     start
         Initial state of a run so short that its states were not stored on the way, shape [state]; they are when requested.
+    source
+        The file that the checkpoints are from: a replay must arrive at each of them.
 
     """
 
     def __init__(
-        self, case: Case, packed: Packed, ends: tuple[float, float], start: Floats | None = None
+        self,
+        case: Case,
+        packed: Packed,
+        ends: tuple[float, float],
+        start: Floats | None = None,
+        source: str = "",
     ) -> None:
-        self.case, self.packed, self.ends, self.start = case, packed, ends, start
-        self._marks: list[_Mark] = []
+        self.case, self.packed, self.ends, self.start, self.source = case, packed, ends, start, source
+        self._marks: list[Mark] = []
         self._arrays: tuple[NDArray[Any], ...] = ()
         self._due = 0
         self.reached = 0.0
@@ -115,7 +137,7 @@ class KeptMotion:
         """What the run has left of the case's limit on wall time [s]: no sampling may take longer."""
 
     @property
-    def marks(self) -> list[_Mark]:
+    def marks(self) -> list[Mark]:
         """The stored states, in the order of time."""
         if not self._marks and self.start is not None:
             course = Course(self.case, self.packed, self.start)
@@ -130,16 +152,16 @@ class KeptMotion:
         return self._marks
 
     @property
-    def bytes(self) -> int:
-        """Memory taken [byte]."""
-        return sum(array.nbytes for mark in self._marks[:1] for array in mark.arrays) * len(self._marks)
+    def bytes_each(self) -> int:
+        """Memory of a checkpoint [byte]."""
+        return sum(array.nbytes for mark in self.marks[:1] for array in mark.arrays)
 
     def note(self, course: Course) -> None:
         """Store a checkpoint of a run at its begin or a pause, if one is due; set the run's steps until the next pause."""
         if not self._arrays:
-            self._arrays = tuple(_states(course.run))
+            self._arrays = tuple(states(course.run).values())
         if course.steps >= self._due or course.time in self.ends:
-            self._marks.append(_Mark(course.time, tuple([array.copy() for array in self._arrays])))
+            self._marks.append(Mark.of(course, self._arrays))
             self._due = course.steps + max(SHORTEST, course.steps // SHARE)
         course.chunk = min(CHUNK_STEPS, self._due - course.steps)
 
@@ -151,35 +173,34 @@ class KeptMotion:
         return max(0, min(wanted, math.floor((self.reached - start) * sampling) + 1))
 
     def sample(
-        self, places: Ints, start: float, sampling: float, count: int, until: float = math.inf
+        self,
+        places: Ints,
+        start: float,
+        sampling: float,
+        count: int,
+        stop: threading.Event | None = None,
     ) -> Floats:
         """Return signals, shape [sample, column], at ``start + k / sampling`` for k < ``count``.
 
         ``places`` are the columns of a full row. The motion is followed again from the last state kept before ``start``, in
-        pieces on several threads; all end soon after Ctrl-C.
+        pieces on several threads; all end soon after Ctrl-C, and once ``stop`` is set.
 
-        Raises `ResourceError` where that takes longer than the case's limit on wall time leaves, or than ``until`` [s], by the
-        clock of `time.monotonic`, and where there is too little memory.
+        Raises `ResourceError` where that takes longer than the case's limit on wall time leaves, and where there is too little
+        memory; `InputError` where the checkpoints are those of a file and are not met.
         """
-        until = min(until, time.monotonic() + self.left)
-        stop = threading.Event()
+        stop = stop or threading.Event()
         with enough_memory():
             values = np.empty((len(places), count))
         step = 1.0 / sampling
         pieces = self._pieces(start, step, count)
         idle: list[Course] = []
+        look = self._watch(stop, count, len(places))
 
-        def look() -> None:
-            if stop.is_set() or time.monotonic() > until:  # after ``stop`` the message is discarded
-                raise out_of_time(count, len(places))
-
-        def fill(piece: tuple[_Mark, int, int]) -> None:
+        def fill(piece: tuple[Mark, int, int]) -> None:
             try:
                 course = idle.pop()  # to make one takes longer than to follow a short piece
             except IndexError:
-                course = Course(
-                    self.case, self.packed, np.zeros(self.packed.state_size), places=places, rows=values
-                )
+                course = self._course(places, values)
             self._follow(course, piece, start, step, look)
             idle.append(course)
 
@@ -195,13 +216,44 @@ class KeptMotion:
                     raise
         return values.T
 
-    def _pieces(self, start: float, step: float, count: int) -> list[tuple[_Mark, int, int]]:
+    def blocks(
+        self, places: Ints, start: float, sampling: float, count: int, size: int, stop: threading.Event
+    ) -> Iterator[Floats]:
+        """Yield the samples of `sample` in blocks of ``size`` times, shape [sample, column], valid until the next one.
+
+        Memory is that of one block. Raises as `sample` does, and once ``stop`` is set.
+        """
+        rows, step = np.empty((len(places), min(size, count))), 1.0 / sampling
+        course, look = self._course(places, rows), self._watch(stop, count, len(places))
+        mark = self.marks[self._begin(start)]
+        for first in range(0, count, size):
+            last = min(first + size, count)
+            mark = self._follow(course, (mark, first, last), start, step, look, offset=first)
+            yield rows[:, : last - first].T
+
+    def _course(self, places: Ints, rows: Floats) -> Course:
+        return Course(self.case, self.packed, np.zeros(self.packed.state_size), places=places, rows=rows)
+
+    def _watch(self, stop: threading.Event, count: int, columns: int) -> Callable[[], None]:
+        """Return a function that raises once ``stop`` is set or no time is left."""
+        until = time.monotonic() + self.left
+
+        def look() -> None:
+            if stop.is_set() or time.monotonic() > until:  # after ``stop`` the message is discarded
+                raise out_of_time(count, columns)
+
+        return look
+
+    def _begin(self, start: float) -> int:
+        return max(i for i, mark in enumerate(self.marks) if i == 0 or mark.time <= start)
+
+    def _pieces(self, start: float, step: float, count: int) -> list[tuple[Mark, int, int]]:
         """Return the states to go on from, each with its first sample and the one behind its last."""
         if count == 0:
             return []
-        begin = max(i for i, mark in enumerate(self.marks) if i == 0 or mark.time <= start)
+        begin = self._begin(start)
         least = max(FEWEST_SAMPLES, -(-count // (8 * worker_count())))
-        cuts: list[tuple[_Mark, int]] = [(self.marks[begin], 0)]
+        cuts: list[tuple[Mark, int]] = [(self.marks[begin], 0)]
         for mark in self.marks[begin + 1 :]:
             # A sample at the very time of a mark is written by the step that leads to it.
             first = math.floor((mark.time - start) / step + 1e-9) + 1
@@ -213,36 +265,77 @@ class KeptMotion:
     def _follow(
         self,
         course: Course,
-        piece: tuple[_Mark, int, int],
+        piece: tuple[Mark, int, int],
         start: float,
         step: float,
         look: Callable[[], None],
-    ) -> None:
+        offset: int | None = None,
+    ) -> Mark:
         """Fill samples ``first`` to ``last`` - 1 of the rows of an integration run, replayed from a checkpoint.
 
-        ``look`` is called about every 50 ms and raises where the request was cancelled or its time is over.
+        ``look`` is called about every 50 ms and raises where the request was cancelled or its time is over. With an ``offset``
+        rows begin at that sample, and a checkpoint is returned from which sample ``last`` is reached. `InputError` where the
+        checkpoints of a file are not met.
         """
-        (mark, first, last), run = piece, course.run
-        forces = run.counts[kernel.FORCES]
-        for array, kept in zip(_states(run), mark.arrays, strict=True):
+        (mark, first, last), run, streams = piece, course.run, offset is not None
+        row, forces, arrays = first - (offset or 0), run.counts[kernel.FORCES], states(run)
+        for array, kept in zip(arrays.values(), mark.arrays, strict=True):
             array[...] = kept
         run.counts[kernel.FORCES] = forces
         run.implicit.numbers[implicit.FACTORED], run.implicit.sizes[implicit.WEIGHED_H] = 0, 0.0
         run.clock[kernel.SAMPLE_START], run.clock[kernel.SAMPLE_INTERVAL] = start, step
         run.counts[kernel.NEXT_SAMPLE], run.counts[kernel.LAST_SAMPLE] = first, last - 1
-        run.counts[kernel.ROWS], run.counts[kernel.LOGGED] = first, 0
+        run.counts[kernel.ROWS], run.counts[kernel.LOGGED] = row, 0
         # A run that stopped may have none of the last.
-        run.rows[:, min(last, max(first, int((self.reached - start) / step))) : last] = np.nan
-        chunk = FIRST_STEPS
+        sure, whole = (
+            row + min(last, max(first, int((self.reached - start) / step))) - first,
+            row + last - first,
+        )
+        run.rows[:, sure:whole] = np.nan
+        chunk, passed = FIRST_STEPS, self._next_of_file(mark)
         for end in self.ends:
             status = Status.PAUSED
-            while status == Status.PAUSED and run.counts[kernel.ROWS] < last and course.time < end:
+            while status == Status.PAUSED and course.time < end:
+                if run.counts[kernel.ROWS] >= whole and (streams or passed is None):
+                    break
                 look()
                 began = time.perf_counter()
-                status = course.take_chunk(end, chunk, keep_log=False)
-                chunk = next_steps(chunk, time.perf_counter() - began)
+                steps = chunk if passed is None else min(chunk, max(1, passed.steps - course.steps))
+                status = course.take_chunk(end, steps, keep_log=False)
+                took = time.perf_counter() - began
+                chunk = next_steps(chunk, took)
+                if streams:
+                    chunk = chunk if took < PAUSES else max(1, int(steps * PAUSES / took))
+                    if course.time < start + (last - 1) * step:
+                        mark = Mark.of(course, arrays.values())
+                if passed is not None and course.steps >= passed.steps and course.time >= passed.time:
+                    self._check(arrays, passed, met=course.time == passed.time)
+                    passed = (
+                        self._next_of_file(passed) if streams or run.counts[kernel.ROWS] < whole else None
+                    )
             if status not in (Status.PAUSED, Status.DONE):
                 break
+        if self.source and (run.counts[kernel.ROWS] < sure or not (streams or passed is None)):
+            raise self._differs(course.time)
+        return mark
+
+    def _next_of_file(self, mark: Mark) -> Mark | None:
+        """Return the next checkpoint of a file, which a replay must meet."""
+        later = (each for each in self.marks if each.steps > mark.steps) if self.source else ()
+        return next(iter(later), None)
+
+    def _check(self, arrays: dict[str, NDArray[Any]], mark: Mark, *, met: bool) -> None:
+        """Raise `InputError` where a replay does not arrive at a checkpoint of a file."""
+        kept = dict(zip(arrays, mark.arrays, strict=True))
+        if not met or not all(np.array_equal(arrays[name], kept[name]) for name in _COMPARED):
+            raise self._differs(mark.time)
+
+    def _differs(self, t: float) -> InputError:
+        rule = (
+            f"must hold the motion that this machine computes from its case, and does not near t = {t:.6g} s"
+        )
+        cure = "Simulate its case again, or run gearplay export where it was written; xarray.open_dataset reads its samples"
+        return InputError(Fault("file", self.source, rule, cure))
 
 
 def out_of_time(count: int, columns: int) -> ResourceError:
@@ -251,77 +344,3 @@ def out_of_time(count: int, columns: int) -> ResourceError:
         f"samples: {count} times of {columns} signals took longer than there was time for; the motion itself is complete."
         " Lower the sampling, ask for one signal, or raise `run.max_wall_time`."
     )
-
-
-class KeptSamples:
-    """Samples of a checkpointed motion, computed on request: one signal alone, or all at once.
-
-    Parameters
-    ----------
-    motion
-        What they are of.
-    places
-        Columns of a full row.
-    sampling
-        Samples per second [Hz], from the end of the transient to that of the run.
-    written
-        The samples, shape [time, column], where they were written during the run.
-
-    """
-
-    def __init__(
-        self, motion: KeptMotion, places: Ints, sampling: float, written: Floats | None = None
-    ) -> None:
-        self.motion, self.places, self.sampling = motion, places, sampling
-        self.start, end = motion.ends
-        self.count = motion.count(self.start, sampling, end)
-        self.left = motion.left
-        self._columns: dict[int, Floats] = {}
-        if written is not None:
-            self.__dict__["values"] = written
-
-    @cached_property
-    def values(self) -> Floats:
-        """All of them, shape [time, column].
-
-        Raises `ResourceError` where they are too many.
-        """
-        return self._all()
-
-    def compute(self, until: float) -> None:
-        """Compute all of them, as `values` does; `ResourceError` where that would last until a time of the monotonic clock."""
-        if "values" not in self.__dict__:
-            self.__dict__["values"] = self._all(until)
-
-    def _all(self, until: float = math.inf) -> Floats:
-        check_samples(self.count, len(self.places))
-        return self.motion.sample(self.places, self.start, self.sampling, self.count, until)
-
-    def some(self, columns: Sequence[int]) -> Floats:
-        """Return some signals, shape [time, column]; they are kept."""
-        if "values" in self.__dict__:
-            return self.values[:, list(columns)]
-        lacking = [at for at in columns if at not in self._columns]
-        if lacking:
-            check_samples(self.count, len(lacking))
-            found = self.motion.sample(self.places[lacking], self.start, self.sampling, self.count)
-            self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
-        return np.stack([self._columns[at] for at in columns], axis=1)
-
-    def thinned(self, columns: Sequence[int], stride: int) -> Floats:
-        """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
-        if "values" in self.__dict__:
-            return self.values[::stride, list(columns)]
-        count = -(-self.count // stride)
-        return self.motion.sample(self.places[list(columns)], self.start, self.sampling / stride, count)
-
-    def at_rate(self, at: int, sampling: float | None, window: tuple[float, float] | None) -> Floats:
-        """Return one signal at another rate [Hz], or from another window [s], shape [time]; `InputError` for an empty one."""
-        sampling, window = sampling or self.sampling, window or self.motion.ends
-        start, end = window
-        count = self.motion.count(start, sampling, end)
-        if not (0.0 <= start < end <= self.motion.ends[-1] * (1.0 + 1e-12)) or count == 0:
-            rule = f"must be a start and a later end [s] within 0 and {min(self.motion.reached, self.motion.ends[-1]):g}"
-            raise InputError(Fault("window", str(window), rule, "Choose a window within the run"))
-        check_samples(count, 1)
-        return self.motion.sample(self.places[at : at + 1], start, sampling, count)[:, 0]

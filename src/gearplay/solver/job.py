@@ -13,11 +13,12 @@ from gearplay.integrate import run as kernel
 from gearplay.model.case import Case
 from gearplay.model.initial import Starts
 from gearplay.model.pack import Packed, pack
-from gearplay.solver.checkpoints import KeptMotion, KeptSamples
+from gearplay.solver.checkpoints import KeptMotion
 from gearplay.solver.continuation import End, end_of, go_on_from, start_from
 from gearplay.solver.deadline import Deadline, deadline_of
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.integration import Course
+from gearplay.solver.kept_samples import KeptSamples
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import (
     Column,

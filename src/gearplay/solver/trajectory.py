@@ -1,7 +1,8 @@
 """Result of a simulated member: sampled signals, contact statistics, contact log, status."""
 
 import math
-from collections.abc import Iterable, Sequence
+import threading
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple, Protocol
@@ -179,8 +180,11 @@ class Samples(Protocol):
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
 
-    def compute(self, until: float) -> None:
-        """Compute all of them now; `ResourceError` where that would last until a time of the monotonic clock."""
+    def blocks(self, size: int, stop: threading.Event) -> Iterator[Floats]:
+        """Yield all samples in blocks of ``size`` times, shape [time, column], each valid until the next; not kept.
+
+        Raises once ``stop`` is set.
+        """
 
 
 @dataclass(frozen=True)
@@ -203,8 +207,9 @@ class WrittenSamples:
         """Return every ``stride``-th sample of some signals, shape [time, column]."""
         return self.values[::stride, list(columns)]
 
-    def compute(self, until: float) -> None:
-        """They are there."""
+    def blocks(self, size: int, stop: threading.Event) -> Iterator[Floats]:
+        """Yield all samples in blocks of ``size`` times, shape [time, column]."""
+        yield from (self.values[at : at + size] for at in range(0, self.count, size))
 
 
 @dataclass(frozen=True)
