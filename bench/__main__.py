@@ -251,7 +251,9 @@ def starting():
         own = ["-m", "gearplay"]
         run = [*own, "run", "han2021", "--duration", "0.1"]
         seconds, peak = timed(run)
-        lines.append(f"| the first `gearplay run` ever of a source tree, its kernels built | {seconds:.2f} | | {peak:.0f} |")
+        lines.append(
+            f"| the first `gearplay run` ever of a source tree, its kernels built | {seconds:.2f} | | {peak:.0f} |"
+        )
         commands = {
             "`import numpy`": ["-c", "import numpy"],
             "`import gearplay`": ["-c", "import gearplay"],
