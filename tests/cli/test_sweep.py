@@ -766,15 +766,9 @@ def test_a_row_that_was_changed_is_run_again(
 
 @pytest.mark.parametrize("damaged", [b'{"case": ', b"\xff\xfe", b"[1]", b"", b"[" * 100_000])
 def test_a_damaged_plan_is_named(
-    damaged: bytes,
-    few: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    damaged: bytes, few: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """At once: before any kernel is asked for."""
     (tmp_path / "plan.json").write_bytes(damaged)
-    monkeypatch.setattr("gearplay.cli.progress.compile_kernels", None)
     for words in (["sweep", few, "--out", tmp_path], ["resume", tmp_path]):
         assert do(*words) == 2
         (said,) = capsys.readouterr().err.splitlines()

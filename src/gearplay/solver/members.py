@@ -149,10 +149,10 @@ class Members(Sequence[Trajectory]):
         """Simulate members ``first`` to ``last`` - 1."""
         wanted = self.simulation
         if not self._is_long:
-            block = _Block(wanted, self.numbers[first:last], self.place + first, watch)
+            block = _Block(wanted, self.numbers[first:last], self.place + first)
             self._blocks[first] = block
             reused = self.pool.take(wanted)
-            block.run(reused)
+            block.run(reused, watch)
             self.pool.idle.append(reused)
             alone = [first + k for k in block.long]
             self._is_long = bool(alone)
@@ -165,15 +165,15 @@ class Members(Sequence[Trajectory]):
 class _Block:
     """Members that one thread simulates; ``place`` is the number of the first among the runs of one call."""
 
-    def __init__(self, wanted: Simulation, numbers: Sequence[int], place: int, watch: Watch) -> None:
-        self.wanted, self.numbers, self.place, self.watch = wanted, numbers, place, watch
+    def __init__(self, wanted: Simulation, numbers: Sequence[int], place: int) -> None:
+        self.wanted, self.numbers, self.place = wanted, numbers, place
         self.starts = wanted.starts.of_members(numbers)
         self.logs: list[Floats] = []
         self.took = np.zeros(len(numbers))
         self.long: list[int] = []
         """Those with so many steps that states on the way are to be kept, from the first on."""
 
-    def run(self, reused: ReusedRun) -> None:
+    def run(self, reused: ReusedRun, watch: Watch) -> None:
         """Simulate them on a run."""
         wanted, most = self.wanted, self.wanted.case.run.max_steps or np.iinfo(np.int64).max
         limit = min(most, CHUNK_STEPS) if wanted.keep else most
@@ -186,7 +186,7 @@ class _Block:
         status = Status.PAUSED
         while status == Status.PAUSED:
             at = int(batch.place[kernel.MEMBER])
-            if (reason := self._reason(run)) is not None:
+            if (reason := self._reason(run, watch)) is not None:
                 self._end_all(run, reason)
                 break
             began = time.perf_counter()
@@ -201,16 +201,16 @@ class _Block:
                 self.long = list(range(first, len(self.numbers)))
                 batch.reached[first:] = 0.0
                 break
-        self.watch.report(-1 - self.place, float(np.sum(batch.reached)))
-        self.left = self.watch.left(wanted.case)
+        watch.report(-1 - self.place, float(np.sum(batch.reached)))
+        self.left = watch.left(wanted.case)
 
-    def _reason(self, run: Run) -> Status | None:
+    def _reason(self, run: Run, watch: Watch) -> Status | None:
         """Report how far the members have come; return why they must stop, or None."""
         batch = self.batch
         reached = float(np.sum(batch.reached[: batch.place[kernel.MEMBER]]))
         if batch.place[kernel.PHASE] != kernel.UNBEGUN:
             reached += float(run.clock[run_kernel.T])
-        return self.watch.reason_to_stop(-1 - self.place, self.wanted.case, reached, -1)
+        return watch.reason_to_stop(-1 - self.place, self.wanted.case, reached, -1)
 
     def _end_all(self, run: Run, reason: Status) -> None:
         """End the present member and all after it where they are."""

@@ -177,6 +177,7 @@ def run_batch(
         for each in found
     ]
     done = iter(_on_threads([call for its in calls for call in its], watch, count))
+    pool.idle.clear()
     made = [[run for run in islice(done, len(its)) if run is not None] for its in calls]
     return [each if isinstance(each, Members) else its for each, its in zip(found, made, strict=True)]
 
