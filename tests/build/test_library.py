@@ -183,6 +183,23 @@ def test_folder_that_takes_no_files_is_one_sentence(tmp_path: Path) -> None:
     assert "set GEARPLAY_LIBRARY" in done.stderr
 
 
+@pytest.mark.deep
+def test_no_kernel_reads_outside_its_arrays(tmp_path: Path) -> None:
+    """A library that checks every index follows pairs, trains and derivatives; an index beyond its array is an error."""
+    command = [sys.executable, "-m", "gearplay.build", "--bounds", "--folder", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    program = """
+import gearplay as gp
+for case, duration in (("han2021", 0.5), ("external-pair", 0.02), ("planetary-reducer", 0.005), ("torsional-train", 0.02)):
+    result = gp.simulate(case, duration=duration)
+    result.ds.load()
+    print(result.success)
+print(gp.modes("two-stage-reducer").ds.sizes["mode"] > 0, gp.lyapunov_exponents("han2021", duration=0.2, transient=0.1).largest)
+"""
+    done = run_program(program, GEARPLAY_LIBRARY=str(tmp_path))
+    assert done.stdout.split()[:5] == ["True"] * 5
+
+
 def is_running(group: int) -> bool:
     """Return whether a process group has any process."""
     try:
