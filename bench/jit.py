@@ -1,10 +1,15 @@
 """Functions of the benchmark that numba compiles with kernels in them, for calls from Python."""
 
+import ctypes
+
 from numba.extending import NativeValue, unbox
 
 from gearplay.build.compiler import GroupType, jitted
+from gearplay.kernels.library import library
 
 __all__ = ["jitted"]
+
+ctypes.CDLL(library()._name, mode=ctypes.RTLD_GLOBAL)  # kernels that they call are found by their symbols
 
 
 @unbox(GroupType)

@@ -1,25 +1,28 @@
 """Dense looks into flights: does a touch come before the one that was found?"""
 
+import tempfile
 from collections.abc import Iterator
-
-import numpy as np
-from numba import njit
+from functools import cache
+from pathlib import Path
 
 from building import Document, case_of, run_of
-from gearplay.integrate import dispatch, stepper
 from gearplay.integrate import run as kernel
+from gearplay.integrate import stepper
 from gearplay.integrate.active_set import state_of
+from gearplay.integrate.dispatch import contact_kinematics
 from gearplay.integrate.right_hand_side import make_loads
-from gearplay.kernels import compiler
-from gearplay.kernels.layout import PENETRATION, Loads
+from gearplay.integrate.run import Run
+from gearplay.kernels.compiled import INTERPRETED
+from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.layout import PENETRATION, Loads, System
 from gearplay.model.pack import pack
+from small_library import load_small
 
 LOOKS = 1500  # at each flight
-assert compiler  # which tells numba what groups and kernels are
 
 
-@njit(nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Loads) -> float:  # type: ignore[no-untyped-def]
+@compiled_once
+def deepest_unseen(system: System, motion: Run, t_0: float, t_1: float, looks: int, loads: Loads) -> float:
     """Return the largest gap function [m] of all contacts, dense looks within (t_0, t_1), while every rotor flies."""
     deepest = -1.0
     y = motion.y_try
@@ -30,13 +33,22 @@ def deepest_unseen(system, motion, t_0: float, t_1: float, looks: int, loads: Lo
         for i in range(system.rotors.size):
             state_of(system, motion.active_set, i, t, motion.y, y)
         for e in range(system.elements.size):
-            dispatch.contact_kinematics(system, e, t, y, motion.branch, loads)
-        deepest = max(deepest, float(np.max(loads.contacts[:, PENETRATION])))
+            contact_kinematics(system, e, t, y, motion.branch, loads)
+        for c in range(loads.contacts.shape[0]):
+            deepest = max(deepest, loads.contacts[c, PENETRATION])
     return deepest
+
+
+@cache
+def load_deepest_unseen() -> None:
+    """Build the library of the kernel above."""
+    if not INTERPRETED:
+        load_small(Path(tempfile.mkdtemp()), deepest_unseen)
 
 
 def oversights(documents: Iterator[Document], wanted: int) -> tuple[float, int]:
     """Return the deepest touch [m] that dense looks see in so many flights, and how many flights end within 1 nm of one."""
+    load_deepest_unseen()
     flights, grazing = 0, 0
     worst = -1.0
     while flights < wanted:

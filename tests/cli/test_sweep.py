@@ -318,7 +318,8 @@ def start_once(made: Sweep, folder: Path, told: BinaryIO) -> int:
                 told.write(f"+{outcome.address.hex()}\n".encode())
 
     def telling(job: int, stop: threading.Event | None = None) -> list[Outcome]:
-        told.write(f"?{made.template.address_of(job).hex()}\n".encode())
+        begun = [made.template.address_of(point).hex() for point in made.template.points.job(job)]
+        told.write("".join(f"?{each}\n" for each in begun).encode())
         return Sweep.evaluate(made, job, stop)
 
     child = os.fork()

@@ -41,6 +41,7 @@ VERBS: dict[str, list[str]] = {
     "modes": ["modes", "two-stage-reducer", "--out", "out.nc"],
     "portrait": ["portrait", "han2021", "--keep", "20000", "--out", "out.png"],
     "analyze": ["analyze", "run.nc", "--channel", "ring.ax"],
+    "export": ["export", "run.nc", "--out", "out.nc"],
 }
 BEGIN = """
 import sys
@@ -51,7 +52,7 @@ from gearplay.__main__ import main
 main()
 """
 """Of Python's own start nothing is asked: the entrance's first line is said, from there on Ctrl-C is heard."""
-QUICK = {"plot", "modes", "portrait", "analyze", "run, saved"}
+QUICK = {"plot", "modes", "portrait", "analyze", "export", "run, saved"}
 """They may be done before the signal comes."""
 SHORT = {"check", "copy", "load_sharing", "schema", "serve"}
 """Verbs that are done within seconds, or, as `serve`, have an end of their own: tests/web."""

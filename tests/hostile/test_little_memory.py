@@ -17,7 +17,7 @@ MEMORY = 3 * 1024**3
 LARGE = ["--set", "run.duration=20s", "--set", "run.sampling=1MHz", "--set", "run.transient=0s"]
 PLAN = """
 case = "han2021"
-set = { "run.duration" = "20 s", "run.transient" = "0 s" }
+set = { "run.duration" = "90 s", "run.transient" = "0 s" }
 axes = [{ name = "sampling", path = "run.sampling", values = ["1 kHz", "4 MHz"] }]
 reduce = [{ kind = "statistic", name = "rms", signal = "ax", at = "ring", statistic = "rms" }]
 """

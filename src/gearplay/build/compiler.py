@@ -221,8 +221,9 @@ class _KernelModel(models.OpaqueModel):
 
 @cache
 def _kernel_type(kernel: Signed) -> KernelType:
-    # numba also loads what it compiles into this process, where nothing is run: any address will do.
-    llvm.add_symbol(kernel.symbol, llvm.address_of_symbol("memcpy"))
+    # numba also loads what it compiles into this process. A build runs nothing of it: any address will do.
+    if llvm.address_of_symbol(kernel.symbol) is None:
+        llvm.add_symbol(kernel.symbol, llvm.address_of_symbol("memcpy"))
 
     @lower_builtin(kernel.name, types.VarArg(types.Any))
     def call(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -21,6 +21,8 @@ SMALL: Final = 4096
 """Numbers of a variable up to which it is stored as it is."""
 CHUNK: Final = 1 << 14
 """Times that are compressed together."""
+CACHE: Final = 1 << 18
+"""Memory of each variable for chunks that are not written yet [bytes]; HDF5 2 would take 8 MB."""
 IN_MEMORY: Final = 2e7
 """Size [bytes] of a file that is made in memory and written at once, which is faster."""
 LEAST_PACKED: Final = 0.05
@@ -234,7 +236,7 @@ def _write(path: Path, make: Callable[[Writer], None], stop: threading.Event) ->
 
     with _Disk(path, stop) as disk:
         try:
-            with h5py.File(disk, "w") as file:
+            with h5py.File(disk, "w", rdcc_nbytes=CACHE) as file:
                 _fill(file, make, stop)
         finally:
             if disk.error is not None:

@@ -98,7 +98,7 @@ def signal_statistics(channel: Channel, *, remove_mean: bool = False) -> SignalS
 def rms_of(values: Floats, peak: float) -> float:
     """Return the root mean square of values with a given largest modulus.
 
-    >>> rms_of(np.array([3.0, -4.0]), 4.0) ** 2
-    12.5
+    >>> rms_of(np.array([3.0, -4.0, 0.0, 0.0]), 4.0)
+    2.5
     """
     return peak * math.sqrt(float(np.mean((values / peak) ** 2))) if peak > 0.0 else 0.0
