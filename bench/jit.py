@@ -4,10 +4,10 @@ import ctypes
 
 from numba.extending import NativeValue, unbox
 
-from gearplay.build.compiler import GroupType, jitted
+from gearplay.build.compiler import GroupType, group_type, jitted
 from gearplay.kernels.library import library
 
-__all__ = ["jitted"]
+__all__ = ["group_type", "jitted"]
 
 ctypes.CDLL(library()._name, mode=ctypes.RTLD_GLOBAL)  # kernels that they call are found by their symbols
 

@@ -3,11 +3,11 @@
 from functools import lru_cache
 
 import numpy as np
-from gearplay.kernels.compiler import group_type
 from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from bench.jit import group_type
 from bench.problem import STATES, derivative
 
 SMALLEST_RELATIVE = 100.0 * np.finfo(float).eps  # SciPy raises anything below to this
