@@ -5,7 +5,6 @@ import io
 import math
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -13,6 +12,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from gearplay.files.atomic import LENGTH, MARK, check_new, replacing, with_checksum, write_bytes
+from gearplay.vocabulary.background import begin
 
 CHECKSUM: Final = "digest"
 """Attribute of a file that has a digest at its end."""
@@ -198,15 +198,7 @@ def write_streamed(
 
 def _on_thread(work: Callable[[], Made], stop: threading.Event) -> Made:
     """Return the result of ``work()`` on a thread; after Ctrl-C ``stop`` is set and the thread has ended."""
-    done: Future[Made] = Future()
-
-    def do() -> None:
-        try:
-            done.set_result(work())
-        except BaseException as error:  # the caller's to judge
-            done.set_exception(error)
-
-    threading.Thread(target=do, daemon=True).start()
+    done = begin(work)
     try:
         return done.result()
     except KeyboardInterrupt:

@@ -8,14 +8,8 @@ from typing import TypeVar
 Made = TypeVar("Made")
 
 
-def on_daemon_thread(work: Callable[[], Made]) -> Made:
-    """Return the result of ``work()``, called on a daemon thread, so that Ctrl-C is not delayed by a library.
-
-    `KeyboardInterrupt` is raised in the caller at once; the thread continues and ends with the process at the latest.
-
-    >>> on_daemon_thread(lambda: 2 + 2)
-    4
-    """
+def begin(work: Callable[[], Made]) -> Future[Made]:
+    """Call ``work()`` on a daemon thread; return its future."""
     made: Future[Made] = Future()
 
     def do() -> None:
@@ -25,4 +19,15 @@ def on_daemon_thread(work: Callable[[], Made]) -> Made:
             made.set_exception(error)
 
     threading.Thread(target=do, daemon=True).start()
-    return made.result()
+    return made
+
+
+def on_daemon_thread(work: Callable[[], Made]) -> Made:
+    """Return the result of ``work()``, called on a daemon thread, so that Ctrl-C is not delayed by a library.
+
+    `KeyboardInterrupt` is raised in the caller at once; the thread continues and ends with the process at the latest.
+
+    >>> on_daemon_thread(lambda: 2 + 2)
+    4
+    """
+    return begin(work).result()
