@@ -1,7 +1,6 @@
 """Hook of the package's build: the kernel library goes into the wheel, or into the source tree of an editable installation."""
 
 import os
-import shutil
 import subprocess
 import sys
 import sysconfig
@@ -34,7 +33,10 @@ class KernelLibrary(BuildHookInterface):
     @property
     def needs_zig(self) -> bool:
         """Whether zig links: for another platform, or where there is no C compiler."""
-        return "GEARPLAY_TARGET" in os.environ or shutil.which("cc") is None
+        target = self.target
+        from gearplay.build.linking import system_compiler
+
+        return system_compiler(target) is None
 
     def found(self) -> Path | None:
         """Return the library of these sources where it is there."""

@@ -13,17 +13,23 @@ from gearplay.build.targets import TARGETS, host
 from gearplay.kernels.library import SOURCES, LibraryError, content_digest
 
 
+def system_compiler(target: str) -> str | None:
+    """Return the C compiler of this system where it links for a platform; None where zig has to."""
+    if target != host() or sys.platform == "win32":
+        return None
+    return shutil.which("cc") or shutil.which("clang") or shutil.which("gcc")
+
+
 def linker(target: str) -> list[str]:
     """Return the command that links for a platform: ``cc`` for this one where there is one, else zig.
 
     Raises `LibraryError` where there is neither.
     """
-    own = target == host()
-    compiler = shutil.which("cc") or shutil.which("clang") or shutil.which("gcc")
-    if own and compiler is not None and sys.platform != "win32":
+    compiler = system_compiler(target)
+    if compiler is not None:
         return [compiler]
     if importlib.util.find_spec("ziglang") is None:
-        what = "a C compiler (cc), or " if own else ""
+        what = "a C compiler (cc), or " if target == host() else ""
         raise LibraryError(
             f"Nothing links a kernel library for {target}. Install {what}zig: pip install ziglang."
         )

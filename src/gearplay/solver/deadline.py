@@ -17,7 +17,7 @@ clock: Callable[[], float] = time.monotonic
 class Deadline:
     """End of the time that a request may take, ``limit`` [s] after its first run began; None for no limit.
 
-    Compilation, which comes before the first run, does not count. ``has_stopped`` is whether it ended a run.
+    ``has_stopped`` is whether it ended a run.
     """
 
     def __init__(self, limit: float | None) -> None:

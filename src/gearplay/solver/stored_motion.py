@@ -125,12 +125,8 @@ def motion_of(
         _set_up(arrays, blank, course)
         motion._marks.append(Mark.of(course, arrays.values()))
     order = [(mark.time, mark.steps) for mark in motion.marks]
-    first = (
-        arrays["counts"]
-        if not motion._marks
-        else dict(zip(arrays, motion.marks[0].arrays, strict=True))["counts"]
-    )
-    if not order or order[0] != (0.0, 0) or first[kernel.BEGUN] != 0 or order != sorted(order):
+    begun = [dict(zip(arrays, mark.arrays, strict=True))["counts"][kernel.BEGUN] for mark in motion.marks[:1]]
+    if order[:1] != [(0.0, 0)] or begun != [0] or order != sorted(order):
         raise MotionError("its checkpoints do not begin at the start of a run and rise")
     return motion
 

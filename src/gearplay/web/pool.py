@@ -88,7 +88,7 @@ class Pool:
     _tasks: list["asyncio.Task[None]"] = field(default_factory=list)
 
     async def start(self) -> None:
-        """Start the workers; they compile, or load, the kernels in the background."""
+        """Start the workers; they load the kernels in the background."""
         for _ in range(self.size):
             self._keep(self._keep_alive())
 

@@ -261,7 +261,7 @@ def _value_now(base: Case, path: str) -> float:
 def _prepared(
     case: Source | Family, path: str, low: Any, high: Any, size: float | None, orbits: int
 ) -> tuple[Varied, Settings, Case]:
-    """Return the family of cases, the settings of its branchesand its first case at the tolerance of derivatives."""
+    """Return the family of cases, the settings of its branches, and its first case at the tolerance of derivatives."""
     varied = Varied(case, path)
     ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
